@@ -1,0 +1,332 @@
+"""Makes the WAM-V's meshes, `meshes/*.obj`, one file for each colour: `python make_meshes.py`.
+
+Frame of hulls, trim, arches, deck and batteries: base_link (x forward, y to port, z up, at keel level); of the
+engine: its steering hinge; of the propeller: its hub. Lengths in m. The shapes are drawn from scratch after the
+dimensions of the WAM-V 16 and the bounding boxes of VRX's meshes. Every part is a closed surface.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+Array = npt.NDArray[np.float64]
+Vector = Sequence[float]
+Mesh = trimesh.Trimesh
+
+HULL_Y, HULL_Z, HULL_RADIUS = 1.03, 0.215, 0.205
+"""Axis and radius of a hull where it is straight."""
+BOW_START, BOW_END, BOW_RISE, BOW_TAPER = 1.05, 2.50, 0.335, 0.715
+"""Where the bow begins to turn up and where its round nose is centred; how far it rises; share of radius lost."""
+STERN = -2.28
+"""Aftmost point of the inflated hull."""
+SMOOTH = math.radians(40.0)
+"""Edges sharper than this stay sharp when the surface is shaded."""
+
+
+# Solids
+
+
+def loft(rings: Array) -> Mesh:
+    """Closed surface over `rings` (m, n, 3): m loops of n points each, with flat or domed ends."""
+    count, size, _ = rings.shape
+    points = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
+    first, last = count * size, count * size + 1
+    faces = []
+    for i in range(size):
+        j = (i + 1) % size
+        faces += [(first, j, i), (last, (count - 1) * size + i, (count - 1) * size + j)]
+        for row in range(0, (count - 1) * size, size):
+            faces += [(row + i, row + j, row + size + j), (row + i, row + size + j, row + size + i)]
+    return outward(Mesh(points, np.array(faces), process=False))
+
+
+def outward(mesh: Mesh) -> Mesh:
+    """The mesh with its faces looking out."""
+    if mesh.volume < 0.0:
+        mesh.invert()
+    return mesh
+
+
+def box(size: Vector, center: Vector, bevel: float = 0.0, pitch: float = 0.0) -> Mesh:
+    """Box of edges `size`, its edges cut off by `bevel`, turned about y by `pitch` (positive: nose down)."""
+    x, y, z = (edge / 2.0 for edge in size)
+    inset = [bevel, 0.0, 0.0, bevel] if bevel else [0.0, 0.0]
+    heights = [-z, bevel - z, z - bevel, z] if bevel else [-z, z]
+    rings = np.array([rectangle(x - cut, y - cut, bevel, h) for cut, h in zip(inset, heights, strict=True)])
+    cos, sin = math.cos(pitch), math.sin(pitch)
+    return loft(rings @ np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]]).T + np.array(center))
+
+
+def rectangle(x: float, y: float, cut: float, z: float) -> Array:
+    """Rectangle of half edges x, y at height z, with cut corners where `cut` is positive."""
+    if not cut:
+        return np.array([(x, y, z), (-x, y, z), (-x, -y, z), (x, -y, z)])
+    a, b = x - cut, y - cut
+    return np.array([(x, b, z), (a, y, z), (-a, y, z), (-x, b, z), (-x, -b, z), (-a, -y, z), (a, -y, z), (x, -b, z)])
+
+
+def circle(sides: int, start: float = 0.0, stop: float = 2.0 * math.pi) -> Array:
+    """Unit vectors (sides, 2) at even angles from `start` up to, not including, `stop` [rad]."""
+    angle = start + (stop - start) * np.arange(sides) / sides
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def tube(path: Array, radius: float | Array, sides: int = 12) -> Mesh:
+    """Round tube along `path` (m, 3)."""
+    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(path))
+    tangent = np.gradient(path, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    side = np.cross(tangent[0], (0.0, 0.0, 1.0) if abs(tangent[0][2]) < 0.8 else (1.0, 0.0, 0.0))
+    rings = []
+    for point, ahead, r in zip(path, tangent, radii, strict=True):
+        side = side - ahead * (side @ ahead)
+        side /= np.linalg.norm(side)
+        rings.append(point + r * circle(sides) @ np.array([side, np.cross(ahead, side)]))
+    return loft(np.array(rings))
+
+
+def rod(start: Vector, end: Vector, radius: float, sides: int = 12) -> Mesh:
+    """Straight round rod."""
+    return tube(np.array([start, end], dtype=np.float64), radius, sides)
+
+
+def turned(profile: Sequence[tuple[float, float]], center: Vector, axis: str = "x", sides: int = 16) -> Mesh:
+    """Body of revolution about the x or z axis through `center`; profile: (place along the axis, radius)."""
+    ring = circle(sides)
+    rings = np.array([np.column_stack([np.full(sides, place), radius * ring]) for place, radius in profile])
+    return loft((rings if axis == "x" else rings[:, :, [1, 2, 0]]) + np.array(center))
+
+
+def curve(points: Sequence[Vector], steps: int = 6) -> Array:
+    """Smooth path through `points` (Catmull-Rom), `steps` pieces between two of them."""
+    knots = np.array([points[0], *points, points[-1]], dtype=np.float64)
+    path = []
+    for a, b, c, d in zip(knots, knots[1:], knots[2:], knots[3:], strict=False):
+        for t in np.arange(steps) / steps:
+            path.append(b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))))
+    return np.array([*path, knots[-1]])
+
+
+def wing(sections: Iterable[tuple[Vector, float, float]], sides: int = 10) -> Mesh:
+    """Streamlined strut; sections: centre, chord along x, thickness along y, each level."""
+    ring = circle(sides)
+    return loft(np.array([np.array(at) + ring * (c / 2, t / 2) @ np.eye(2, 3) for at, c, t in sections]))
+
+
+def both_sides(parts: Iterable[Mesh]) -> list[Mesh]:
+    """The parts and their mirror images across the plane y = 0."""
+    port = list(parts)
+    mirror = [outward(Mesh(part.vertices * (1.0, -1.0, 1.0), part.faces, process=False)) for part in port]
+    return port + mirror
+
+
+# The boat
+
+
+def hull_axis(x: Array) -> tuple[Array, Array]:
+    """Centre line (m, 3) and radius (m,) of the port hull at stations `x`."""
+    t = np.clip((x - BOW_START) / (BOW_END - BOW_START), 0.0, None)
+    line = np.column_stack([x, np.full_like(x, HULL_Y), HULL_Z + BOW_RISE * t**2])
+    radius = HULL_RADIUS * (1.0 - BOW_TAPER * np.clip(t, 0.0, 1.0) ** 2.1)
+    nose = np.clip((x - BOW_END) / 0.055, 0.0, 1.0)
+    stern = np.clip((STERN + 0.16 - x) / 0.16, 0.0, 1.0)
+    return line, radius * np.sqrt(1.0 - 0.97 * nose**2) * (1.0 - 0.35 * stern**2.5)
+
+
+def hull() -> Mesh:
+    """The port hull's skin."""
+    stern = STERN + np.array([0.0, 0.03, 0.08, 0.16])
+    bow = np.linspace(BOW_START, BOW_END, 12)
+    line, radius = hull_axis(np.concatenate([stern, [-1.0, 0.0], bow, BOW_END + np.array([0.02, 0.038, 0.05])]))
+    return tube(line, radius, sides=24)
+
+
+def sleeve(start: float, stop: float, swell: float, pieces: int) -> Mesh:
+    """A ring of cloth around the port hull, `swell` thick."""
+    line, radius = hull_axis(np.linspace(start, stop, pieces + 1))
+    return tube(line, radius + swell, sides=24)
+
+
+def strip(angle: float, half_width: float, swell: float, start: float, stop: float) -> Mesh:
+    """A strip along the port hull's skin; angle about the axis: 0 outboard, -pi/2 at the keel."""
+    line, radius = hull_axis(np.concatenate([[start], np.linspace(BOW_START, stop, 10)]))
+    slope = np.gradient(line[:, 2], line[:, 0])
+    arc = circle(4, angle - half_width, angle + 5 / 3 * half_width)
+    rings = []
+    for point, r, rise in zip(line, radius, slope, strict=True):
+        up = np.array([-rise, 0.0, 1.0]) / math.hypot(1.0, rise)
+        shell = np.vstack([(r + swell) * arc, (r - 0.012) * arc[::-1]])
+        rings.append(point + shell @ np.array([(0.0, 1.0, 0.0), up]))
+    return loft(np.array(rings))
+
+
+def trim() -> list[Mesh]:
+    """Dark fittings of the hulls: nose caps, wear strips, saddles, top tracks and the motor brackets."""
+    top = HULL_Z + HULL_RADIUS
+    parts = [nose_cap(), strip(-math.pi / 2, 0.32, 0.004, -2.1, 2.3)]
+    parts += [strip(side, 0.06, 0.009, -2.15, 2.36) for side in (0.0, math.pi)]
+    parts += [sleeve(x - 0.05, x + 0.05, 0.004, 1) for x in (-1.55, -0.706, 0.36)]
+    parts += [box((0.9, 0.15, 0.03), (x, HULL_Y, top + 0.002), 0.01) for x in (-1.55, 0.62)]
+    parts += [box((0.95, 0.30, 0.035), (-0.30, HULL_Y, top + 0.006), 0.012)]
+    return parts + motor_bracket()
+
+
+def nose_cap() -> Mesh:
+    """The dark cap on the port bow."""
+    stations = np.concatenate([[2.30], np.linspace(2.36, BOW_END, 3), BOW_END + np.array([0.02, 0.038, 0.05, 0.0545])])
+    line, radius = hull_axis(stations)
+    return tube(line, radius + 0.004 * (stations < BOW_END + 0.03) + 0.0015, sides=24)
+
+
+def motor_bracket() -> list[Mesh]:
+    """Cheeks and transom behind the port hull, which carry an engine."""
+    cheeks = [box((0.46, 0.024, 0.13), (-2.226, HULL_Y + y, 0.355), 0.008) for y in (-0.13, 0.13)]
+    feet = [box((0.06, 0.03, 0.26), (-2.40, HULL_Y + y, 0.27), 0.008) for y in (-0.128, 0.128)]
+    plate = box((0.035, 0.25, 0.24), (-2.391, HULL_Y, 0.30), 0.008)
+    back = box((0.06, 0.29, 0.03), (-2.19, HULL_Y, 0.415), 0.008)
+    return [*cheeks, *feet, plate, back]
+
+
+def arches() -> list[Mesh]:
+    """The arches from ball joint or spring to deck, the springs' arms and the frame under the deck."""
+    front = [(0.87, 1.03, 0.76), (0.895, 1.005, 0.88), (0.9, 0.86, 1.06), (0.89, 0.68, 1.16), (0.86, 0.46, 1.195), (0.86, 0, 1.2)]
+    mid = [(-0.70, 1.03, 0.47), (-0.65, 1.02, 0.72), (-0.585, 0.95, 0.95), (-0.55, 0.77, 1.12), (-0.53, 0.5, 1.185), (-0.53, 0, 1.19)]
+    rear = [(-0.71, 1.03, 0.47), (-0.745, 1.025, 0.72), (-0.78, 0.96, 0.95), (-0.81, 0.78, 1.12), (-0.83, 0.5, 1.185), (-0.83, 0, 1.19)]
+    tubes = [tube(curve(front, 4), 0.04, 12)] + [tube(curve(leg, 4), 0.03, 10) for leg in (mid, rear)]
+    arm = [box((0.66, 0.035, 0.075), (0.59, HULL_Y + y, 0.60), 0.012, pitch=-0.6) for y in (-0.075, 0.075)]
+    arm += [rod((x, HULL_Y - 0.11, z), (x, HULL_Y + 0.11, z), 0.028) for x, z in ((0.345, 0.437), (0.865, 0.775))]
+    arm += [rod((0.56, HULL_Y - 0.08, 0.58), (0.56, HULL_Y + 0.08, 0.58), 0.02)]
+    brace = [rod((-0.79, 0.93, 0.985), (-0.585, 0.93, 0.985), 0.018)]
+    rails = [box((1.72, 0.05, 0.05), (0.0, 0.42, 1.205), 0.012)]
+    return tubes + arm + brace + rails
+
+
+def deck() -> list[Mesh]:
+    """Payload tray with panels and rim; bright metal of the ball joints and springs."""
+    tray = [box((1.83, 0.98, 0.055), (0.0, 0.0, 1.2475), 0.012)]
+    tray += [box((0.59, 0.455, 0.016), (x, y, 1.2805), 0.005) for x in (-0.6, 0.0, 0.6) for y in (-0.235, 0.235)]
+    tray += [box((1.85, 0.034, 0.085), (0.0, y, 1.2545), 0.01) for y in (-0.483, 0.483)]
+    tray += [box((0.034, 1.0, 0.085), (x, 0.0, 1.2545), 0.01) for x in (-0.908, 0.908)]
+    return tray + both_sides([*ball_joint(), *spring()])
+
+
+def ball_joint() -> list[Mesh]:
+    """The joint on which the rear arch stands."""
+    ball = [(0.062 * math.sin(a), 0.062 * math.cos(a)) for a in np.radians([-84, -60, -36, -12, 12, 36, 60, 84])]
+    cup = [(-0.05, 0.11), (-0.03, 0.11), (-0.005, 0.07), (0.012, 0.07)]
+    return [turned(ball, (-0.706, HULL_Y, 0.49), "z"), turned(cup, (-0.706, HULL_Y, 0.468), "z")]
+
+
+def spring() -> list[Mesh]:
+    """Coil spring and damper under the arm of the front arch."""
+    low, high = np.array([0.93, HULL_Y, 0.425]), np.array([0.80, HULL_Y, 0.75])
+    turns, per_turn = 6, 8
+    t = np.arange(turns * per_turn + 1) / (turns * per_turn)
+    along = (high - low) / np.linalg.norm(high - low)
+    across, aside = np.cross(along, (0.0, 1.0, 0.0)), np.array([0.0, 1.0, 0.0])
+    angle = 2.0 * math.pi * turns * t[:, None]
+    coil = low + (0.08 + 0.84 * t[:, None]) * (high - low) + 0.042 * (np.cos(angle) * across + np.sin(angle) * aside)
+    seats = [rod(low + s * (high - low), low + (s + 0.04) * (high - low), 0.055) for s in (0.04, 0.92)]
+    eye = rod(low - (0.0, 0.06, 0.0), low + (0.0, 0.06, 0.0), 0.03)
+    return [tube(coil, 0.009, 5), rod(low, high, 0.022), eye, *seats]
+
+
+def batteries() -> list[Mesh]:
+    """A case on each hull, in a frame of feet, with lid, ribs, handles and latches."""
+    case = [box((0.605, 0.388, 0.225), (-0.0255, 1.027, 0.5725), 0.02), box((0.625, 0.408, 0.075), (-0.0255, 1.027, 0.7145), 0.018)]
+    case += [box((0.56, 0.343, 0.02), (-0.0255, 1.027, 0.757), 0.008)]
+    case += [box((0.035, 0.398, 0.215), (x, 1.027, 0.57), 0.006) for x in (-0.24, -0.0255, 0.19)]
+    case += [box((0.56, 0.05, 0.045), (-0.0255, y, 0.4615), 0.006) for y in (0.90, 1.154)]
+    case += [box((0.05, 0.018, 0.085), (x, 1.222, 0.69), 0.005) for x in (-0.17, 0.12)]
+    return both_sides(case)
+
+
+def engine() -> list[Mesh]:
+    """Electric outboard: clamp, cowl, leg, anti-ventilation plate, gear case and skeg."""
+    cowl = [(0.03, 0.20, 0.086), (0.045, 0.30, 0.126), (0.075, 0.345, 0.15), (0.125, 0.351, 0.156), (0.16, 0.325, 0.142), (0.18, 0.25, 0.105), (0.186, 0.12, 0.05)]
+    top = wing([((-0.2355 - 0.02 * (z > 0.15) * (z - 0.15) / 0.036, 0.0, z), c, t) for z, c, t in cowl], 20)
+    leg = wing([((-0.16, 0, 0.04), 0.15, 0.075), ((-0.16, 0, -0.10), 0.14, 0.062), ((-0.165, 0, -0.30), 0.13, 0.05), ((-0.165, 0, -0.50), 0.14, 0.045)], 14)
+    plate = wing([((-0.19, 0, -0.335), 0.27, 0.13), ((-0.19, 0, -0.323), 0.28, 0.14)], 16)
+    case = turned([(-0.275, 0.040), (-0.25, 0.046), (-0.16, 0.05), (-0.09, 0.044), (-0.055, 0.030), (-0.035, 0.010)], (0.0, 0.0, -0.509371))
+    skeg = wing([((-0.18, 0, -0.53), 0.14, 0.018), ((-0.20, 0, -0.66), 0.075, 0.012), ((-0.215, 0, -0.72), 0.03, 0.008)], 10)
+    clamp = [box((0.055, 0.13, 0.05), (-0.02, 0, 0.11), 0.01)] + [box((0.024, 0.13, 0.2), (x, 0, 0.02), 0.006) for x in (0.02, -0.055)]
+    swivel = rod((-0.095, 0, -0.16), (-0.095, 0, 0.08), 0.036)
+    screws = [rod((0.0, y, -0.03), (0.03, y, -0.03), 0.018, 8) for y in (-0.04, 0.04)]
+    return [top, leg, plate, case, skeg, *clamp, swivel, *screws]
+
+
+def propeller() -> list[Mesh]:
+    """Three twisted blades on a hub that tapers aft."""
+    hub = turned([(0.0, 0.040), (-0.04, 0.042), (-0.11, 0.036), (-0.145, 0.024), (-0.162, 0.010), (-0.167, 0.003)], (0, 0, 0))
+    return [hub, *(blade(math.pi / 2 + 2.0 * math.pi * i / 3) for i in range(3))]
+
+
+def blade(angle: float) -> Mesh:
+    """A blade whose span points to `angle` [rad] in the y-z plane; pitch 0.28 m a turn."""
+    out, around = np.array([0, math.cos(angle), math.sin(angle)]), np.array([0, -math.sin(angle), math.cos(angle)])
+    rings = []
+    for r, chord, thick in ((0.03, 0.085, 0.016), (0.07, 0.115, 0.013), (0.12, 0.14, 0.010), (0.17, 0.135, 0.007), (0.21, 0.095, 0.005), (0.231, 0.03, 0.003)):
+        slope = math.atan2(0.28 / (2.0 * math.pi), r)
+        span = math.cos(slope) * around + math.sin(slope) * np.array([1.0, 0, 0])
+        normal = np.cross(out, span)
+        spot = np.array([-0.075, 0, 0]) + r * out
+        rings.append(spot + circle(10) * (chord / 2, thick / 2) @ np.array([span, normal]))
+    return loft(np.array(rings))
+
+
+# Files
+
+PARTS: dict[str, Callable[[], list[Mesh]]] = {
+    "hulls": lambda: both_sides([hull()]),
+    "trim": lambda: both_sides(trim()),
+    "arches": lambda: both_sides(arches()),
+    "deck": deck,
+    "batteries": batteries,
+    "engine": engine,
+    "propeller": propeller,
+}
+
+
+def corner_normals(points: Array, faces: npt.NDArray[np.int64]) -> Array:
+    """Normals (m, 3, 3) at each corner of each face: the mean of the faces that meet there smoothly, by area."""
+    area = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-12)
+    around: list[list[int]] = [[] for _ in points]
+    for face, corners in enumerate(faces):
+        for corner in corners:
+            around[corner].append(face)
+    normals = np.empty((len(faces), 3, 3))
+    for face, corners in enumerate(faces):
+        for k, corner in enumerate(corners):
+            near = np.array(around[corner])
+            smooth = area[near[unit[near] @ unit[face] > math.cos(SMOOTH)]].sum(axis=0)
+            normals[face, k] = smooth / np.linalg.norm(smooth)
+    return normals
+
+
+def obj_text(parts: Sequence[Mesh]) -> str:
+    """The parts as one Wavefront OBJ, coordinates to 0.1 mm."""
+    mesh = trimesh.util.concatenate(parts)
+    faces = np.asarray(mesh.faces)
+    normals = np.round(corner_normals(mesh.vertices, faces), 3) + 0.0
+    unique, index = np.unique(normals.reshape(-1, 3), axis=0, return_inverse=True)
+    lines = ["v " + " ".join(f"{x:.4f}".replace("-0.0000", "0.0000") for x in v) for v in mesh.vertices]
+    lines += ["vn " + " ".join(f"{x:.3f}" for x in n) for n in unique]
+    for corners, directions in zip(faces + 1, index.reshape(-1, 3) + 1, strict=True):
+        lines.append("f " + " ".join(f"{v}//{n}" for v, n in zip(corners, directions, strict=True)))
+    return "\n".join(lines) + "\n"
+
+
+def write_meshes(folder: Path) -> None:
+    """Write every part into `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, parts in PARTS.items():
+        (folder / f"{name}.obj").write_text(obj_text(parts()), encoding="utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    write_meshes(Path(__file__).parent / "meshes")

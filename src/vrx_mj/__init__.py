@@ -1,0 +1,59 @@
+"""vrx_mj: a simulator of unmanned surface vessels, on MuJoCo.
+
+Names are loaded when they are first used, so that `import vrx_mj` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vrx_mj.adapters.record import compare, read_record, record
+    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.compiler.world import World
+    from vrx_mj.errors import VrxError, VrxWarning
+    from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.run import Summary, run
+    from vrx_mj.runtime.simulation import Simulation
+    from vrx_mj.runtime.state import State
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "BoatObservation": "runtime.observation",
+    "Simulation": "runtime.simulation",
+    "State": "runtime.state",
+    "Summary": "runtime.run",
+    "VrxError": "errors",
+    "VrxWarning": "errors",
+    "World": "compiler.world",
+    "compare": "adapters.record",
+    "compile_world": "compiler.compile",
+    "read_record": "adapters.record",
+    "record": "adapters.record",
+    "run": "runtime.run",
+}
+
+__all__ = [
+    "BoatObservation",
+    "Simulation",
+    "State",
+    "Summary",
+    "VrxError",
+    "VrxWarning",
+    "World",
+    "compare",
+    "compile_world",
+    "read_record",
+    "record",
+    "run",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'vrx_mj' has no attribute '{name}'")
+    return getattr(import_module(f"vrx_mj.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,1 @@
+"""Translations to other worlds: rerun, maps, gymnasium, ROS."""

@@ -1,0 +1,113 @@
+"""Says when and where two recordings part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vrx_mj.adapters.record.reader import Record, read_record
+
+__all__ = ["Comparison", "Difference", "compare"]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first place where two recordings part."""
+
+    row: int
+    time: float
+    """Simulated time [s]."""
+    column: str
+    first: float
+    second: float
+    columns: int
+    """Number of columns that part in this row."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two recordings have in common."""
+
+    first: Path
+    second: Path
+    common: int
+    """Rows that both have."""
+    differences: tuple[str, ...]
+    """Everything that differs besides the rows, in words."""
+    parting: Difference | None
+
+    @property
+    def equal(self) -> bool:
+        """Whether every recorded number is the same, to the last bit."""
+        return not self.differences and self.parting is None
+
+    def __str__(self) -> str:
+        lines = list(self.differences)
+        if self.parting is not None:
+            lines.append(parting_text(self.parting))
+        elif self.common and self.differences:
+            lines.append(f"the {self.common} rows that both have are equal to the last bit")
+        return "\n".join(lines) or f"equal to the last bit: {self.common} rows"
+
+
+def parting_text(parting: Difference) -> str:
+    """One sentence on where two recordings part."""
+    more = f", and {parting.columns - 1} more columns" if parting.columns > 1 else ""
+    gap = abs(parting.first - parting.second)
+    return (
+        f"they part at {parting.time:.3f} s (row {parting.row}) in {parting.column}: "
+        f"{parting.first!r} and {parting.second!r}, {gap:.2g} apart{more}"
+    )
+
+
+def compare(first: str | Path | Record, second: str | Path | Record) -> Comparison:
+    """Compare two recordings row by row, bit by bit."""
+    a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
+    differences = tuple(word_differences(a, b))
+    common = min(len(a.rows), len(b.rows))
+    same_columns = a.layout.names() == b.layout.names()
+    parting = first_parting(a, b, common) if same_columns else None
+    return Comparison(a.path, b.path, common, differences, parting)
+
+
+def word_differences(a: Record, b: Record) -> list[str]:
+    """Differences in what the recordings are, before any row."""
+    found = [
+        f"{key}: {a.properties.get(key)!r} and {b.properties.get(key)!r}"
+        for key in sorted({*a.properties, *b.properties})
+        if key in DECISIVE and a.properties.get(key) != b.properties.get(key)
+    ]
+    if a.timestep != b.timestep:
+        found.append(f"timestep: {a.timestep} s and {b.timestep} s")
+    names = [set(record.layout.names()) for record in (a, b)]
+    for record, only in ((a, names[0] - names[1]), (b, names[1] - names[0])):
+        if only:
+            found.append(f"only '{record.path}' has {', '.join(sorted(only)[:6])}")
+    if len(a.rows) != len(b.rows):
+        found.append(f"rows: {len(a.rows)} and {len(b.rows)}")
+    return found
+
+
+DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
+"""Properties that make two runs different ones; versions and platform may differ."""
+
+
+def first_parting(a: Record, b: Record, common: int) -> Difference | None:
+    """The first row and column whose bits differ."""
+    bits = [np.ascontiguousarray(record.rows[:common]).view(np.uint64) for record in (a, b)]
+    differs = bits[0] != bits[1]
+    if not differs.any():
+        return None
+    row = int(np.argmax(differs.any(axis=1)))
+    columns = np.flatnonzero(differs[row])
+    column = int(columns[0])
+    return Difference(
+        row=row,
+        time=float(a.rows[row, 0]),
+        column=a.layout.names()[column],
+        first=float(a.rows[row, column]),
+        second=float(b.rows[row, column]),
+        columns=len(columns),
+    )

@@ -1,0 +1,256 @@
+"""What changes with time, as rerun chunks: poses, trails, arrows, plots, sea, and the exact rows.
+
+`MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams
+took, where each trail ended, and how often a heading went round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+from rerun.chunk import Chunk
+
+from vrx_mj.adapters.record.rows import pack_rows
+from vrx_mj.adapters.record.scene import MovingBody, RecordedThruster, RecordScene
+from vrx_mj.adapters.record.sea import SIDE, sea_patch
+
+__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk"]
+
+FloatArray = npt.NDArray[np.float64]
+
+TIMELINE = "sim_time"
+SCALAR_RATE = 10.0
+"""Plots, arrows [Hz]."""
+TRAIL_RATE = 5.0
+"""Pieces of a trail [Hz]."""
+SEA_RATE = 5.0
+"""Pictures of the sea [Hz]."""
+SEA_FRAMES = 64
+"""Pictures of the sea in one chunk: 1 MB."""
+TRAIL_HEIGHT = 0.35
+"""Height of a trail over the boat's origin [m], so that a wave does not hide it."""
+ARROW_PER_NEWTON = 1.0 / 90.0
+"""Length of a thrust arrow [m/N]."""
+ARROW_HEIGHT = 0.75
+"""Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
+WIND_HEIGHT = 6.0
+"""Height of the wind arrow over the fleet [m]."""
+ARROW_PER_WIND = 0.8
+"""Length of the wind arrow [m per m/s]."""
+
+
+def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
+    """The timeline, in nanoseconds."""
+    nanoseconds = np.round(np.asarray(seconds, np.float64) * 1e9).astype("timedelta64[ns]")
+    return rr.TimeColumn(TIMELINE, duration=nanoseconds)
+
+
+def event_chunk(events: Sequence[tuple[float, str, str]]) -> Chunk:
+    """Events (time, text, level) as a log."""
+    time, text, level = zip(*events, strict=True)
+    return Chunk.from_columns("/events", [times(time)], rr.TextLog.columns(text=text, level=level))
+
+
+def state_chunk(states: Sequence[tuple[float, bytes]]) -> Chunk:
+    """Saved states (time, bytes); the time once more as float64, because the timeline rounds it."""
+    time, blob = zip(*states, strict=True)
+    columns = rr.AnyValues.columns(time=np.asarray(time), blob=list(blob))
+    return Chunk.from_columns("/record/states", [times(time)], columns)
+
+
+class Ticker:
+    """Picks rows at a lower rate: the first row of each tick of its clock."""
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._last = -math.inf
+
+    def __call__(self, time: FloatArray) -> npt.NDArray[np.bool_]:
+        """Which of the rows at `time` (n,) [s] to take."""
+        tick = np.floor(time * self._rate + 1e-6)
+        taken = np.diff(tick, prepend=self._last) != 0
+        self._last = tick[-1]
+        return taken
+
+
+class MovingChunks:
+    """Turns blocks of rows into chunks."""
+
+    def __init__(self, scene: RecordScene) -> None:
+        self._scene = scene
+        self._layout = scene.layout()
+        self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
+        self._paths = {body.name: body.path for body in scene.bodies}
+        self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
+        self._trail_end: FloatArray | None = None
+        self._heading: FloatArray | None = None
+        self._angle = np.full(len(scene.thrusters), np.nan)
+
+    def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Chunks of (n, columns) rows, n > 0, the exact rows first."""
+        yield exact_rows(rows)
+        yield from self._poses(rows)
+        if self._boats:
+            yield from self._fleet(rows)
+            yield from self._trails(rows[self._trail(rows[:, 0])])
+            yield from self._slow(rows[self._scalar(rows[:, 0])])
+            if self._scene.sea_height is not None:
+                yield from self._seas(rows[self._sea(rows[:, 0])])
+
+    def _poses(self, rows: FloatArray) -> Iterator[Chunk]:
+        for body in self._layout.bodies:
+            pose = rows[:, self._layout.pose(body)]
+            yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
+
+    def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
+        """The fleet's middle at the mean water level: what the camera follows."""
+        middle = self._boat_positions(rows).mean(axis=1) * (1.0, 1.0, 0.0)
+        yield transforms("/world/fleet", rows[:, 0], middle)
+
+    def _boat_positions(self, rows: FloatArray) -> FloatArray:
+        """(n, boats, 3) [m]."""
+        start = [self._layout.pose(boat).start for boat in self._boats]
+        return rows[:, np.add.outer(start, np.arange(3))]
+
+    def _trails(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Each row the piece of the way since the row before."""
+        if not len(rows):
+            return
+        here = self._boat_positions(rows) + (0.0, 0.0, TRAIL_HEIGHT)
+        last = here[0] if self._trail_end is None else self._trail_end
+        self._trail_end = here[-1]
+        before = np.concatenate([last[None], here[:-1]])
+        for i, boat in enumerate(self._boats):
+            strips = np.stack([before[:, i], here[:, i]], axis=1).astype(np.float32)
+            yield Chunk.from_columns(
+                f"/world/trails/{boat.name}", [times(rows[:, 0])], rr.LineStrips3D.columns(strips=strips)
+            )
+
+    def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
+        """What is written at the rate of the plots."""
+        if not len(rows):
+            return
+        yield from self._plots(rows)
+        yield self._wind(rows)
+        for boat in self._boats:
+            yield from self._thrust(boat, rows)
+
+    def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
+        """One entity per quantity; its series are the boats, or the thrusters."""
+        speed, heading, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
+        wrapped = heading if self._heading is None else np.concatenate([self._heading[None], heading])
+        heading = np.unwrap(wrapped, axis=0)[-len(rows) :]
+        self._heading = heading[-1]
+        yield plot("speed", rows, speed)
+        yield plot("heading", rows, np.degrees(heading))
+        yield plot("roll", rows, np.degrees(roll))
+        yield plot("pitch", rows, np.degrees(pitch))
+        yield plot("wind", rows, rows[:, 1:2])
+        if self._layout.thrusters:
+            yield plot("thrust", rows, rows[:, self._layout.thrust])
+            yield plot("steering", rows, np.degrees(rows[:, self._layout.angle]))
+
+    def _layout_poses(self, rows: FloatArray) -> FloatArray:
+        """(n, boats, 7)."""
+        return np.stack([rows[:, self._layout.pose(boat)] for boat in self._boats], axis=1)
+
+    def _boat_velocities(self, rows: FloatArray) -> FloatArray:
+        """(n, boats, 6)."""
+        return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
+
+    def _wind(self, rows: FloatArray) -> Chunk:
+        direction = np.array([*self._scene.wind_direction, 0.0])
+        vectors = rows[:, 1:2] * direction * ARROW_PER_WIND
+        columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32))
+        return Chunk.from_columns("/world/fleet/wind", [times(rows[:, 0])], columns)
+
+    def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
+        """Arrows of a boat's thrusts, and its engines where they turned since the last block."""
+        mine = [i for i, (name, _) in enumerate(self._layout.thrusters) if name == boat.name]
+        if not mine:
+            return
+        thrust, angle = rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]
+        thrusters = [self._scene.thrusters[i] for i in mine]
+        yield thrust_arrows(self._paths[boat.name], rows[:, 0], thrusters, thrust, angle)
+        for k, i in enumerate(mine):
+            if np.any(angle[:, k] != self._angle[i]):
+                yield engine(self._paths[boat.name], rows[:, 0], thrusters[k], angle[:, k])
+            self._angle[i] = angle[-1, k]
+
+    def _seas(self, rows: FloatArray) -> Iterator[Chunk]:
+        height = self._scene.sea_height
+        assert height is not None
+        fleet = self._boat_positions(rows)[:, :, :2]
+        for start in range(0, len(rows), SEA_FRAMES):
+            time = rows[start : start + SEA_FRAMES, 0]
+            patches = [sea_patch(height, fleet[start + k], float(t)) for k, t in enumerate(time)]
+            columns = rr.Mesh3D.columns(
+                vertex_positions=np.concatenate([positions for positions, _ in patches]),
+                vertex_colors=np.concatenate([colors for _, colors in patches]),
+            )
+            lengths = [SIDE * SIDE] * len(time)
+            yield Chunk.from_columns("/world/sea", [times(time)], columns.partition(lengths))
+
+
+def exact_rows(rows: FloatArray) -> Chunk:
+    """A block of rows as they are, to the last bit."""
+    return Chunk.from_columns(
+        "/record/rows", [times(rows[:1, 0])], rr.AnyValues.columns(block=[pack_rows(rows)])
+    )
+
+
+def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
+    """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
+    moved = position.astype(np.float32)
+    if quaternion is None:
+        columns = rr.Transform3D.columns(translation=moved)
+    else:
+        columns = rr.Transform3D.columns(translation=moved, quaternion=quaternion.astype(np.float32))
+    return Chunk.from_columns(path, [times(time)], columns)
+
+
+def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
+    """Series (n, k) of one quantity."""
+    columns: Iterable[rr.ComponentColumn] = rr.Scalars.columns(scalars=values.reshape(-1)).partition(
+        [values.shape[1]] * len(rows)
+    )
+    return Chunk.from_columns(f"/plots/{name}", [times(rows[:, 0])], columns)
+
+
+def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Speed over ground [m/s], heading, roll and pitch [rad] of poses (n, k, 7) and velocities (n, k, 6).
+
+    R = Rz(yaw) Ry(pitch) Rx(roll); heading is counter-clockwise from east.
+    """
+    w, x, y, z = np.moveaxis(pose[..., 3:], -1, 0)
+    heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    return np.hypot(velocity[..., 0], velocity[..., 1]), heading, roll, pitch
+
+
+def thrust_arrows(
+    path: str, time: FloatArray, thrusters: Sequence[RecordedThruster], thrust: FloatArray, angle: FloatArray
+) -> Chunk:
+    """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
+    mount = np.array([thruster.position for thruster in thrusters]) + (0.0, 0.0, ARROW_HEIGHT)
+    direction = angle + np.array([thruster.yaw for thruster in thrusters])
+    length = thrust * ARROW_PER_NEWTON
+    vectors = np.stack([np.cos(direction) * length, np.sin(direction) * length, np.zeros_like(length)], axis=-1)
+    columns = rr.Arrows3D.columns(
+        vectors=vectors.reshape(-1, 3).astype(np.float32),
+        origins=np.tile(mount, (len(time), 1)).astype(np.float32),
+    )
+    return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition([len(thrusters)] * len(time)))
+
+
+def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
+    """An engine turning about its mount."""
+    half = (angle + thruster.yaw) / 2
+    quaternion = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=-1)
+    position = np.tile(np.array(thruster.position), (len(time), 1))
+    return transforms(f"{path}/{thruster.name}", time, position, quaternion)

@@ -1,0 +1,226 @@
+"""Reads a recording back: arrays to the last bit, also from a run that was killed."""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.record.rows import unpack_rows
+from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RowLayout
+from vrx_mj.errors import RecordError
+
+__all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened."""
+
+    time: float
+    """Simulated time [s], to a nanosecond."""
+    text: str
+    level: str
+
+
+@dataclass(frozen=True)
+class SavedState:
+    """A state from which the run can go on."""
+
+    time: float
+    blob: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What one boat or object did, a row per recorded time."""
+
+    name: str
+    position: FloatArray
+    """(n, 3) [m, ENU]."""
+    quaternion: FloatArray
+    """(n, 4): w, x, y, z."""
+    velocity: FloatArray
+    """(n, 3) [m/s], of the body's origin, body axes."""
+    angular_velocity: FloatArray
+    """(n, 3) [rad/s], body axes."""
+    thrust: Mapping[str, FloatArray]
+    """By thruster, (n,) [N]; empty for an object."""
+    angle: Mapping[str, FloatArray]
+    """Steering angle by thruster, (n,) [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A recording."""
+
+    path: Path
+    properties: Mapping[str, Any]
+    """The run: world, fleet, seed, versions, platform."""
+    files: Mapping[str, bytes]
+    """The saved form of the world, by relative path."""
+    timestep: float
+    """Physics step [s]."""
+    time: FloatArray
+    """(n,) simulated time [s]."""
+    wind: FloatArray
+    """(n,) wind speed [m/s]."""
+    wind_direction: tuple[float, float]
+    """Unit vector the wind blows toward, east and north."""
+    boats: Mapping[str, Track]
+    objects: Mapping[str, Track]
+    events: tuple[Event, ...]
+    states: tuple[SavedState, ...]
+    layout: RowLayout
+    rows: FloatArray
+    """(n, columns): everything recorded, as it was; `layout.names()` names the columns."""
+    complete: bool
+    """Whether the recording was closed; a killed run leaves one that was not."""
+
+    def state_at(self, time: float) -> SavedState:
+        """The last state saved at or before `time` [s]."""
+        before = [state for state in self.states if state.time <= time + 1e-9]
+        if not before:
+            first = f"; the first is at {self.states[0].time:g} s" if self.states else ""
+            raise RecordError(f"'{self.path}' has no state at or before {time:g} s{first}")
+        return before[-1]
+
+
+def read_record(path: str | Path) -> Record:
+    """The recording in a file."""
+    file = Path(path)
+    parts, complete = read_parts(file)
+    if "/record/run" not in parts:
+        raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
+    run = parts["/record/run"][0]
+    head = json.loads(run["head"][0][0])
+    if head["format"] != FORMAT:
+        raise RecordError(f"'{file}' is a recording of format {head['format']}; this version reads {FORMAT}")
+    layout = RowLayout.from_json(head["layout"])
+    rows = all_rows(parts.get("/record/rows", []), layout.width)
+    return Record(
+        path=file,
+        properties=head["properties"],
+        files=unpacked(run["files"][0][0]),
+        timestep=head["timestep"],
+        time=rows[:, 0],
+        wind=rows[:, 1],
+        wind_direction=tuple(head["wind_direction"]),
+        boats=tracks(rows, layout, "boat"),
+        objects=tracks(rows, layout, "object"),
+        events=all_events(parts.get("/events", [])),
+        states=all_states(parts.get("/record/states", [])),
+        layout=layout,
+        rows=rows,
+        complete=complete,
+    )
+
+
+OURS = ("/record/run", "/record/rows", "/record/states", "/events")
+"""Entities that are read; all others are for looking at."""
+
+
+def read_parts(file: Path) -> tuple[dict[str, list[dict[str, Any]]], bool]:
+    """Columns of our entities, a dict per chunk, and whether the file is complete."""
+    if not file.is_file():
+        raise RecordError(f"no recording '{file}'")
+    from rerun_bindings import check_for_rrd_footer
+
+    parts: dict[str, list[dict[str, Any]]] = {}
+    try:
+        complete = bool(check_for_rrd_footer(str(file)))
+        for chunk in chunks(file):
+            parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
+    except (ValueError, OSError, RuntimeError) as error:
+        raise RecordError(f"'{file}' is not a recording of vrx_mj: {first_line(error)}") from error
+    return parts, complete
+
+
+def chunks(file: Path) -> Iterator[Any]:
+    """Chunks of our entities as far as the file goes."""
+    from rerun.chunk import RrdReader
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
+        stream = RrdReader(file).stream().filter(content=[f"+ {path}" for path in OURS])
+        yield from stream
+
+
+def first_line(error: BaseException) -> str:
+    """What an error says, in one line."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+
+
+def all_rows(parts: Sequence[Mapping[str, Any]], width: int) -> FloatArray:
+    """Rows (n, width) of every block, sorted by time."""
+    blocks = [unpack_rows(blob[0]) for part in parts for blob in part["block"]]
+    if not blocks:
+        return np.empty((0, width))
+    rows = np.concatenate(blocks)
+    return rows[np.argsort(rows[:, 0], kind="stable")]
+
+
+def all_events(parts: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
+    """Events in the order of time."""
+    events = [
+        Event(time.total_seconds(), text[0], level[0])
+        for part in parts
+        for time, text, level in zip(
+            part["sim_time"], part["TextLog:text"], part["TextLog:level"], strict=True
+        )
+    ]
+    return tuple(sorted(events, key=lambda event: event.time))
+
+
+def all_states(parts: Sequence[Mapping[str, Any]]) -> tuple[SavedState, ...]:
+    """States in the order of time."""
+    states = [
+        SavedState(time[0], blob[0])
+        for part in parts
+        for time, blob in zip(part["time"], part["blob"], strict=True)
+    ]
+    return tuple(sorted(states, key=lambda state: state.time))
+
+
+def tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:
+    """Tracks of the boats, or of the objects."""
+    return {body.name: track(rows, layout, body) for body in layout.bodies if body.kind == kind}
+
+
+def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
+    """One body's columns."""
+    pose, velocity = rows[:, layout.pose(body)], rows[:, layout.velocity(body)]
+    mine = [(i, name) for i, (boat, name) in enumerate(layout.thrusters) if boat == body.name]
+    thrust, angle = rows[:, layout.thrust], rows[:, layout.angle]
+    return Track(
+        name=body.name,
+        position=pose[:, :3],
+        quaternion=pose[:, 3:],
+        velocity=to_body(pose[:, 3:], velocity[:, :3]),
+        angular_velocity=velocity[:, 3:],
+        thrust={name: thrust[:, i] for i, name in mine},
+        angle={name: angle[:, i] for i, name in mine},
+    )
+
+
+def to_body(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
+    """World vectors (n, 3) in the axes of bodies turned by quaternions (n, 4)."""
+    w, axis = quaternion[:, :1], -quaternion[:, 1:]
+    twice = 2.0 * np.cross(axis, vector)
+    return vector + w * twice + np.cross(axis, twice)
+
+
+def unpacked(blob: bytes) -> dict[str, bytes]:
+    """Files of the archive in a recording."""
+    with zipfile.ZipFile(io.BytesIO(blob)) as stored:
+        return {name: stored.read(name) for name in stored.namelist()}

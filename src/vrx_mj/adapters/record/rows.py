@@ -1,0 +1,49 @@
+"""Rows of float64 to bytes and back, exactly, in about two thirds of the space.
+
+A row's columns are smooth in time. Their bit patterns, read as integers that sort like the numbers, are
+therefore nearly polynomials: third differences are small, and written byte plane by byte plane their upper
+planes are runs of equal bytes, which the LZ4 of the file squeezes out. Integer arithmetic wraps, so nothing is
+lost whatever the rows hold, NaN included.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["pack_rows", "unpack_rows"]
+
+ORDER = 3
+"""Differences taken: the third are the smallest that pay for smooth 20 Hz rows of a boat in waves."""
+HEADER = struct.Struct("<II")
+"""Number of rows, number of columns."""
+FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
+
+
+def pack_rows(rows: npt.NDArray[np.float64]) -> bytes:
+    """Bytes of (n, columns) rows."""
+    count, width = rows.shape
+    bits = _ordered(np.ascontiguousarray(rows.T, dtype="<f8").view("<i8"))
+    for order in range(min(ORDER, count - 1)):
+        bits[:, order + 1 :] -= bits[:, order:-1].copy()
+    small = (bits << 1) ^ (bits >> 63)  # the sign into the lowest bit, so that small means small bytes
+    planes = small.view(np.uint8).reshape(width * count, 8).T
+    return HEADER.pack(count, width) + planes.tobytes()
+
+
+def unpack_rows(blob: bytes | memoryview) -> npt.NDArray[np.float64]:
+    """The rows that `pack_rows` packed, bit for bit."""
+    count, width = HEADER.unpack_from(blob)
+    planes = np.frombuffer(blob, np.uint8, offset=HEADER.size).reshape(8, width * count)
+    small = np.ascontiguousarray(planes.T).view("<i8").reshape(width, count)
+    bits = ((small >> 1) & FLIP) ^ -(small & 1)
+    for order in reversed(range(min(ORDER, count - 1))):
+        bits[:, order:] = np.cumsum(bits[:, order:], axis=1)
+    return np.ascontiguousarray(_ordered(bits).view("<f8").T)
+
+
+def _ordered(bits: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Bit patterns of float64 as integers that sort like the numbers; its own inverse."""
+    return np.where(bits < 0, bits ^ FLIP, bits)

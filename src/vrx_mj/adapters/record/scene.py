@@ -1,0 +1,213 @@
+"""What a recording holds besides its rows: run, bodies, thrusters, sea, wind, shore. Plain data, no rerun.
+
+The runtime fills a `RecordScene` once, when recording starts; everything later is rows of float64, whose
+columns `RowLayout` names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "FORMAT",
+    "MovingBody",
+    "RecordScene",
+    "RecordedBody",
+    "RecordedThruster",
+    "RowLayout",
+    "SeaHeight",
+    "Surface",
+    "Waypoint",
+]
+
+FORMAT = 1
+"""Version of what we write into a recording; a reader refuses any other."""
+
+FloatArray = npt.NDArray[np.float64]
+Vec3 = tuple[float, float, float]
+Kind = Literal["boat", "object", "fixed"]
+SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
+"""Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""
+
+POSITION = ("x", "y", "z", "qw", "qx", "qy", "qz")
+VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A triangle mesh of one colour."""
+
+    vertices: npt.NDArray[np.float32]
+    """(n, 3) [m], in the frame of the body that carries it."""
+    faces: npt.NDArray[np.integer[Any]]
+    """(m, 3) indices of vertices, counter-clockwise seen from outside."""
+    normals: npt.NDArray[np.float32] | None
+    """(n, 3) unit vectors; None lets the writer compute smooth ones."""
+    rgba: tuple[float, float, float, float]
+    """Colour, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedBody:
+    """A boat, a floating object, or something that stands still: a dock, a post, the shore's terrain."""
+
+    name: str
+    path: str
+    """Entity path in the recording, for example `/world/boats/wamv1` or `/world/objects/red_0`."""
+    kind: Kind
+    pose: tuple[float, float, float, float, float, float, float] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    """Position [m] and quaternion (w, x, y, z) when recording starts; for a fixed body, always."""
+    qpos: int | None = None
+    """First of the free joint's 7 numbers in qpos; None for a fixed body."""
+    dof: int | None = None
+    """First of the free joint's 6 numbers in qvel; None for a fixed body."""
+    surfaces: tuple[Surface, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedThruster:
+    """A thruster, in the order of the rows' thrust and angle columns."""
+
+    name: str
+    boat: str
+    position: Vec3
+    """Where the engine is mounted [m], body frame."""
+    yaw: float = 0.0
+    """Mount angle about the body's z axis [rad]."""
+    propeller: Vec3 = (-0.28, 0.0, -0.51)
+    """Where the propeller is [m], in the engine's frame."""
+    surfaces: tuple[Surface, ...] = ()
+    """The engine's looks, in its own frame: they turn with the steering angle."""
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A place of the task, with the heading wanted there [rad, counter-clockwise from east] if any."""
+
+    name: str
+    position: Vec3
+    heading: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RecordScene:
+    """All that a recording knows before its first row."""
+
+    properties: Mapping[str, Any]
+    """The run: world, fleet, seed, versions, platform, hashes. JSON values."""
+    timestep: float
+    """Physics step [s]."""
+    nq: int
+    nv: int
+    bodies: tuple[RecordedBody, ...]
+    thrusters: tuple[RecordedThruster, ...]
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    """The saved form of the world by relative path: what a restart needs."""
+    sea_height: SeaHeight | None = None
+    wind_direction: tuple[float, float] = (1.0, 0.0)
+    """Unit vector the wind blows toward, east and north."""
+    shoreline: tuple[FloatArray, ...] = ()
+    """Closed polygons, (n, 2) [m]."""
+    waypoints: tuple[Waypoint, ...] = ()
+
+    def boats(self) -> tuple[RecordedBody, ...]:
+        """The bodies that are boats, in order."""
+        return tuple(body for body in self.bodies if body.kind == "boat")
+
+    def layout(self) -> RowLayout:
+        """Names and places of the rows' columns."""
+        moving = (
+            MovingBody(body.name, body.kind, body.qpos, body.dof)
+            for body in self.bodies
+            if body.qpos is not None and body.dof is not None
+        )
+        thrusters = tuple((thruster.boat, thruster.name) for thruster in self.thrusters)
+        return RowLayout(self.nq, self.nv, thrusters, tuple(moving))
+
+
+@dataclass(frozen=True)
+class MovingBody:
+    """Where a body with a free joint stands in qpos and qvel."""
+
+    name: str
+    kind: Kind
+    qpos: int
+    dof: int
+
+
+@dataclass(frozen=True)
+class RowLayout:
+    """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel."""
+
+    nq: int
+    nv: int
+    thrusters: tuple[tuple[str, str], ...]
+    """(boat, thruster) in the order of their columns."""
+    bodies: tuple[MovingBody, ...]
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return 2 + 2 * len(self.thrusters) + self.nq + self.nv
+
+    @property
+    def thrust(self) -> slice:
+        """Thrusts [N]."""
+        return slice(2, 2 + len(self.thrusters))
+
+    @property
+    def angle(self) -> slice:
+        """Steering angles [rad]."""
+        return slice(self.thrust.stop, self.thrust.stop + len(self.thrusters))
+
+    @property
+    def qpos(self) -> slice:
+        """Positions, as MuJoCo has them."""
+        return slice(self.angle.stop, self.angle.stop + self.nq)
+
+    @property
+    def qvel(self) -> slice:
+        """Velocities, as MuJoCo has them: a free joint's are world linear [m/s], body angular [rad/s]."""
+        return slice(self.qpos.stop, self.qpos.stop + self.nv)
+
+    def pose(self, body: MovingBody) -> slice:
+        """The 7 columns of a body's position and quaternion."""
+        start = self.qpos.start + body.qpos
+        return slice(start, start + 7)
+
+    def velocity(self, body: MovingBody) -> slice:
+        """The 6 columns of a body's velocity."""
+        start = self.qvel.start + body.dof
+        return slice(start, start + 6)
+
+    def names(self) -> tuple[str, ...]:
+        """What each column is, for people: `wamv1 y`, `wamv1 left thrust`, `qpos[30]`."""
+        names = ["time", "wind_speed"]
+        names += [f"{boat} {name} thrust" for boat, name in self.thrusters]
+        names += [f"{boat} {name} angle" for boat, name in self.thrusters]
+        names += [f"qpos[{i}]" for i in range(self.nq)] + [f"qvel[{i}]" for i in range(self.nv)]
+        for column, name in self._body_names():
+            names[column] = name
+        return tuple(names)
+
+    def _body_names(self) -> Iterator[tuple[int, str]]:
+        for body in self.bodies:
+            for i, axis in enumerate(POSITION, self.pose(body).start):
+                yield i, f"{body.name} {axis}"
+            for i, axis in enumerate(VELOCITY, self.velocity(body).start):
+                yield i, f"{body.name} {axis}"
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON tree that `from_json` reads."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, tree: Mapping[str, Any]) -> RowLayout:
+        """The layout that `to_json` wrote."""
+        thrusters = tuple((boat, name) for boat, name in tree["thrusters"])
+        return cls(tree["nq"], tree["nv"], thrusters, tuple(MovingBody(**body) for body in tree["bodies"]))

@@ -1,0 +1,217 @@
+"""From a running simulation to a recording, and back from a recording to a running simulation."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import trimesh
+
+from vrx_mj.adapters.record.reader import Record, read_record
+from vrx_mj.adapters.record.scene import (
+    RecordedBody,
+    RecordedThruster,
+    RecordScene,
+    Surface,
+    Waypoint,
+)
+from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import RecordError
+from vrx_mj.runtime.run import fingerprint
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.state import State
+
+__all__ = ["POSE_RATE", "record", "resume", "scene_of"]
+
+POSE_RATE = 20.0
+"""Rows per simulated second [Hz]."""
+
+
+@contextlib.contextmanager
+def record(sim: Simulation, path: str | Path) -> Iterator[RecordWriter]:
+    """Record everything that `sim` does inside the `with` statement to a rerun file.
+
+    An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
+    file that reads up to its last second.
+
+    Raises:
+        RecordError: the file cannot be written.
+    """
+    with RecordWriter(path, scene_of(sim)) as writer:
+        sim.attach(writer, rate=POSE_RATE)
+        try:
+            yield writer
+        finally:
+            sim.detach(writer)
+
+
+def resume(path: str | Path, time: float) -> Simulation:
+    """A simulation at the last recorded second not after simulated `time` [s] of a recording.
+
+    Raises:
+        RecordError: the file is no recording, or has no state that early.
+    """
+    recorded = read_record(path)
+    found = [saved.blob for saved in recorded.states if saved.time <= time + 1e-9]
+    if not found:
+        raise RecordError(f"'{path}' has no state at or before {time:g} s")
+    sim = Simulation(saved_world(recorded))
+    sim.set_state(State.from_bytes(found[-1]))
+    return sim
+
+
+def saved_world(recorded: Record) -> World:
+    """The world that a recording was made in."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in recorded.files.items():
+            target = Path(folder) / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+        return World.load(folder)
+
+
+def scene_of(sim: Simulation) -> RecordScene:
+    """What a recording of this simulation holds before its first row."""
+    world, model = sim.world, sim.visual_model
+    parameters = world.parameters
+    wind = parameters["wind"]["direction"]
+    return RecordScene(
+        properties={
+            "world": world.name,
+            "fleet": parameters["fleet"],
+            "seed": sim.seed,
+            "profile": parameters["profile"],
+            "world_sha256": world.sha256,
+            "platform": fingerprint(),
+            "sea": {key: parameters["sea"][key] for key in ("model", "significant_height", "period", "direction")},
+            "wind": parameters["wind"],
+        },
+        timestep=sim.timestep,
+        nq=int(sim.model.nq),
+        nv=int(sim.model.nv),
+        bodies=tuple(_bodies(world, model)),
+        thrusters=tuple(_thrusters(world)),
+        files=_files(world),
+        sea_height=lambda x, y, t: sim.sea.height(x, y, t),
+        wind_direction=(float(wind[0]), float(wind[1])),
+        shoreline=tuple(np.array(ring, np.float64) for ring in parameters["shoreline"]),
+        waypoints=tuple(
+            Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
+            for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
+        ),
+    )
+
+
+def _files(world: World) -> dict[str, bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        world.save(folder)
+        paths = sorted(path for path in Path(folder).rglob("*") if path.is_file())
+        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def _bodies(world: World, model: mujoco.MjModel) -> Iterator[RecordedBody]:
+    """Boats, objects and docks, each with what is seen of it; then the shore."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    looks = _looks(model)
+    boats = [("boat", boat["name"], hull["body"]) for boat, hull in _pairs(world)]
+    objects = [("object", item["name"], item["body"]) for item in world.parameters["objects"]]
+    docks = [("fixed", dock["name"], f"{dock['name']}/dock") for dock in world.parameters["docks"]]
+    for kind, name, body_name in (*boats, *objects, *docks):
+        body = model.body(body_name).id
+        joint = int(model.body_jntadr[body]) if model.body_jntnum[body] else None
+        pose = (*data.xpos[body], *data.xquat[body])
+        yield RecordedBody(
+            name=name,
+            path=f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}",
+            kind=kind if joint is not None else "fixed",
+            pose=tuple(float(value) for value in pose),
+            qpos=None if joint is None else int(model.jnt_qposadr[joint]),
+            dof=None if joint is None else int(model.jnt_dofadr[joint]),
+            surfaces=looks.get(body, ()),
+        )
+    if world.parameters["terrain"]:
+        yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=looks.get(0, ()))
+
+
+def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
+    return zip(world.parameters["boats"], world.parameters["hulls"], strict=True)
+
+
+def _thrusters(world: World) -> Iterator[RecordedThruster]:
+    for row in world.parameters["thrusters"]:
+        boat = world.boats[row["hull"]]
+        yield RecordedThruster(
+            row["name"], boat, tuple(row["position"]), row["yaw"], tuple(row["propeller"])
+        )
+
+
+def _looks(model: mujoco.MjModel) -> dict[int, tuple[Surface, ...]]:
+    """What is seen of every body, in its frame; hinged parts are drawn on the body that carries them."""
+    seen: dict[int, list[Surface]] = {}
+    for geom in range(model.ngeom):
+        visual = model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0
+        if not visual or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            continue
+        body = int(model.geom_bodyid[geom])
+        place = _placed(model.geom_pos[geom], model.geom_quat[geom])
+        while body not in (0, int(model.body_rootid[body])):
+            place = _placed(model.body_pos[body], model.body_quat[body]) @ place
+            body = int(model.body_parentid[body])
+        seen.setdefault(body, []).append(_surface(model, geom, place))
+    return {body: tuple(surfaces) for body, surfaces in seen.items()}
+
+
+def _placed(position: Any, quaternion: Any) -> Any:
+    place = trimesh.transformations.quaternion_matrix(quaternion)
+    place[:3, 3] = position
+    return place
+
+
+def _surface(model: mujoco.MjModel, geom: int, place: Any) -> Surface:
+    shape = _mesh(model, geom)
+    shape.apply_transform(place)
+    return Surface(
+        np.asarray(shape.vertices, np.float32),
+        np.asarray(shape.faces, np.int32),
+        np.asarray(shape.vertex_normals, np.float32),
+        tuple(float(value) for value in model.geom_rgba[geom]),
+    )
+
+
+def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    """A geom as triangles, in its own frame; flat faces keep their edges."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    shapes = mujoco.mjtGeom
+    if kind == shapes.mjGEOM_MESH:
+        return _asset(model, int(model.geom_dataid[geom]))
+    if kind == shapes.mjGEOM_BOX:
+        box = trimesh.creation.box(extents=2.0 * size)
+        box.unmerge_vertices()
+        return box
+    if kind == shapes.mjGEOM_CYLINDER:
+        return _sharp(trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24))
+    if kind == shapes.mjGEOM_CAPSULE:
+        return trimesh.creation.capsule(radius=size[0], height=2.0 * size[1], count=[16, 12])
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.apply_scale(size if kind == shapes.mjGEOM_ELLIPSOID else [size[0]] * 3)
+    return ball
+
+
+def _asset(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
+    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    first, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    vertices = model.mesh_vert[start : start + count]
+    return _sharp(trimesh.Trimesh(vertices, model.mesh_face[first : first + faces], process=False))
+
+
+def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The mesh with its vertices split along edges sharper than 40 degrees."""
+    return trimesh.graph.smooth_shade(shape, angle=math.radians(40.0))

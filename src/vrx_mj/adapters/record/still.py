@@ -1,0 +1,239 @@
+"""What does not change with time, as static rerun chunks: looks, shore, waypoints, names of series, the run."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+from rerun.archetypes import RecordingInfo
+from rerun.chunk import Chunk
+
+from vrx_mj.adapters.record.moving import WIND_HEIGHT
+from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordScene, Surface, Waypoint
+from vrx_mj.adapters.record.sea import sea_triangles
+
+__all__ = ["boat_colors", "still_chunks"]
+
+COLORS = (
+    (255, 177, 61),
+    (84, 214, 255),
+    (255, 105, 140),
+    (140, 232, 120),
+    (190, 150, 255),
+    (255, 236, 110),
+    (90, 225, 195),
+    (255, 150, 90),
+)
+"""Colours that tell boats apart in trails and plots."""
+WIND_COLOR = (235, 245, 255)
+THRUST_COLOR = (255, 84, 48)
+WAYPOINT_COLOR = (255, 64, 200)
+SHORE_COLOR = (226, 203, 150)
+CREASE = 0.6
+"""Faces whose normals differ by more (1 - cosine) keep their edge when we compute normals ourselves."""
+EPOCH = (2020, 1, 1, 0, 0, 0)
+"""Time of the files in the archive: one world, one archive."""
+
+
+def boat_colors(count: int) -> list[tuple[int, int, int]]:
+    """Colours of boats, in order."""
+    return [COLORS[i % len(COLORS)] for i in range(count)]
+
+
+def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Every static chunk of a recording."""
+    yield from run_chunks(scene)
+    yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    if scene.sea_height is not None:
+        yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
+    for body in scene.bodies:
+        yield from body_chunks(body)
+    yield from engine_chunks(scene)
+    yield from boat_chunks(scene)
+    yield from place_chunks(scene)
+    yield from series_chunks(scene)
+
+
+def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row without time."""
+    columns = [
+        column
+        for archetype in archetypes
+        for batch in archetype.as_component_batches()
+        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
+    ]
+    return Chunk.from_columns(path, [], columns)
+
+
+def batch_size(batch: Any) -> int:
+    """Number of values in a batch."""
+    return len(batch.as_arrow_array())
+
+
+def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """The run: for people as properties, for us as JSON and an archive of the world's files."""
+    title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
+    yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
+    yield Chunk.from_property("run", rr.AnyValues(**{key: show(value) for key, value in scene.properties.items()}))
+    head = {
+        "format": FORMAT,
+        "timestep": scene.timestep,
+        "properties": dict(scene.properties),
+        "wind_direction": list(scene.wind_direction),
+        "layout": scene.layout().to_json(),
+    }
+    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)])
+    yield Chunk.from_columns("/record/run", [], columns)
+
+
+def show(value: Any) -> Any:
+    """A property as the viewer lists it."""
+    return value if isinstance(value, str | int | float | bool) else json.dumps(value)
+
+
+def archive(files: Mapping[str, bytes]) -> bytes:
+    """A zip archive of files, the same bytes for the same files."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out:
+        for name in sorted(files):
+            out.writestr(zipfile.ZipInfo(name, EPOCH), files[name], zipfile.ZIP_DEFLATED)
+    return buffer.getvalue()
+
+
+def body_chunks(body: RecordedBody) -> Iterator[Chunk]:
+    """A body's looks, and its first pose until rows move it."""
+    if body.qpos is None:
+        yield static(body.path, pose(body))
+    if body.surfaces:
+        yield static(f"{body.path}/shape", mesh(body.surfaces))
+
+
+def pose(body: RecordedBody) -> rr.Transform3D:
+    """Where a body is when recording starts."""
+    x, y, z, qw, qx, qy, qz = body.pose
+    return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
+
+
+def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
+    """One mesh of several surfaces: colours go to the vertices."""
+    parts = [(part, *smooth(part)) for part in surfaces]
+    start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
+    return rr.Mesh3D(
+        vertex_positions=np.concatenate([vertices for _, vertices, _, _ in parts]),
+        triangle_indices=np.concatenate(
+            [faces + first for (_, _, faces, _), first in zip(parts, start, strict=False)]
+        ),
+        vertex_normals=np.concatenate([normals for _, _, _, normals in parts]),
+        vertex_colors=np.concatenate(
+            [np.tile(color(part.rgba), (len(vertices), 1)) for part, vertices, _, _ in parts]
+        ),
+    )
+
+
+def color(rgba: Sequence[float]) -> npt.NDArray[np.uint8]:
+    """Colour 0 to 1 as bytes."""
+    return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
+
+
+def smooth(
+    part: Surface,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
+    """Vertices, faces and normals; where the surface has no normals, each face gets its own corners."""
+    faces = np.asarray(part.faces, np.uint32)
+    if part.normals is not None:
+        return part.vertices.astype(np.float32), faces, part.normals.astype(np.float32)
+    corners = part.vertices[faces].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    flat = np.arange(3 * len(faces), dtype=np.uint32).reshape(-1, 3)
+    return (
+        corners.reshape(-1, 3).astype(np.float32),
+        flat,
+        np.repeat(normal, 3, axis=0).astype(np.float32),
+    )
+
+
+def engine_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Looks of engines, which turn in their boat's frame."""
+    paths = {body.name: body.path for body in scene.boats()}
+    for thruster in scene.thrusters:
+        if thruster.surfaces:
+            yield static(f"{paths[thruster.boat]}/{thruster.name}/shape", mesh(thruster.surfaces))
+
+
+def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Names over boats, colours of their trails and arrows."""
+    boats = scene.boats()
+    for boat, rgb in zip(boats, boat_colors(len(boats)), strict=True):
+        label = rr.Points3D([[0.0, 0.0, 2.9]], labels=[boat.name], colors=[rgb], radii=[0.06], show_labels=True)
+        yield static(f"{boat.path}/label", label)
+        trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
+        yield static(f"/world/trails/{boat.name}", trail)
+        arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.09])
+        yield static(f"{boat.path}/thrust", arrows)
+    wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
+    yield static("/world/fleet/wind", wind)
+
+
+def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Shore and waypoints."""
+    if scene.shoreline:
+        strips = [np.column_stack([np.vstack([ring, ring[:1]]), np.full(len(ring) + 1, 0.15)]) for ring in scene.shoreline]
+        shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
+        yield static("/world/shore", shore)
+    if scene.waypoints:
+        yield static("/world/waypoints", markers(scene.waypoints))
+        headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
+        if headed:
+            yield static("/world/waypoints/headings", heading_arrows(headed))
+
+
+def markers(waypoints: Sequence[Waypoint]) -> rr.Points3D:
+    """Waypoints with their names."""
+    return rr.Points3D(
+        [waypoint.position for waypoint in waypoints],
+        labels=[waypoint.name for waypoint in waypoints],
+        colors=[WAYPOINT_COLOR],
+        radii=[0.6],
+        show_labels=True,
+    )
+
+
+def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
+    """Arrows of 4 m where a waypoint wants a heading."""
+    angle = np.array([waypoint.heading for waypoint in waypoints], np.float64)
+    vectors = 4.0 * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    origins = [waypoint.position for waypoint in waypoints]
+    return rr.Arrows3D(origins=origins, vectors=vectors, colors=[WAYPOINT_COLOR], radii=[0.15])
+
+
+def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Names and colours of the plots' series."""
+    names = [boat.name for boat in scene.boats()]
+    colors = boat_colors(len(names))
+    for quantity in ("speed", "heading", "roll", "pitch"):
+        labels = names if quantity in ("speed", "heading") else [f"{name} {quantity}" for name in names]
+        yield static(f"/plots/{quantity}", rr.SeriesLines(names=labels, colors=colors, widths=1.5))
+    yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
+    by_name = dict(zip(names, colors, strict=True))
+    labels = [f"{thruster.boat} {thruster.name}" for thruster in scene.thrusters]
+    shades = shaded([by_name[thruster.boat] for thruster in scene.thrusters])
+    if labels:
+        yield static("/plots/thrust", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
+        yield static("/plots/steering", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
+
+
+def shaded(colors: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:
+    """Every second series of one boat darker."""
+    seen: dict[tuple[int, int, int], int] = {}
+    out = []
+    for rgb in colors:
+        seen[rgb] = seen.get(rgb, -1) + 1
+        out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
+    return np.array(out).astype(np.uint8)

@@ -1,0 +1,206 @@
+"""Writes a recording while the run goes on.
+
+A thread of ours feeds chunks to rerun's file writer, which appends each one at once: a process that is killed
+leaves a file that reads up to its last flush. No recording stream of rerun's is open meanwhile. The caller
+only copies a block of rows into a queue.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import tempfile
+import threading
+import time
+import uuid
+import warnings
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.record.scene import RecordScene
+from vrx_mj.errors import RecordError, VrxError, VrxWarning
+
+__all__ = ["APPLICATION", "RecordWriter"]
+
+APPLICATION = "vrx_mj"
+FLUSH = 1.0
+"""Wall time between flushes [s]."""
+FLUSH_BYTES = 16 << 20
+"""Rows that wait for a flush, at most [bytes]."""
+WAITING = 64
+"""Blocks in the queue before the caller waits."""
+
+FloatArray = npt.NDArray[np.float64]
+Item = tuple[str, Any]
+
+
+class RecordWriter:
+    """A recording being written. `close` it, or use it in a `with` statement."""
+
+    def __init__(self, path: str | Path, scene: RecordScene) -> None:
+        self._path = Path(path)
+        self._width = scene.layout().width
+        check_writable(self._path)
+        self._work = Work(self._path, scene)
+        self._finish = weakref.finalize(self, self._work.finish)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._path
+
+    def rows(self, block: FloatArray) -> None:
+        """Record rows (n, columns), in the order of time. They are copied."""
+        rows = np.array(block, np.float64, order="C", ndmin=2)
+        if rows.shape[1] != self._width:
+            raise RecordError(f"rows of {rows.shape[1]} columns for '{self._path}', which has {self._width}")
+        if len(rows):
+            self._put(("rows", rows))
+
+    def event(self, t: float, text: str, level: str = "INFO") -> None:
+        """Record that something happened at simulated time `t` [s]."""
+        self._put(("event", (float(t), text, level)))
+
+    def state(self, t: float, blob: bytes) -> None:
+        """Record a state at simulated time `t` [s] from which the run can go on."""
+        self._put(("state", (float(t), bytes(blob))))
+
+    def close(self) -> None:
+        """Write what is left, then the blueprint and the table of contents. Once; later calls do nothing."""
+        self._finish()
+
+    def _put(self, item: Item) -> None:
+        if not self._finish.alive:
+            raise RecordError(f"the recording '{self._path}' is closed")
+        self._work.put(item)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def check_writable(path: Path) -> None:
+    """Fail now, not in the thread."""
+    try:
+        with path.open("wb"):
+            pass
+    except OSError as error:
+        raise RecordError(f"cannot write the recording '{path}': {error.strerror}") from error
+
+
+class Work:
+    """The writing thread and its queue. It does not know the `RecordWriter`, which may be forgotten."""
+
+    def __init__(self, path: Path, scene: RecordScene) -> None:
+        self._path = path
+        self._scene = scene
+        self._queue: queue.Queue[Item | None] = queue.Queue(WAITING)
+        self._error: BaseException | None = None
+        self._chunks = 0
+        import rerun.chunk  # noqa: F401  # in the caller's thread: an import lock held by two threads is a trap
+
+        self._thread = threading.Thread(target=self._run, name="vrx_mj record", daemon=True)
+        self._thread.start()
+
+    def put(self, item: Item | None) -> None:
+        """Hand over, waiting while the queue is full."""
+        while True:
+            self._check()
+            try:
+                return self._queue.put(item, timeout=FLUSH)
+            except queue.Full:
+                continue
+
+    def finish(self) -> None:
+        """End the thread; complete the file."""
+        if self._thread.is_alive():
+            with contextlib.suppress(RecordError):
+                self.put(None)
+        self._thread.join()
+        self._check()
+        try:
+            self._complete()
+        except (VrxError, OSError) as error:
+            warnings.warn(f"{error}; the recording reads, but opens without its views", VrxWarning, stacklevel=2)
+
+    def _check(self) -> None:
+        if self._error is not None:
+            raise RecordError(f"cannot write the recording '{self._path}': {self._error}") from self._error
+
+    def _run(self) -> None:
+        from rerun.chunk import LazyChunkStream
+
+        try:
+            stream = LazyChunkStream.from_iter(self._stream())
+            stream.write_rrd(self._path, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+        except BaseException as error:
+            self._error = self._error or error
+
+    def _stream(self) -> Iterator[Any]:
+        """Every chunk of the file; the file's writer asks for the next when it wrote the last."""
+        try:
+            for chunk in self._all_chunks():
+                self._chunks += 1
+                yield chunk
+        except Exception as error:
+            self._error = error  # rerun would tell less
+            raise
+
+    def _all_chunks(self) -> Iterator[Any]:
+        from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
+        from vrx_mj.adapters.record.still import still_chunks
+
+        yield from still_chunks(self._scene)
+        moving = MovingChunks(self._scene)
+        for batch in self._batches():
+            if batch["rows"]:
+                yield from moving(np.concatenate(batch["rows"]))
+            if batch["state"]:
+                yield state_chunk(batch["state"])
+            if batch["event"]:
+                yield event_chunk(batch["event"])
+
+    def _batches(self) -> Iterator[dict[str, list[Any]]]:
+        """What came in since the last flush, by kind, until the end."""
+        going = True
+        while going:
+            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": []}
+            going = self._gather(batch)
+            yield batch
+
+    def _gather(self, batch: dict[str, list[Any]]) -> bool:
+        """Fill `batch` until the next flush is due; False if that was the last."""
+        due, size = time.monotonic() + FLUSH, 0
+        while size < FLUSH_BYTES and (left := due - time.monotonic()) > 0:
+            try:
+                item = self._queue.get(timeout=left)
+            except queue.Empty:
+                break
+            if item is None:
+                return False
+            kind, value = item
+            batch[kind].append(value)
+            size += value.nbytes if kind == "rows" else 0
+        return True
+
+    def _complete(self) -> None:
+        """Add the blueprint and the table of contents."""
+        from vrx_mj.adapters.record.blueprint import blueprint_bytes
+        from vrx_mj.adapters.record.viewer import join_blueprint
+
+        with tempfile.TemporaryDirectory(dir=self._path.parent, prefix=".record-") as folder:
+            views, joined = Path(folder) / "views.rbl", Path(folder) / "joined.rrd"
+            views.write_bytes(blueprint_bytes(self._scene, APPLICATION))
+            join_blueprint(self._path, views, joined, chunks=self._chunks)
+            os.replace(joined, self._path)

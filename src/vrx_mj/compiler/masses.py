@@ -1,0 +1,61 @@
+"""Mass, centre of mass and inertia of rigid parts joined together."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """A rigid part, or several joined, in the axes of one frame."""
+
+    mass: float
+    """Mass [kg]."""
+    center: FloatArray
+    """(3,): centre of mass in the frame [m]."""
+    inertia: FloatArray
+    """(3, 3): inertia tensor about the centre of mass, in the frame's axes [kg m2]."""
+
+    def tensor(self) -> list[float]:
+        """Tensor as MJCF's `fullinertia` has it: xx, yy, zz, xy, xz, yz [kg m2]."""
+        rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+        return [float(value) for value in self.inertia[rows, columns]]
+
+
+def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> MassProperties:
+    """A part of `mass` [kg] at `center` [m] with principal inertias `inertia` [kg m2] along the axes."""
+    moments = np.array(inertia, dtype=np.float64)
+    return MassProperties(mass, np.array(center, dtype=np.float64), np.diag(moments))
+
+
+def mounted(part: MassProperties, position: Sequence[float], yaw: float) -> MassProperties:
+    """The part in a frame in which its own stands at `position` [m], turned about z by `yaw` [rad]."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return MassProperties(part.mass, turn @ part.center + np.array(position), turn @ part.inertia @ turn.T)
+
+
+def joined(parts: Iterable[MassProperties]) -> MassProperties:
+    """The rigid union of parts given in one frame.
+
+    Parallel axes (Steiner): I = sum I_i + m_i (|d|^2 1 - d d^T), d from the common centre of mass.
+    """
+    members = tuple(parts)
+    mass = math.fsum(part.mass for part in members)
+    center = sum((part.mass * part.center for part in members), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in members:
+        arm = part.center - center
+        inertia += part.inertia + part.mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return MassProperties(mass, center, inertia)
+
+
+def axis_inertia(part: MassProperties) -> float:
+    """Inertia [kg m2] of the part about the z axis of its frame."""
+    x, y, _ = part.center
+    return float(part.inertia[2, 2] + part.mass * (x * x + y * y))

@@ -1,0 +1,108 @@
+"""Rows for the compiled loop's tables, as plain data with names where the tables have ids."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from vrx_mj.compiler.placement import PlacedObject
+from vrx_mj.compiler.poses import rotation
+from vrx_mj.config.objects import BuoyancyElement
+from vrx_mj.config.world import SeaConfig, WindConfig
+from vrx_mj.physics.waves import cwr_components, pms_components
+
+Row = dict[str, Any]
+NO_WIND = (0.0, 0.0, 0.0)
+NIL_AMPLITUDE = 1e-9
+"""Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
+SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
+
+
+def sea_parameters(sea: SeaConfig) -> Row:
+    """Wave components and start-up ramp; `model: none` is a sea without components."""
+    along = tuple(sea.direction)
+    common = {"number": sea.number, "scale": sea.scale, "angle": sea.angle, "steepness": sea.steepness}
+    waves: Sequence[Row] = ()
+    if sea.model == "pms":
+        waves = pms_components(period=sea.period, gain=sea.gain, direction=along, **common)
+    elif sea.model == "cwr":
+        waves = cwr_components(period=sea.period, amplitude=sea.amplitude, direction=along, **common)
+    afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
+    height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
+    return {
+        "model": sea.model,
+        "tau": sea.tau,
+        "level": 0.0,
+        "waves": list(afloat),
+        "significant_height": height,
+        "period": sea.period,
+        "direction": list(along),
+    }
+
+
+def wind_parameters(wind: WindConfig | None) -> Row:
+    """The gust process and its direction; a world without wind is one of 0 m/s."""
+    wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
+    toward = math.radians(wind.direction)
+    return {
+        "direction": [math.cos(toward), math.sin(toward)],
+        "mean": wind.mean_velocity,
+        "gain": wind.var_gain,
+        "time_constant": wind.var_time,
+        "seed": wind.seed,
+        "update_rate": wind.update_rate,
+    }
+
+
+def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float]:
+    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; zeros if none is listed."""
+    for item in wind.objects if wind else ():
+        if item.model in names:
+            return item.coefficients
+    return NO_WIND
+
+
+def float_row(item: PlacedObject, wind: WindConfig | None, gravity: float) -> tuple[Row, list[Row]]:
+    """The row of a floating object and those of its buoyancy elements."""
+    config = item.config
+    buoyancy = config.buoyancy
+    assert buoyancy is not None, f"{item.model} does not float"
+    ixx, iyy, izz = config.inertia
+    row = {
+        "body": f"{item.name}/{config.link}",
+        "mass": config.mass,
+        "com": list(config.center_of_mass),
+        "inertia": [ixx, iyy, izz, 0.0, 0.0, 0.0],
+        "density": buoyancy.fluid_density,
+        "gravity": gravity,
+        "level": buoyancy.fluid_level,
+        "linear_drag": buoyancy.linear_drag,
+        "angular_drag": buoyancy.angular_drag,
+        "wind": list(wind_coefficients(wind, item.name, item.model)),
+    }
+    return row, [element_row(element) for element in buoyancy.elements]
+
+
+def element_row(element: BuoyancyElement) -> Row:
+    """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
+    size, volume, mean = _measures(element)
+    return {
+        "shape": SHAPES[element.type],
+        "size": size,
+        "position": list(element.pose[:3]),
+        "rotation": [list(row) for row in rotation(*element.pose[3:])],
+        "volume": volume,
+        "mean_dimension": mean,
+    }
+
+
+def _measures(element: BuoyancyElement) -> tuple[list[float], float, float]:
+    if element.type == "box":
+        assert element.size is not None
+        a, b, c = element.size
+        return [a, b, c], a * b * c, (a + b + c) / 3.0
+    assert element.radius is not None
+    r = element.radius
+    if element.type == "sphere":
+        return [r, 0.0, 0.0], 4.0 / 3.0 * math.pi * r**3, 2.0 * r
+    assert element.length is not None
+    return [r, element.length, 0.0], math.pi * r * r * element.length, (2.0 * r + element.length) / 2.0

@@ -1,0 +1,107 @@
+"""MJCF text from the templates, and shapes of the configuration as the geoms and meshes that MJCF wants."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import PurePosixPath
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from vrx_mj.config.search import contained
+from vrx_mj.config.shapes import Shape
+from vrx_mj.resources import root
+
+__all__ = ["Geom", "Mesh", "geoms", "meshes", "render"]
+
+
+@dataclass(frozen=True)
+class Geom:
+    """A shape in MuJoCo's terms, for the macros of `shapes.xml.j2`."""
+
+    name: str | None
+    type: str
+    size: tuple[float, ...]
+    """Half lengths or radii [m]: MuJoCo's `size`; empty for a mesh."""
+    mesh: str | None
+    pos: tuple[float, ...]
+    euler: tuple[float, ...]
+    """Roll, pitch, yaw [rad] about fixed axes, R = Rz Ry Rx: `eulerseq="XYZ"`."""
+    rgba: tuple[float, ...] | None
+    """Only of what is seen; None for what collides."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh file and the scale that some shape wants it at."""
+
+    name: str
+    file: str
+    """`mesh_HASH.obj` or `.stl`, after its contents: equal meshes of robots and objects are one file."""
+    scale: tuple[float, ...]
+    content: bytes
+
+
+def render(template: str, **values: Any) -> str:
+    """The text of a template of `templates/`. A name that `values` lacks is an error, not an empty string.
+
+    Floats are written with all their digits, sequences of numbers separated by blanks, text escaped for XML.
+    """
+    return _environment().get_template(template).render(values)
+
+
+def geoms(shapes: Iterable[Shape]) -> list[Geom]:
+    """Shapes as geoms; a shape with a colour is seen and does not collide."""
+    return [
+        Geom(
+            name=shape.name,
+            type=shape.type,
+            size=_size(shape),
+            mesh=mesh(shape).name if shape.type == "mesh" else None,
+            pos=shape.pose[:3],
+            euler=shape.pose[3:],
+            rgba=getattr(shape, "color", None),
+        )
+        for shape in shapes
+    ]
+
+
+def meshes(shapes: Iterable[Shape]) -> list[Mesh]:
+    """The meshes that these shapes need, each once, in the order of their first use."""
+    return list(dict.fromkeys(mesh(shape) for shape in shapes if shape.type == "mesh"))
+
+
+def mesh(shape: Shape) -> Mesh:
+    """The mesh of a shape of type `mesh`, read from its file."""
+    path = contained(str(shape.file), shape.folder)
+    content = path.read_bytes()
+    stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
+    scaled = "" if shape.scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, shape.scale))
+    return Mesh(stem + scaled, stem + PurePosixPath(path.name).suffix.lower(), shape.scale, content)
+
+
+def _size(shape: Shape) -> tuple[float, ...]:
+    if shape.size is not None:
+        return tuple(length / 2 for length in shape.size)
+    if shape.radius is None:
+        return ()
+    return (shape.radius,) if shape.length is None else (shape.radius, shape.length / 2)
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=FileSystemLoader(root() / "templates", encoding="utf-8"),
+        undefined=StrictUndefined,
+        autoescape=True,
+        keep_trailing_newline=True,
+        finalize=_text,
+    )
+
+
+def _text(value: Any) -> Any:
+    """How a value is written; MJCF's numbers are separated by blanks."""
+    if isinstance(value, tuple | list):
+        return " ".join(repr(float(number)) for number in value)
+    return repr(float(value)) if isinstance(value, float) else value

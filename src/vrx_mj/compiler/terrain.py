@@ -1,0 +1,202 @@
+"""The shore: rings of points become a low bank that rises from the water, to hit and to see.
+
+The bank has one profile everywhere, a height over the distance inland of the waterline. What is hit are convex blocks, one
+for each edge of the shore, mitred so that neighbours share a face; what is seen is a mesh of the same profile.
+"""
+
+import functools
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.land import land_meshes
+from vrx_mj.compiler.templates import render
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError
+from vrx_mj.resources import root
+
+__all__ = ["bank_blocks", "on_land", "shoreline", "terrain_mjcf"]
+
+FloatArray = npt.NDArray[np.float64]
+
+SLOPE = 0.25
+"""Rise of the bank over the distance inland: VRX's posts, tents and antenna stand on such a slope within 0.3 m."""
+CREST = 6.0
+"""How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+TOE = (-1.0, -0.6)
+"""Distance inland and height of the foot of the bank [m], under water."""
+FLOOR = -1.6
+"""Height of the blocks' underside [m]."""
+MITRE_LIMIT = 3.0
+"""A corner is carried at most this many times the offset away from its vertex, so that sharp ones stay short."""
+RIDGE = 0.6
+"""Least height of a block's crest [m]: where the land is narrow the bank is steeper, so that no boat slips over it."""
+DEPTH_STEP = 0.75
+"""How finely a block's width is fitted to a narrow piece of land [m]."""
+
+
+def terrain_mjcf(name: str, near: Path | None = None) -> tuple[str, dict[str, bytes]]:
+    """A terrain as an MJCF model and the assets it needs: static geoms of the world body, no moving body.
+
+    Collision geoms are in group 3, visual ones in group 2. `near` is the folder of the file that names the terrain.
+
+    Raises:
+        UnknownNameError: there is no such terrain.
+        ConfigError: its file does not hold rings of points.
+    """
+    path = _find(name, near)
+    return _build(path, path.stat().st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=4)
+def _build(path: Path, _changed: int) -> tuple[str, dict[str, bytes]]:
+    polygons = _read(path)
+    meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
+    text = render("terrain.xml.j2", blocks=bank_blocks(_rings(polygons)).round(2).tolist(), meshes=meshes)
+    return text, {mesh.file: mesh.data for mesh in meshes}
+
+
+def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:
+    """The waterline as rings of points [x, y] (m, world frame, not closed), the land always on the left.
+
+    A ring that runs counter-clockwise bounds an island, a clockwise one a lake.
+    """
+    return [ring.tolist() for ring in _rings(_read(_find(name, near)))]
+
+
+def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
+    """Whether the point is on the dry side of the waterline: an odd number of rings surrounds it."""
+    return sum(_surrounds(ring, x, y) for ring in _rings(_read(_find(name, near)))) % 2 == 1
+
+
+def _surrounds(ring: FloatArray, x: float, y: float) -> bool:
+    """Whether a ray to the east of the point crosses the ring an odd number of times."""
+    (xa, ya), (xb, yb) = ring.T, np.roll(ring, -1, axis=0).T
+    spans = (ya > y) != (yb > y)
+    rise = np.where(spans, yb - ya, 1.0)
+    crossings = spans & (xa + (y - ya) / rise * (xb - xa) > x)
+    return bool(np.count_nonzero(crossings) % 2)
+
+
+def bank_blocks(rings: list[FloatArray]) -> FloatArray:
+    """The corners of one convex block for each edge of the shore, (edges, 10, 3) [m].
+
+    Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as the land is
+    nearer to its own edge than to any other, at most `CREST`: blocks from both sides of a spit meet in a ridge.
+    """
+    start = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    inland = _moves(rings, inland=True)
+    seaward = _moves(rings, inland=False)
+    depth = _depths(start, end, *inland)
+    lines = [
+        (seaward, TOE[0], FLOOR),
+        (seaward, *TOE),
+        (inland, 0.0, 0.0),
+        (inland, depth, np.maximum(SLOPE * depth, RIDGE)),
+        (inland, depth, FLOOR),
+    ]
+    corners = [
+        np.column_stack([vertex + move * np.reshape(distance, (-1, 1)), np.broadcast_to(height, len(start))])
+        for moves, distance, height in lines
+        for vertex, move in zip((start, end), moves, strict=True)
+    ]
+    return np.stack(corners, axis=1)
+
+
+def _moves(rings: list[FloatArray], *, inland: bool) -> tuple[FloatArray, FloatArray]:
+    """For both ends of each edge the vector by which they move when the edges move 1 m inland, twice (n, 2).
+
+    Where the offsets towards that side spread, at a bay inland of it and at a cape seaward, the vector is kept short.
+    """
+    mitres = [_mitres(ring, inland=inland) for ring in rings]
+    return np.concatenate(mitres), np.concatenate([np.roll(mitre, -1, axis=0) for mitre in mitres])
+
+
+def _mitres(ring: FloatArray, *, inland: bool) -> FloatArray:
+    along = np.roll(ring, -1, axis=0) - ring
+    along /= np.hypot(*along.T)[:, None]
+    after = np.column_stack([-along[:, 1], along[:, 0]])
+    before = np.roll(after, 1, axis=0)
+    mitre = (before + after) / np.maximum(1.0 + np.sum(before * after, axis=1), 1e-3)[:, None]
+    cape = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > 0.0
+    length = np.hypot(*mitre.T)
+    short = np.where(cape == inland, 1.0, np.maximum(1.0, length / MITRE_LIMIT))
+    return np.asarray(mitre / short[:, None])
+
+
+def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatArray) -> FloatArray:
+    """How far inland each block may reach before another edge of the shore is nearer, (n,) [m]."""
+    share = np.linspace(0.0, 1.0, 5)[None, :, None]
+    along = end - start
+    length = np.hypot(*along.T)
+    shrink = -np.sum((there - here) * along, axis=1) / length  # of the crest, per metre inland
+    vanish = np.where(shrink > 0.0, length / np.where(shrink > 0.0, shrink, 1.0), np.inf)
+    depth = np.zeros(len(start))
+    growing = np.ones(len(start), dtype=bool)
+    for reach in np.arange(DEPTH_STEP, CREST + 1e-9, DEPTH_STEP):
+        crest_a, crest_b = start + reach * here, end + reach * there
+        points = crest_a[:, None, :] * (1.0 - share) + crest_b[:, None, :] * share
+        growing &= (vanish > reach) & (_clearance(points, start, along) >= 0.9 * reach)
+        depth[growing] = reach
+    return np.maximum(depth, 0.3)
+
+
+def _clearance(points: FloatArray, start: FloatArray, along: FloatArray) -> FloatArray:
+    """The least distance of each row of points (n, k, 2) to any of the segments, (n,) [m]."""
+    square = np.sum(along * along, axis=1)
+    nearest = np.empty(len(points))
+    for row, group in enumerate(points):
+        offset = group[:, None, :] - start
+        share = np.clip(np.sum(offset * along, axis=2) / square, 0.0, 1.0)
+        gap = offset - share[..., None] * along
+        nearest[row] = np.sqrt(np.min(np.sum(gap * gap, axis=2)))
+    return nearest
+
+
+def _rings(polygons: list[dict[str, Any]]) -> list[FloatArray]:
+    """All rings of the land, each with the land on its left."""
+    rings = []
+    for polygon in polygons:
+        rings.append(_turned(polygon["exterior"], counterclockwise=True))
+        rings += [_turned(hole, counterclockwise=False) for hole in polygon["holes"]]
+    return rings
+
+
+def _turned(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
+    x, y = ring.T
+    area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return ring if (area > 0.0) == counterclockwise else ring[::-1]
+
+
+def _find(name: str, near: Path | None) -> Path:
+    """The terrain's file: in the folder `terrain` beside the file that names it, or one of ours."""
+    folders = [root() / "assets" / "terrain", *([near / "terrain"] if near else [])]
+    known = {path.stem: path for folder in folders for path in sorted(folder.glob("*.json"))}
+    if name not in known:
+        raise UnknownNameError("terrain", name, known)
+    return known[name]
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    """The polygons of land in a file, each a mapping with the ring `exterior` and the list of rings `holes`."""
+    try:
+        land = json.loads(path.read_text(encoding="utf-8-sig"))["land"]
+        return [
+            {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]} for item in land
+        ]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        message = f"not a shoreline: {error}; wanted {{land: [{{exterior: [[x, y], ...], holes: [...]}}]}}"
+        raise ConfigError([Problem(str(path), None, None, "land", message)]) from error
+
+
+def _ring(points: object) -> FloatArray:
+    ring = np.asarray(points, dtype=np.float64)
+    if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
+        raise ValueError("a ring is a list of points [x, y] in m")
+    keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # no point twice in a row, the closing one included
+    if np.count_nonzero(keep) < 3:
+        raise ValueError("a ring has at least three points")
+    return np.asarray(ring[keep])

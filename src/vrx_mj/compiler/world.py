@@ -1,0 +1,100 @@
+"""A compiled world: all that a run needs, and how it is kept in a folder."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from vrx_mj.errors import StateError
+
+WORLD_FORMAT = 1
+"""Version of the saved form; a folder of another version is refused."""
+
+
+@dataclass(frozen=True)
+class World:
+    """MJCF, the asset files it names, and the parameters of sea, wind, hulls and floating objects.
+
+    It is the saved form held in memory: what runs is compiled from exactly this.
+    """
+
+    mjcf: str
+    """The world as MJCF, with every boat, dock and object attached under its name."""
+    assets: Mapping[str, bytes]
+    """Contents of the files that the MJCF names, by file name."""
+    parameters: Mapping[str, Any]
+    """JSON-able tree: `sea`, `wind`, `hulls`, `thrusters`, `floats`, `elements`, `boats`, `objects`,
+    `docks`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed`, `timestep`, ..."""
+
+    @property
+    def name(self) -> str:
+        """Name of the world."""
+        return str(self.parameters["name"])
+
+    @property
+    def seed(self) -> int:
+        """Seed that `Simulation.reset` uses when it is given none."""
+        return int(self.parameters["seed"])
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats, in the order of the fleet."""
+        return tuple(boat["name"] for boat in self.parameters["boats"])
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of the whole saved form."""
+        digest = hashlib.sha256(self.mjcf.encode())
+        digest.update(_dump(self.parameters).encode())
+        for name in sorted(self.assets):
+            digest.update(name.encode() + b"\0" + self.assets[name])
+        return digest.hexdigest()
+
+    def save(self, folder: str | Path) -> Path:
+        """Write `scene.xml`, `world.json` and `assets/` into `folder`; returns the path of the MJCF.
+
+        Plain MuJoCo opens `scene.xml` from anywhere; `World.load(folder)` gives this world back.
+        """
+        target = Path(folder)
+        (target / "assets").mkdir(parents=True, exist_ok=True)
+        for name, content in self.assets.items():
+            (target / "assets" / name).write_bytes(content)
+        (target / "world.json").write_text(_dump(self.parameters), encoding="utf-8", newline="\n")
+        scene = target / "scene.xml"
+        scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
+        return scene
+
+    @staticmethod
+    def load(folder: str | Path) -> "World":
+        """Read back what `save` wrote.
+
+        Raises:
+            StateError: the folder holds no saved world, or one of another version.
+        """
+        source = Path(folder)
+        path = source / "world.json"
+        if not path.is_file():
+            raise StateError(f"{source} holds no saved world: there is no {path.name} in it")
+        try:
+            parameters = json.loads(path.read_text(encoding="utf-8"))
+            saved_format = parameters["format"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise StateError(f"{path} is damaged: {error}") from error
+        if saved_format != WORLD_FORMAT:
+            raise StateError(f"{path} has format {saved_format}; this version reads {WORLD_FORMAT}")
+        assets = {file.name: file.read_bytes() for file in sorted((source / "assets").glob("*"))}
+        mjcf = (source / "scene.xml").read_text(encoding="utf-8")
+        return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
+
+
+def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
+    """A `World` whose parameters went through JSON, as those of a loaded one did."""
+    tree = json.loads(_dump({"format": WORLD_FORMAT, **parameters}))
+    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), MappingProxyType(tree))
+
+
+def _dump(parameters: Mapping[str, Any]) -> str:
+    return json.dumps(dict(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,0 +1,1 @@
+"""Users' files: YAML and dock drawings as frozen, checked models."""

@@ -1,0 +1,202 @@
+"""What every model of a user's file is built on."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from vrx_mj.config.tree import Section
+from vrx_mj.config.wording import choice, shown, unknown_key
+
+__all__ = [
+    "Color",
+    "Config",
+    "Coordinate",
+    "Folder",
+    "Latitude",
+    "Longitude",
+    "Name",
+    "NonNegative",
+    "Pose",
+    "Positive",
+    "Principal",
+    "Seed",
+    "Share",
+    "Switch",
+    "Vec3",
+    "fault",
+    "faults",
+    "numbers",
+    "text_faults",
+]
+
+MAX_COORDINATE = 1e6
+"""Farthest coordinate [m] that a file may give."""
+
+COLORS = {
+    "white": (1.0, 1.0, 1.0),
+    "black": (0.0, 0.0, 0.0),
+    "red": (1.0, 0.0, 0.0),
+    "green": (0.0, 1.0, 0.0),
+    "blue": (0.0, 0.0, 1.0),
+    "yellow": (1.0, 1.0, 0.0),
+    "orange": (1.0, 0.5, 0.0),
+    "purple": (0.5, 0.0, 0.5),
+    "magenta": (1.0, 0.0, 1.0),
+    "cyan": (0.0, 1.0, 1.0),
+    "turquoise": (0.0, 1.0, 1.0),
+    "pink": (1.0, 0.6, 0.7),
+    "brown": (0.45, 0.28, 0.12),
+    "grey": (0.5, 0.5, 0.5),
+    "gray": (0.5, 0.5, 0.5),
+    "dark_grey": (0.175, 0.175, 0.175),
+    "light_grey": (0.75, 0.75, 0.75),
+}
+"""Colours by name, each [r, g, b] in 0..1. The pure ones are those of Gazebo's stock materials."""
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
+_SWITCHES = {"yes": True, "on": True, "no": False, "off": False}
+
+
+def fault(message: str) -> PydanticCustomError:
+    """An error about the value at hand."""
+    return PydanticCustomError("vrx", "{message}", {"message": message})
+
+
+def faults(*found: tuple[tuple[str | int, ...], str]) -> ValidationError:
+    """Errors about things inside the value at hand, each as (path from here, message)."""
+    details = [InitErrorDetails(type=fault(message), loc=path, input=None) for path, message in found]
+    return ValidationError.from_exception_data("config", details)
+
+
+def text_faults(*found: tuple[int, int, str]) -> ValidationError:
+    """Errors inside a block of text, each as (row, column, message); both count from 1."""
+    details = [
+        InitErrorDetails(
+            type=PydanticCustomError("vrx", "{message}", {"message": message, "row": row, "column": column}),
+            loc=(),
+            input=None,
+        )
+        for row, column, message in found
+    ]
+    return ValidationError.from_exception_data("config", details)
+
+
+class Config(BaseModel):
+    """Frozen and strict: unknown keys, NaN and infinities are errors; whole numbers pass as floats."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, data: Any) -> Any:
+        """Lists become tuples, an empty section its default; `folder` is where the text came from."""
+        if not isinstance(data, Mapping):
+            return data
+        fields = cls.model_fields
+        sections = [key for key, field in fields.items() if _is_section(field.annotation)]
+        plain = {
+            key: tuple(value) if isinstance(value, list) else value
+            for key, value in data.items()
+            if value is not None or key not in sections
+        }
+        if isinstance(data, Section) and "folder" in fields:
+            if "folder" in data:
+                raise faults((("folder",), unknown_key("folder", [key for key in fields if key != "folder"])))
+            plain["folder"] = data.folder
+        return plain
+
+
+def _is_section(annotation: Any) -> bool:
+    """A nested model or a tuple of them: what a file may leave empty."""
+    if isinstance(annotation, type) and issubclass(annotation, Config):
+        return True
+    return getattr(annotation, "__origin__", None) is tuple and any(map(_is_section, annotation.__args__))
+
+
+def numbers(labels: str) -> BeforeValidator:
+    """Demands one number for each of the space-separated `labels`."""
+    names = labels.split()
+    form = f"{len(names)} numbers [{', '.join(names)}]"
+
+    def check(value: Any) -> Any:
+        if isinstance(value, str) or not isinstance(value, Sequence):
+            raise fault(f"expected {form}, got {shown(value)}")
+        if len(value) != len(names):
+            raise fault(f"expected {form}, got {len(value)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _name(value: str) -> str:
+    if not _NAME.fullmatch(value):
+        raise fault(f"a name has up to 64 letters A-Z, digits, '_', '-' or '.', got {shown(value)}")
+    return value
+
+
+def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    """No principal inertia exceeds the sum of the others, in any body that exists."""
+    largest = max(value)
+    if largest > (sum(value) - largest) * (1 + 1e-9):
+        raise fault(f"no body has these: {largest:g} is more than the other two together")
+    return value
+
+
+def _rgba(value: Any) -> Any:
+    if isinstance(value, str):
+        if value not in COLORS:
+            raise fault(choice(value, [*COLORS, "[r, g, b]"]))
+        return (*COLORS[value], 1.0)
+    if not isinstance(value, Sequence) or len(value) not in {3, 4}:
+        raise fault(f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}")
+    return (*value, 1.0) if len(value) == 3 else tuple(value)
+
+
+def _switch(value: Any) -> Any:
+    return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
+
+
+Folder = Annotated[Path | None, Field(default=None, exclude=True, repr=False, strict=False)]
+"""The folder of the file that this came from, in which its relative paths start. The loader sets it."""
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Latitude = Annotated[float, Field(ge=-90, le=90)]
+Longitude = Annotated[float, Field(ge=-180, le=180)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
+Principal = Annotated[
+    tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)
+]
+"""Moments of inertia of a body about its centre of mass [kg m2]."""
+
+Pose = Annotated[
+    tuple[Coordinate, Coordinate, Coordinate, float, float, float], numbers("x y z roll pitch yaw")
+]
+"""x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
+
+Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]
+"""Red, green, blue, alpha in 0..1. A file gives a name, [r, g, b] or [r, g, b, a]."""
+
+Name = Annotated[str, AfterValidator(_name)]
+"""A name that MJCF, recordings and files can all carry."""
+
+Switch = Annotated[bool, BeforeValidator(_switch)]
+"""True or false; a file may also say yes, no, on or off."""

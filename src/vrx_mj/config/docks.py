@@ -1,0 +1,78 @@
+"""Docks drawn with letters: `X` is a block of 2 m by 2 m, a blank is water.
+
+Row i of the text is at x = 2 i, column j at y = 2 j in the dock's frame: +x points down the page, +y to the right.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vrx_mj.config.characters import find_lookalikes
+from vrx_mj.config.loading import referenced
+from vrx_mj.config.search import display
+from vrx_mj.config.wording import shown
+from vrx_mj.config.yaml_text import read_lines
+from vrx_mj.errors import ConfigError, Problem
+
+__all__ = ["DockLayout", "dock_faults", "is_drawing", "load_dock"]
+
+MAX_CELLS = 10_000
+"""Most cells of a dock, blanks included."""
+
+_MAX_FAULTS = 10
+
+
+@dataclass(frozen=True)
+class DockLayout:
+    """A dock's cells, as its text shows them."""
+
+    rows: tuple[str, ...]
+    """The text, `X` and blanks, no blanks at line ends and no blank lines at the end."""
+
+    @property
+    def cells(self) -> tuple[tuple[int, int], ...]:
+        """(row, column) of every block, counted from 0, row by row."""
+        return tuple((i, j) for i, row in enumerate(self.rows) for j, cell in enumerate(row) if cell == "X")
+
+
+def is_drawing(text: str) -> bool:
+    """Whether a `layout` is a drawing and not the name or path of one."""
+    return "\n" in text or not re.search("[^X ]", text)
+
+
+def load_dock(text_or_name: str, near: Path | None = None) -> DockLayout:
+    """The layout of an ASCII drawing, of a name in `docks`, or of a path relative to `near`."""
+    if is_drawing(text_or_name):
+        lines, name, above = text_or_name.split("\n"), "<dock>", 0
+    else:
+        file = referenced("docks", text_or_name, near)
+        text, name = read_lines(file), display(file)
+        above = next((i for i, line in enumerate(text) if not line.startswith("#")), len(text))
+        lines = list(text[above:])  # a file may start with lines of comment
+    found = dock_faults(lines)
+    if found:
+        raise ConfigError(Problem(name, above + row, column, "", message) for row, column, message in found)
+    return DockLayout(_trimmed(lines))
+
+
+def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
+    """What is wrong with a drawing, each as (row, column, message); both count from 1."""
+    rows = _trimmed(lines)
+    if not any("X" in row for row in rows) and not any(row.strip() for row in rows):
+        return [(1, 1, "a dock needs at least one X")]
+    if len(rows) * max(map(len, rows)) > MAX_CELLS:
+        return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {MAX_CELLS} cells")]
+    found = {(odd.line, odd.column): odd.message for odd in find_lookalikes(rows, free_text=False)}
+    for i, row in enumerate(rows, 1):
+        for hit in re.finditer("[^X ]", row):
+            hint = "; type 'X'" if hit[0] == "x" else "; only X and blank"
+            found.setdefault((i, hit.start() + 1), f"{shown(hit[0])} in a dock{hint}")
+    return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
+
+
+def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:
+    rows = [line.rstrip(" ") for line in lines]
+    while rows and not rows[-1]:
+        rows.pop()
+    return tuple(rows)

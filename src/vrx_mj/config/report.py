@@ -1,0 +1,124 @@
+"""pydantic's errors in our words, each with the file, line, column and key it is about."""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, get_args
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from vrx_mj.config.base import Config
+from vrx_mj.config.tree import Place, Section, key_path, locate
+from vrx_mj.config.wording import choice, shown, unknown_key
+from vrx_mj.errors import Problem
+
+__all__ = ["problem_at", "problems_of"]
+
+
+def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
+    """Everything that pydantic found in a section, in the order of the file."""
+    found = [_problem(details, model, section) for details in error.errors(include_url=False)]
+    return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
+
+
+def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:
+    """A problem with the value at `loc`."""
+    place, path = locate(section, loc)
+    return Problem(place.file.name, place.line, place.column, key_path(path), message)
+
+
+def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Problem:
+    place, path = locate(section, details["loc"])
+    if "row" in details.get("ctx", {}):
+        place = _inside(place, details["ctx"]["row"], details["ctx"]["column"])
+    if details["type"] == "extra_forbidden":
+        key = str(details["loc"][-1])
+        owner = _at(section, path[:-1])
+        place = owner.entries[key].key if isinstance(owner, Section) else place
+        message = unknown_key(key, _keys(model, path[:-1]))
+        return Problem(place.file.name, place.line, place.column, key_path(path), message)
+    return Problem(place.file.name, place.line, place.column, key_path(path), _message(details))
+
+
+def _at(section: Section, path: tuple[str | int, ...]) -> Any:
+    node: Any = section
+    for step in path:
+        node = node[step]
+    return node
+
+
+def _inside(place: Place, row: int, column: int) -> Place:
+    """A row and column of a block of text ('|') as a line and column of its file."""
+    lines = place.file.lines[place.line or 0 :]
+    header = place.file.lines[place.line - 1] if place.line and lines else ""
+    if "|" not in header or row > len(lines):
+        return place
+    first = next(filter(str.strip, lines), "")
+    digit = re.search(r"\|[-+]?(\d)", header)
+    parent = len(header) - len(re.sub(r"^ *(- +)*", "", header))
+    indent = parent + int(digit[1]) if digit else len(first) - len(first.lstrip(" "))
+    return Place(place.file, (place.line or 0) + row, indent + column)
+
+
+def _keys(model: type[Config], path: tuple[str | int, ...]) -> list[str]:
+    """The keys that a file may write at `path`."""
+    owner = model
+    for step in path:
+        if isinstance(step, str) and step in owner.model_fields:
+            owner = _model_in(owner.model_fields[step].annotation) or owner
+    return [key for key in owner.model_fields if key not in {"folder"}]
+
+
+def _model_in(annotation: Any) -> type[Config] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Config):
+        return annotation
+    return next(filter(None, map(_model_in, get_args(annotation))), None)
+
+
+def _message(details: ErrorDetails) -> str:
+    kind, value, context = details["type"], details["input"], details.get("ctx", {})
+    if kind in _SAYS:
+        return _SAYS[kind](value, context)
+    if kind in _EXPECTED:
+        return f"expected {_EXPECTED[kind]}, got {shown(value)}"
+    return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
+
+
+def _limit(words: str, key: str) -> Callable[[Any, Mapping[str, Any]], str]:
+    def say(value: Any, context: Mapping[str, Any]) -> str:
+        limit = context[key]
+        return f"must be {words} {limit if isinstance(limit, int) else format(limit, 'g')}, got {shown(value)}"
+
+    return say
+
+
+def _text(value: Any, _: Mapping[str, Any]) -> str:
+    quote = "; put it in quotes" if isinstance(value, int | float) else ""
+    return f"expected text, got {shown(value)}{quote}"
+
+
+def _literal(value: Any, context: Mapping[str, Any]) -> str:
+    return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
+
+
+_SAYS: dict[str, Callable[[Any, Mapping[str, Any]], str]] = {
+    "vrx": lambda _, context: str(context["message"]),
+    "missing": lambda *_: "required, but missing",
+    "string_type": _text,
+    "literal_error": _literal,
+    "finite_number": lambda value, _: f"must be finite, got {shown(value)}",
+    "greater_than": _limit("above", "gt"),
+    "greater_than_equal": _limit("at least", "ge"),
+    "less_than": _limit("below", "lt"),
+    "less_than_equal": _limit("at most", "le"),
+}
+_EXPECTED = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "tuple_type": "a list",
+    "dict_type": "keys and values",
+    "model_type": "keys and values",
+    "model_attributes_type": "keys and values",
+}

@@ -1,0 +1,179 @@
+"""Kinds of boats: bodies, shapes, engines and hydrodynamics, as `robots/NAME/robot.yaml` gives them."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from vrx_mj.config.base import (
+    Config,
+    Folder,
+    Name,
+    NonNegative,
+    Positive,
+    Principal,
+    Vec3,
+    fault,
+    faults,
+    numbers,
+)
+from vrx_mj.config.loading import Loading, read_section, referenced, validated
+from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.wording import shown
+
+__all__ = [
+    "BodyConfig",
+    "EngineConfig",
+    "HydrodynamicsConfig",
+    "Mount",
+    "PropellerConfig",
+    "RobotConfig",
+    "ServoConfig",
+    "ThrusterConfig",
+    "load_robot",
+]
+
+Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
+                numbers("surge sway heave roll pitch yaw")]  # fmt: skip
+
+
+def _with_tuples(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    if not value:
+        raise fault("a robot has at least one layout")
+    return {key: tuple(mounts) if isinstance(mounts, list) else mounts for key, mounts in value.items()}
+
+
+class BodyConfig(Config):
+    """A rigid part of the hull."""
+
+    name: Name
+    mass: Positive
+    """Mass [kg]."""
+    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    """In the robot's frame [m]."""
+    inertia: Principal
+    """About its own centre of mass, along the robot's axes [kg m2]."""
+
+
+class PropellerConfig(Config):
+    """A propeller; its frame is the hub, where thrust acts."""
+
+    position: Vec3
+    """Of the hub in the engine's frame [m]."""
+    mass: Positive
+    inertia: Principal
+    collisions: tuple[Shape, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+
+
+class ServoConfig(Config):
+    """What turns an engine."""
+
+    kp: NonNegative
+    """Stiffness [N m/rad]."""
+    kd: NonNegative
+    """Damping [N m s/rad]."""
+    effort: Positive
+    """Largest torque [N m]."""
+    velocity: Positive
+    """Largest rate [rad/s]."""
+
+
+class EngineConfig(Config):
+    """An engine; its frame is the hinge, which steers about z."""
+
+    mass: Positive
+    """Mass [kg]."""
+    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
+    inertia: Principal
+    collisions: tuple[Shape, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    propeller: PropellerConfig
+    servo: ServoConfig
+
+
+class ThrusterConfig(Config):
+    """VRX's usv_gazebo_thrust_plugin: from commands to forces."""
+
+    mapping: Literal["linear", "glf"]
+    max_command: Positive = 1.0
+    max_force_forward: NonNegative = 250.0
+    """At the largest command [N]."""
+    max_force_reverse: Annotated[float, Field(le=0)] = -100.0
+    """At the smallest command [N]."""
+    timeout: float = 1.0
+    """After which a command counts as zero [s]."""
+    max_angle: NonNegative = 1.5707963267948966
+    """Largest steering angle either way [rad]."""
+
+
+class Mount(Config):
+    """Where an engine's hinge sits."""
+
+    name: Name
+    position: Vec3
+    """In the robot's frame [m]."""
+    yaw: float = 0.0
+    """Heading at zero steering angle [rad]."""
+
+
+class HydrodynamicsConfig(Config):
+    """VRX's usv_gazebo_dynamics_plugin. Sixes are in the order surge, sway, heave, roll, pitch, yaw."""
+
+    water_level: float = 0.0
+    water_density: Positive = 997.8
+    hull_radius: Positive
+    boat_width: Positive
+    boat_length: Positive
+    length_n: Annotated[int, Field(ge=1, le=1000)] = 2
+    """Stations along each hull."""
+    added_mass: Six
+    drag_linear: Six
+    drag_quadratic: Six
+
+
+class RobotConfig(Config):
+    """A kind of boat."""
+
+    folder: Folder
+    description: str = ""
+    link: Name = "base_link"
+    bodies: tuple[BodyConfig, ...] = Field(min_length=1)
+    """Joined rigidly; the first is the hull."""
+    collisions: tuple[Shape, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    engine: EngineConfig
+    thruster: ThrusterConfig
+    layouts: Annotated[dict[Name, tuple[Mount, ...]], BeforeValidator(_with_tuples)]
+    """Where the engines are, by the layout's name: H, T or X."""
+    hydrodynamics: HydrodynamicsConfig
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> Self:
+        found = []
+        for layout, mounts in self.layouts.items():
+            names = [mount.name for mount in mounts]
+            found += [
+                (("layouts", layout, index, "name"), f"{shown(name)} is the name of something else already")
+                for index, name in enumerate(names)
+                if name in names[:index]
+            ]
+        if found:
+            raise faults(*found)
+        return self
+
+
+def load_robot(name: str, near: Path | None = None) -> RobotConfig:
+    """The kind of boat of a name, or of a path relative to the folder `near`."""
+    file = referenced("robots", name, near).absolute()
+    stat = file.stat()
+    return _read(file, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=16)
+def _read(file: Path, _changed: int, _size: int) -> RobotConfig:
+    return validated(RobotConfig, read_section("robots", file), Loading())

@@ -1,0 +1,83 @@
+"""What a world looks like, in SDF's vocabulary."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from vrx_mj.config.base import Color, Config, NonNegative, Share, Switch, fault, faults
+from vrx_mj.config.wording import shown
+
+__all__ = ["CloudsConfig", "FogConfig", "SceneConfig", "SkyConfig"]
+
+Hour = Annotated[float, Field(ge=0, le=24)]
+
+
+class CloudsConfig(Config):
+    """Clouds of the sky."""
+
+    speed: NonNegative = 0.6
+    """Speed [m/s]."""
+    direction: float = 0.0
+    """Direction of travel [rad], counter-clockwise from east."""
+    humidity: Share = 0.5
+    mean_size: Share = 0.5
+    ambient: Color = (0.8, 0.8, 0.8, 1.0)
+
+
+class SkyConfig(Config):
+    """The sky: time of day and clouds."""
+
+    time: Hour = 10.0
+    """Time of day [h]."""
+    sunrise: Hour = 6.0
+    sunset: Hour = 20.0
+    clouds: CloudsConfig = CloudsConfig()
+
+
+class FogConfig(Config):
+    """Fog; `start` and `end` are for linear fog, `density` for the others."""
+
+    type: Literal["none", "linear", "exp", "quadratic"] = "none"
+    color: Color = (1.0, 1.0, 1.0, 1.0)
+    start: NonNegative = 1.0
+    """Distance at which fog starts [m]."""
+    end: NonNegative = 100.0
+    """Distance beyond which fog hides everything [m]."""
+    density: NonNegative = 1.0
+
+    @model_validator(mode="after")
+    def _ends_after_it_starts(self) -> Self:
+        if self.end <= self.start:
+            raise faults((("end",), f"must be above start, {self.start:g}; got {self.end:g}"))
+        return self
+
+
+def _sky_kind(value: Any) -> str:
+    return "switch" if isinstance(value, bool) else "sky"
+
+
+def _sky(value: Any) -> Any:
+    if isinstance(value, str):
+        value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
+    if value is None or isinstance(value, str | int | float) and not isinstance(value, bool):
+        raise fault(f"expected true, false, or keys and values, got {shown(value)}")
+    return value
+
+
+Sky = Annotated[
+    Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
+    Discriminator(_sky_kind),
+    BeforeValidator(_sky),
+]
+
+
+class SceneConfig(Config):
+    """Light, background, sky and fog."""
+
+    ambient: Color | None = None
+    background: Color | None = None
+    sky: Sky = True
+    grid: Switch = False
+    origin_visual: Switch = False
+    shadows: Switch = True
+    fog: FogConfig | None = None

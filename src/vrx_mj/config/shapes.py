@@ -1,0 +1,80 @@
+"""Shapes that collide, are seen, or displace water."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
+
+from vrx_mj.config.base import Color, Config, Folder, Name, Pose, Positive, fault, faults, numbers
+from vrx_mj.config.search import contained
+
+__all__ = ["Shape", "Visual"]
+
+MESH_SUFFIXES = (".obj", ".stl")
+
+KEYS = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "ellipsoid": ("size",),
+    "mesh": ("file",),
+}
+"""What each type of shape must have; `scale` goes with a mesh too, but has a default."""
+
+Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
+
+
+def _three(value: Any) -> Any:
+    return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+class Shape(Config):
+    """A primitive or a mesh, centred on its pose; cylinders and capsules lie along their z axis."""
+
+    folder: Folder
+    name: Name | None = None
+    type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]
+    size: Size | None = None
+    """Full edge lengths of a box, full axes of an ellipsoid [m]."""
+    radius: Positive | None = None
+    """Radius [m]."""
+    length: Positive | None = None
+    """Length along z [m]; a capsule's without its two caps."""
+    file: str | None = None
+    """A mesh (.obj or .stl), relative to the folder of the file that names it."""
+    scale: Annotated[Size, BeforeValidator(_three)] = (1.0, 1.0, 1.0)
+    """Of a mesh, along x, y and z. A file may give one number for all three."""
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """In the link's frame."""
+
+    @field_validator("file")
+    @classmethod
+    def _is_a_mesh(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None and not value.lower().endswith(MESH_SUFFIXES):
+            raise fault(f"expected a mesh that ends in {' or '.join(MESH_SUFFIXES)}, got '{value}'")
+        if value is not None and info.context:
+            info.context.check(lambda: contained(value, info.data.get("folder")))
+        return value
+
+    @model_validator(mode="after")
+    def _exactly_its_keys(self) -> Self:
+        needed = KEYS[self.type]
+        allowed = (*needed, "scale") if self.type == "mesh" else needed
+        given = {key for key in ("size", "radius", "length", "file", "scale") if key in self.model_fields_set}
+        lacking = [((key,), f"a {self.type} needs it") for key in needed if getattr(self, key) is None]
+        takes = f"it takes {', '.join((*allowed, 'pose'))}"
+        excess = [
+            ((key,), f"a {self.type} has none; {takes}")
+            for key in ("size", "radius", "length", "file", "scale")
+            if key in given and key not in allowed
+        ]
+        if lacking or excess:
+            raise faults(*lacking, *excess)
+        return self
+
+
+class Visual(Shape):
+    """A shape that is seen."""
+
+    color: Color = (0.5, 0.5, 0.5, 1.0)

@@ -1,0 +1,291 @@
+"""Worlds: sea, wind, scene, terrain and what is in the water."""
+
+import math
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
+
+from vrx_mj.config.base import (
+    Config,
+    Folder,
+    Latitude,
+    Longitude,
+    Name,
+    NonNegative,
+    Pose,
+    Positive,
+    Seed,
+    Vec3,
+    fault,
+    faults,
+    numbers,
+)
+from vrx_mj.config.loading import Loading, Source, file_of, read_section, referenced, validated
+from vrx_mj.config.objects import DockPlacement, Placement, repeated
+from vrx_mj.config.robots import load_robot
+from vrx_mj.config.scene import SceneConfig
+from vrx_mj.config.search import display, find_terrain
+from vrx_mj.config.tree import Section, merged
+from vrx_mj.config.wording import shown
+from vrx_mj.constants import GRAVITY
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+
+__all__ = [
+    "Georeference",
+    "PhysicsConfig",
+    "SceneConfig",
+    "SeaConfig",
+    "SpawnConfig",
+    "TaskConfig",
+    "WindConfig",
+    "WindObject",
+    "WorldConfig",
+    "check_thrusters",
+    "load_world",
+    "warn_of_degrees",
+]
+
+FULL_TURN = 2 * math.pi
+"""Angle [rad] beyond which a pose was probably meant in degrees."""
+
+Waypoint = Annotated[tuple[Latitude, Longitude, float], numbers("latitude longitude yaw")]
+
+
+class SeaConfig(Config):
+    """VRX's wave field: tags, meanings and defaults of its `ocean_waves`."""
+
+    model: Literal["pms", "cwr", "none"] = "pms"
+    """Pierson-Moskowitz sampling, constant wavelength-to-amplitude ratio, or flat water."""
+    number: Annotated[int, Field(ge=1, le=100)] = 3
+    """Component waves; pms has at most 3."""
+    scale: Positive = 1.5
+    """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr."""
+    angle: float = 0.4
+    """Between the directions of neighbouring components [rad]."""
+    steepness: NonNegative = 0.0
+    gain: NonNegative = 0.1
+    """Factor on amplitudes (pms)."""
+    amplitude: NonNegative = 0.0
+    """Median amplitude [m] (cwr)."""
+    period: Positive = 5.0
+    """Peak (pms) or median (cwr) period [s]."""
+    direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
+    """In which the waves travel, east and north; any length but zero."""
+    tau: NonNegative = 2.0
+    """Time constant of the waves' growth at the start [s]."""
+
+    @field_validator("direction")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if math.hypot(*value) < 1e-9:
+            raise fault("must not be zero, got [0, 0]")
+        return value
+
+    @model_validator(mode="after")
+    def _pms_limits(self) -> Self:
+        found: list[tuple[tuple[str], str]] = []
+        if self.model == "pms" and self.number > 3:
+            found.append((("number",), f"must be at most 3 in a pms sea, got {self.number}"))
+        if self.model == "pms" and self.scale < 1:
+            found.append((("scale",), f"must be at least 1 in a pms sea, got {self.scale:g}"))
+        if found:
+            raise faults(*found)
+        return self
+
+
+class WindObject(Config):
+    """Something that the wind pushes: a boat, an object, or every boat of a kind."""
+
+    model: str
+    link: str | None = None
+    coefficients: Vec3
+    """Of the force along x and y and the torque about z."""
+
+
+class WindConfig(Config):
+    """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts."""
+
+    direction: float = 270.0
+    """In which the air moves [degrees], counter-clockwise from east."""
+    mean_velocity: NonNegative = 0.0
+    """Mean speed [m/s]."""
+    var_gain: NonNegative = 0.0
+    """Standard deviation of the gusts [m/s]."""
+    var_time: Positive = 2.0
+    """Time constant of the gusts [s]."""
+    seed: Seed = 0
+    """Of the gusts; 0 leaves it to the world's seed."""
+    update_rate: float = 10.0
+    """At which VRX publishes the wind [Hz]; no effect on motion."""
+    objects: tuple[WindObject, ...] = ()
+
+
+class PhysicsConfig(Config):
+    """How time passes and what pulls down."""
+
+    profile: Literal["vrx"] = "vrx"
+    timestep: Annotated[float, Field(gt=0, le=0.02)] = 0.01
+    """Physics step [s]."""
+    gravity: NonNegative = GRAVITY
+    """Of the world, downwards [m/s2]."""
+
+
+class Georeference(Config):
+    """Where on Earth (WGS84) the world's origin is."""
+
+    latitude: Latitude
+    """Latitude [degrees]."""
+    longitude: Longitude
+    """Longitude [degrees]."""
+    elevation: float = 0.0
+    """Height of the origin above the ellipsoid [m]."""
+    heading: float = 0.0
+    """Direction of the world's x axis [degrees], counter-clockwise from east."""
+
+    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
+        """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
+        import pymap3d
+
+        height = self.elevation if altitude is None else altitude
+        east, north, up = pymap3d.geodetic2enu(
+            latitude, longitude, height, self.latitude, self.longitude, self.elevation
+        )
+        cos, sin = math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
+        return float(cos * east + sin * north), float(cos * north - sin * east), float(up)
+
+
+class SpawnConfig(Config):
+    """The one boat of a run without a fleet."""
+
+    folder: Folder
+    pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
+    robot: str = "wamv"
+    thrusters: str = "T"
+    """Layout of the thrusters: H, T or X."""
+
+    @field_validator("thrusters")
+    @classmethod
+    def _robot_has_them(cls, value: str, info: ValidationInfo) -> str:
+        if isinstance(info.context, Loading) and "robot" in info.data:
+            info.context.check(lambda: check_thrusters(info.data["robot"], value, info.data.get("folder")))
+        return value
+
+    @field_validator("robot")
+    @classmethod
+    def _exists(cls, value: str, info: ValidationInfo) -> str:
+        if isinstance(info.context, Loading):
+            info.context.check(lambda: load_robot(value, info.data.get("folder")))
+        return value
+
+
+class TaskConfig(Config):
+    """What a boat is to do."""
+
+    type: Literal["stationkeeping", "wayfinding"]
+    goal: Waypoint | None = None
+    """Latitude, longitude [degrees] and yaw [rad] to keep."""
+    waypoints: tuple[Waypoint, ...] = ()
+    """The same, to visit."""
+
+    @model_validator(mode="after")
+    def _has_somewhere_to_go(self) -> Self:
+        wanted, other = ("goal", "waypoints") if self.type == "stationkeeping" else ("waypoints", "goal")
+        found = [] if getattr(self, wanted) else [((wanted,), f"a {self.type} task needs it")]
+        found += [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
+        if found:
+            raise faults(*found)
+        return self
+
+
+class WorldConfig(Config):
+    """A world's file, on top of those that it extends."""
+
+    folder: Folder
+    name: str = "world"
+    description: str = ""
+    georeference: Georeference | None = None
+    physics: PhysicsConfig = PhysicsConfig()
+    sea: SeaConfig = SeaConfig()
+    wind: WindConfig | None = None
+    scene: SceneConfig = SceneConfig()
+    spawn: SpawnConfig = SpawnConfig()
+    terrain: str | None = None
+    """A name from `assets/terrain`."""
+    objects: tuple[Placement, ...] = ()
+    docks: tuple[DockPlacement, ...] = ()
+    task: TaskConfig | None = None
+    camera: Pose | None = None
+    """Of the view that a recording opens with."""
+    seed: Seed = 0
+    """Of everything random, unless a run is given another."""
+
+    @field_validator("terrain")
+    @classmethod
+    def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None and isinstance(info.context, Loading):
+            info.context.check(lambda: find_terrain(value))
+        return value
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        found = repeated(objects=self.objects, docks=self.docks)
+        if self.task and not self.georeference:
+            found.append((("task",), "its latitudes and longitudes need a `georeference`, and the world has none"))
+        if found:
+            raise faults(*found)
+        return self
+
+
+def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
+    """Refuses a layout of thrusters that the kind of boat does not have."""
+    known = load_robot(robot, folder).layouts
+    if layout not in known:
+        raise UnknownNameError("thruster layout", layout, known)
+
+
+def load_world(source: Source) -> WorldConfig:
+    """The world of a name, a path or a dict, with everything it names checked."""
+    if isinstance(source, Mapping):
+        section, stem = _extended(read_section("worlds", source), None, ()), "world"
+    else:
+        file = file_of("worlds", source)
+        section, stem = _extended(read_section("worlds", file), file, ()), file.stem
+    world = validated(WorldConfig, section, Loading(), name=stem)
+    things = [(thing.name, thing.pose[3:]) for thing in (*world.objects, *world.docks)]
+    warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
+    return world
+
+
+def _extended(section: Section, file: Path | None, chain: tuple[Path, ...]) -> Section:
+    """The section on top of the worlds that it extends."""
+    if "extends" not in section:
+        return section
+    place, text = section.entries["extends"].value, section["extends"]
+    try:
+        if not isinstance(text, str):
+            raise VrxError(f"expected a world's name or path, got {shown(text)}")
+        base = referenced("worlds", text, section.folder, file)
+        seen = (*chain, file.resolve()) if file else chain
+        if base.resolve() in seen:
+            names = " > ".join(step.stem for step in (*seen[seen.index(base.resolve()) :], base))
+            raise VrxError(f"this world extends itself: {names}")
+    except VrxError as error:
+        raise ConfigError([Problem(place.file.name, place.line, place.column, "extends", str(error))]) from None
+    below = _extended(read_section("worlds", base), base, seen)
+    own = {key: value for key, value in below.items() if key not in {"name", "description"}}
+    over = {key: value for key, value in section.items() if key != "extends"}
+    return merged(Section(own, below.place, below.entries), Section(over, section.place, section.entries))
+
+
+def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:
+    """One warning if an angle is over a full turn; each thing comes with its name and its angles [rad]."""
+    for name, angles in poses:
+        angle = max(angles, key=abs)
+        if abs(angle) > FULL_TURN:
+            text = f"{owner}: angle {angle:g} of '{name}' is over a full turn, {FULL_TURN:.4f}; poses are in radians"
+            warnings.warn(text, VrxWarning, stacklevel=4)
+            return

@@ -1,0 +1,216 @@
+"""Our YAML: one document of plain data, with the place of every key and value.
+
+Scalars are read as YAML 1.2 does, so `1e-3` is a number, `yes`, `no`, `on` and `off` are text, and neither `010`
+nor `1:30` is anything odd. Tags, merge keys and whatever could blow up memory are refused.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.events import AliasEvent, NodeEvent
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from vrx_mj.config.characters import find_controls, find_lookalikes
+from vrx_mj.config.search import display
+from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Place, Section, key_path
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import ConfigError, Problem
+
+__all__ = ["parse", "read_lines"]
+
+MAX_BYTES = 4_000_000
+"""Longest file that is read."""
+MAX_VALUES = 200_000
+"""Most values in a file, those that aliases repeat counted each time."""
+
+_INT = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_SPECIAL: dict[str, Any] = {
+    "": None, "~": None, "null": None, "Null": None, "NULL": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+    ".nan": float("nan"), ".NaN": float("nan"), ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
+}  # fmt: skip
+
+# PyYAML's words, as they begin, and ours.
+_REWORDED = (
+    ("mapping values are not allowed here", "a ':' too many, or a wrong indentation; text with ': ' needs quotes"),
+    ("could not find expected ':'", "expected ':' after the key"),
+    ("expected <block end>", "wrong indentation, or a missing ':', '-' or quote"),
+    ("expected ',' or ']'", "expected ',' or ']' in the list"),
+    ("expected ',' or '}'", "expected ',' or '}' after the value"),
+    ("found unexpected end of stream", "this quote is never closed"),
+    ("found unexpected document separator", "'---' inside quotes"),
+    ("did not find expected <document start>", "wrong indentation, or text after the end of the document"),
+    ("expected the node content", "expected a value"),
+    ("found undefined alias", "no anchor of this name"),
+    ("found duplicate anchor", "an anchor of this name exists already"),
+    ("found unknown escape character", "unknown escape in double quotes; use single quotes for a plain '\\'"),
+    ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
+    ("block sequence entries", "a list's '-' starts on a line of its own"),
+    ("mapping keys are not allowed here", "a '?' cannot stand here"),
+    ("expected a single document", "a second document; a file holds one"),
+    ("expected a comment or a line break", "unexpected text after '|' or '>'"),
+    ("expected chomping or indentation", "unexpected text after '|' or '>'"),
+)  # fmt: skip
+
+
+def read_lines(path: Path) -> tuple[str, ...]:
+    """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
+    name = display(path)
+    try:
+        data = path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
+    except OSError as error:
+        raise ConfigError([Problem(name, None, None, "", f"cannot be read: {error.strerror}")]) from None
+    if len(data) > MAX_BYTES:
+        raise ConfigError([Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")])
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        start = data.rfind(b"\n", 0, error.start) + 1
+        line, column = data.count(b"\n", 0, error.start) + 1, error.start - start + 1
+        message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
+        raise ConfigError([Problem(name, line, column, "", message)]) from None
+    lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
+    _refuse(name, [Problem(name, *odd[:2], "", odd.message) for odd in find_controls(lines)])
+    return lines
+
+
+def parse(file: File) -> Section:
+    """The one mapping that a YAML file holds."""
+    _refuse(file.name, [Problem(file.name, *odd[:2], "", odd.message) for odd in find_lookalikes(file.lines)])
+    loader = _Composer("\n".join(file.lines))
+    try:
+        node = loader.get_single_node()
+    except yaml.MarkedYAMLError as error:
+        raise ConfigError([_worded(file, error)]) from None
+    finally:
+        loader.dispose()
+    if node is None:
+        raise ConfigError([Problem(file.name, 1, 1, "", "empty; expected keys and values")])
+    builder = _Builder(file)
+    tree = builder.value(node, ())
+    if not isinstance(tree, Section):
+        builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
+    _refuse(file.name, builder.problems)
+    assert isinstance(tree, Section), "a builder without problems returns a section"
+    return tree
+
+
+def _refuse(_name: str, problems: list[Problem]) -> None:
+    if problems:
+        raise ConfigError(problems)
+
+
+class _Composer(yaml.SafeLoader):
+    """PyYAML's composer, kept from deep nesting and from tags."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self.depth = 0
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        event = self.peek_event()
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            raise yaml.MarkedYAMLError(problem=f"{_shown_tag(tag)}: tags are not allowed", problem_mark=event.start_mark)
+        if self.depth > DEEPEST:
+            problem = f"nested deeper than {DEEPEST} levels"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        self.depth += 1
+        node: Node | None = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+
+def _shown_tag(tag: str) -> str:
+    return tag.replace("tag:yaml.org,2002:", "!!", 1)
+
+
+class _Builder:
+    """From YAML nodes to sections and items; what is wrong is gathered."""
+
+    def __init__(self, file: File) -> None:
+        self.file = file
+        self.problems: list[Problem] = []
+        self.count = 0
+        self.open: set[int] = set()
+
+    def problem(self, node: Node, path: tuple[str | int, ...], message: str) -> None:
+        place = self.place(node)
+        self.problems.append(Problem(self.file.name, place.line, place.column, key_path(path), message))
+
+    def place(self, node: Node) -> Place:
+        return Place(self.file, node.start_mark.line + 1, node.start_mark.column + 1)
+
+    def value(self, node: Node, path: tuple[str | int, ...]) -> Any:
+        self.count += 1
+        if self.count > MAX_VALUES:
+            self.problem(node, (), f"over {MAX_VALUES} values, aliases included")
+            raise ConfigError(self.problems)
+        if isinstance(node, ScalarNode):
+            return _scalar(node)
+        if id(node) in self.open:
+            self.problem(node, path, "this anchor contains itself")
+            return None
+        self.open.add(id(node))
+        try:
+            return self.section(node, path) if isinstance(node, MappingNode) else self.items(node, path)
+        finally:
+            self.open.discard(id(node))
+
+    def items(self, node: SequenceNode, path: tuple[str | int, ...]) -> Items:
+        values = [self.value(item, (*path, index)) for index, item in enumerate(node.value)]
+        return Items.of(values, map(self.place, node.value))
+
+    def section(self, node: MappingNode, path: tuple[str | int, ...]) -> Section:
+        values: dict[str, Any] = {}
+        entries: dict[str, Entry] = {}
+        for key_node, value_node in node.value:
+            key = self.key(key_node, path)
+            if key is None:
+                continue
+            if key in entries:
+                self.problem(key_node, (*path, key), f"given twice; first on line {entries[key].key.line}")
+                continue
+            entries[key] = Entry(self.place(key_node), self.place(value_node))
+            values[key] = self.value(value_node, (*path, key))
+        return Section(values, self.place(node), entries)
+
+    def key(self, node: Node, path: tuple[str | int, ...]) -> str | None:
+        key = _scalar(node) if isinstance(node, ScalarNode) else None
+        if key == "<<" and node.style is None:
+            self.problem(node, path, "merge keys '<<' are not allowed; a world may say 'extends'")
+        elif isinstance(key, str):
+            return key
+        elif isinstance(node, ScalarNode):
+            self.problem(node, path, f"key {node.value or 'nothing'} is not text; put it in quotes")
+        else:
+            self.problem(node, path, "a key must be a word, not a list or a mapping")
+        return None
+
+
+def _scalar(node: ScalarNode) -> Any:
+    """The value of a scalar by the rules of YAML 1.2; anything in quotes or in a block is text."""
+    text = node.value
+    if node.style is not None or text not in _SPECIAL and not _FLOAT.fullmatch(text):
+        return text
+    if text in _SPECIAL:
+        return _SPECIAL[text]
+    return int(text) if _INT.fullmatch(text) and len(text) < 20 else float(text)
+
+
+def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
+    """PyYAML's error in our words, placed where the cause is rather than where it gave up."""
+    problem, mark = str(error.problem), error.problem_mark
+    if problem.startswith("found unexpected end of stream") and error.context_mark:
+        mark = error.context_mark
+    line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+    message = next((ours for theirs, ours in _REWORDED if problem.startswith(theirs)), problem)
+    if problem.startswith("found character"):
+        message = f"{problem.split(' ')[2]} cannot start a value; put it in quotes"
+    if line <= len(file.lines) and re.fullmatch(r" *X[X ]*", file.lines[line - 1]):
+        message = "a dock's row is indented less than its first row; start every row at the same column"
+    return Problem(file.name, line, column, "", message)

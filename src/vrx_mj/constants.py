@@ -1,0 +1,32 @@
+"""Constants of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
+
+__all__ = [
+    "DOCK_BLOCK_HEIGHT",
+    "DOCK_CELL",
+    "GRAVITY",
+    "HULL_GRAVITY",
+    "SPECTRUM_GRAVITY",
+    "WATER_DENSITY",
+    "WAVE_GRAVITY",
+]
+
+GRAVITY = 9.8
+"""Of the world: weights, and the buoyancy of objects [m/s2]. Gazebo's default, |(0, 0, -9.8)|."""
+
+WAVE_GRAVITY = 9.8
+"""In the dispersion relation omega^2 = g k [m/s2]. VRX: wave_gazebo_plugins, PhysicalConstants.cc."""
+
+SPECTRUM_GRAVITY = 9.81
+"""In the Pierson-Moskowitz spectrum [m/s2]. VRX: wave_gazebo_plugins, Wavefield.cc."""
+
+HULL_GRAVITY = 9.815
+"""In the buoyancy of hulls [m/s2]. VRX: usv_gazebo_dynamics_plugin.cc, a literal."""
+
+WATER_DENSITY = 1000.0
+"""That objects displace unless they say otherwise [kg/m3]. VRX: buoyancy_gazebo_plugin, its models' files."""
+
+DOCK_CELL = 2.0
+"""Edge of a dock's cell [m]. VRX: dock_generator.erb."""
+
+DOCK_BLOCK_HEIGHT = 0.25
+"""Of a dock block's centre above mean water [m]. VRX: dock_generator.erb."""

@@ -1,0 +1,106 @@
+"""Errors that a user can cause, each naming the thing, the value and what is allowed."""
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+__all__ = [
+    "CommandError",
+    "CompileError",
+    "ConfigError",
+    "DivergedError",
+    "Problem",
+    "RecordError",
+    "StateError",
+    "UnknownNameError",
+    "VrxError",
+    "VrxWarning",
+    "nearest",
+]
+
+_SHOWN_NAMES = 12
+_SHOWN_PROBLEMS = 40
+
+
+class VrxError(Exception):
+    """Whatever a user can cause; the text is all they need."""
+
+
+class VrxWarning(UserWarning):
+    """Legal but suspicious input, with its numbers and the threshold."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that `name` most likely means, or None if none is close."""
+    folded = {other.casefold(): other for other in sorted(known, reverse=True)}
+    found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.7)
+    return folded[found[0]] if found else None
+
+
+class UnknownNameError(VrxError):
+    """A name that nothing has: "no thruster named 'left'; known: port, starboard"."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.known = tuple(known)
+        super().__init__(f"no {kind} named '{name}'; {self._hint()}")
+
+    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, str, tuple[str, ...]]]:
+        return type(self), (self.kind, self.name, self.known)
+
+    def _hint(self) -> str:
+        close = nearest(self.name, self.known)
+        if close is not None:
+            return f"did you mean '{close}'?"
+        names = ", ".join(self.known[:_SHOWN_NAMES]) or "none"
+        rest = len(self.known) - _SHOWN_NAMES
+        return f"known: {names}" + (f" and {rest} more" if rest > 0 else "")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with an input file. Lines and columns count from 1; None where there is no text."""
+
+    file: str
+    line: int | None
+    column: int | None
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}:{self.column}"
+        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+
+
+class ConfigError(VrxError):
+    """Everything that is wrong with an input file, one problem a line."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        lines = [str(problem) for problem in self.problems[:_SHOWN_PROBLEMS]]
+        rest = len(self.problems) - _SHOWN_PROBLEMS
+        super().__init__("\n".join(lines + ([f"and {rest} more problems"] if rest > 0 else [])))
+
+    def __reduce__(self) -> tuple[type["ConfigError"], tuple[tuple[Problem, ...]]]:
+        return type(self), (self.problems,)
+
+
+class CompileError(VrxError):
+    """A valid world that cannot be made into MJCF."""
+
+
+class StateError(VrxError):
+    """A state or a saved world that does not fit what it is given to."""
+
+
+class CommandError(VrxError):
+    """A command that a boat cannot take: an unknown thruster, a wrong shape, a value that is not finite."""
+
+
+class DivergedError(VrxError):
+    """A state that is NaN or beyond all bounds, with the step, the time and the body."""
+
+
+class RecordError(VrxError):
+    """A recording that cannot be written or read."""

@@ -1,0 +1,1 @@
+"""Array kernels: one module per effect, plain numbers in, wrenches out."""

@@ -1,0 +1,82 @@
+"""What still water does to a moving hull: drag, and the water that it carries along (added mass).
+
+VRX's force on the link's centre of mass, in body axes, is -D(nu) nu - M_A d(nu)/dt, with diagonal D and
+M_A and with nu = (u, v, w, p, q, r) the velocity of the link's *origin* and the angular velocity. VRX
+adds no Coriolis term, and d(nu)/dt is that of the body components. VRX takes it from the last two steps;
+here M_A goes into the inertia, to which VRX's scheme converges where it does not diverge.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate, rotated_wrench, unrotate
+from vrx_mj.physics.tables import Record
+
+__all__ = ["added_bias", "added_inertia", "added_moment", "drag"]
+
+
+@kernel
+def drag(hull: Record, motion: Motion) -> Wrench:
+    """Return linear and quadratic drag on velocity over ground: world axes, about `hull.link_com`."""
+    d, dd = hull.drag_linear, hull.drag_quadratic
+    resistance = Wrench(
+        -(d[0] + dd[0] * abs(motion.u)) * motion.u,
+        -(d[1] + dd[1] * abs(motion.v)) * motion.v,
+        -(d[2] + dd[2] * abs(motion.w)) * motion.w,
+        -(d[3] + dd[3] * abs(motion.p)) * motion.p,
+        -(d[4] + dd[4] * abs(motion.q)) * motion.q,
+        -(d[5] + dd[5] * abs(motion.r)) * motion.r,
+    )
+    return rotated_wrench(motion, resistance)
+
+
+@kernel
+def added_inertia(hull: Record, motion: Motion, out: npt.NDArray[np.float64]) -> None:
+    """Write the added mass into `out`, (6, 6), in the coordinates of MuJoCo's free joint.
+
+    Those are the world acceleration a of the link's origin and the body-axis angular acceleration.
+    With A and B the linear and the angular half of the diagonal M_A, a force
+    -R A (R^T a - omega x v) and a torque -B d(omega)/dt give the block diagonal [R A R^T, B]; the rest
+    of the force is `added_bias`.
+
+    As the force acts at c = `hull.link_com` and not at the origin, its torque about the origin has a
+    part -c x A R^T a that no symmetric inertia can hold. It is left out here (`added_moment`
+    is that part): with VRX's boats c is above the origin and A acts in heave only, so that it is
+    zero, or 0.0004 kg m times the acceleration with sensors on board. A symmetric form that keeps half of it would no
+    longer be positive for every M_A.
+    """
+    a, m = hull.added_mass, motion
+    rows = ((m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22))
+    for i in range(3):
+        for j in range(3):
+            p, q = rows[i], rows[j]
+            out[i, j] = a[0] * p[0] * q[0] + a[1] * p[1] * q[1] + a[2] * p[2] * q[2]
+            out[i, j + 3] = out[i + 3, j] = out[i + 3, j + 3] = 0.0
+        out[i + 3, i + 3] = a[i + 3]
+
+
+@kernel
+def added_bias(hull: Record, motion: Motion) -> Wrench:
+    """Return A (omega x v), the added mass' force at zero acceleration: world axes, about `hull.link_com`.
+
+    d/dt of the body components of a velocity is R^T a - omega x v; the first part is in `added_inertia`.
+    """
+    a = hull.added_mass
+    x = a[0] * (motion.q * motion.w - motion.r * motion.v)
+    y = a[1] * (motion.r * motion.u - motion.p * motion.w)
+    z = a[2] * (motion.p * motion.v - motion.q * motion.u)
+    return rotated_wrench(motion, Wrench(x, y, z, 0.0, 0.0, 0.0))
+
+
+@kernel
+def added_moment(hull: Record, motion: Motion, acceleration: Vector) -> Vector:
+    """Return the torque -c x A R^T a [N m], world axes, which `added_inertia` leaves out.
+
+    `acceleration` a [m/s2] is the link origin's, world axes; the last step's will do while c times A is
+    small against the boat's own inertia.
+    """
+    a, c = hull.added_mass, hull.link_com
+    ax, ay, az = unrotate(motion, acceleration[0], acceleration[1], acceleration[2])
+    x, y, z = a[0] * ax, a[1] * ay, a[2] * az
+    return rotate(motion, c[2] * y - c[1] * z, c[0] * z - c[2] * x, c[1] * x - c[0] * y)

@@ -1,0 +1,140 @@
+"""Where a link is, how it moves, and the wrenches on it."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.kernel import kernel
+
+__all__ = [
+    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "shift", "unrotate", "zero_wrench",
+]  # fmt: skip
+
+Vector = tuple[float, float, float]
+
+
+class Motion(NamedTuple):
+    """Pose and velocity of a link.
+
+    Position of the link's origin [m], world axes; rotation matrix, body to world, row by row;
+    velocity of the link's origin [m/s] and angular velocity [rad/s], both in body axes.
+    """
+
+    x: float
+    y: float
+    z: float
+    r00: float
+    r01: float
+    r02: float
+    r10: float
+    r11: float
+    r12: float
+    r20: float
+    r21: float
+    r22: float
+    u: float
+    v: float
+    w: float
+    p: float
+    q: float
+    r: float
+
+
+class Wrench(NamedTuple):
+    """A force [N] and a torque [N m] about a point that goes with it. World axes unless said otherwise."""
+
+    fx: float
+    fy: float
+    fz: float
+    tx: float
+    ty: float
+    tz: float
+
+
+@kernel
+def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int) -> Motion:
+    """Return the motion of the link on the free joint at `qpos_adr` and `dof_adr`.
+
+    MuJoCo's free joint has the origin's position and a quaternion (w, x, y, z) in `qpos`, and in
+    `qvel` the origin's velocity in world axes and the angular velocity in body axes. The
+    quaternion need not have unit length.
+    """
+    qw, qx, qy, qz = qpos[qpos_adr + 3], qpos[qpos_adr + 4], qpos[qpos_adr + 5], qpos[qpos_adr + 6]
+    s = 2.0 / (qw * qw + qx * qx + qy * qy + qz * qz)
+    r00, r01, r02 = 1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qw * qz), s * (qx * qz + qw * qy)
+    r10, r11, r12 = s * (qx * qy + qw * qz), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qw * qx)
+    r20, r21, r22 = s * (qx * qz - qw * qy), s * (qy * qz + qw * qx), 1.0 - s * (qx * qx + qy * qy)
+    vx, vy, vz = qvel[dof_adr], qvel[dof_adr + 1], qvel[dof_adr + 2]
+    u = r00 * vx + r10 * vy + r20 * vz
+    v = r01 * vx + r11 * vy + r21 * vz
+    w = r02 * vx + r12 * vy + r22 * vz
+    p, q, r = qvel[dof_adr + 3], qvel[dof_adr + 4], qvel[dof_adr + 5]
+    x, y, z = qpos[qpos_adr], qpos[qpos_adr + 1], qpos[qpos_adr + 2]
+    return Motion(x, y, z, r00, r01, r02, r10, r11, r12, r20, r21, r22, u, v, w, p, q, r)
+
+
+@kernel
+def rotate(motion: Motion, x: float, y: float, z: float) -> Vector:
+    """Return the vector (x, y, z) of body axes in world axes."""
+    return (
+        motion.r00 * x + motion.r01 * y + motion.r02 * z,
+        motion.r10 * x + motion.r11 * y + motion.r12 * z,
+        motion.r20 * x + motion.r21 * y + motion.r22 * z,
+    )
+
+
+@kernel
+def unrotate(motion: Motion, x: float, y: float, z: float) -> Vector:
+    """Return the vector (x, y, z) of world axes in body axes."""
+    return (
+        motion.r00 * x + motion.r10 * y + motion.r20 * z,
+        motion.r01 * x + motion.r11 * y + motion.r21 * z,
+        motion.r02 * x + motion.r12 * y + motion.r22 * z,
+    )
+
+
+@kernel
+def zero_wrench() -> Wrench:
+    """Return no force and no torque."""
+    return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def add(a: Wrench, b: Wrench) -> Wrench:
+    """Return the sum of two wrenches about the same point."""
+    return Wrench(a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.tx + b.tx, a.ty + b.ty, a.tz + b.tz)
+
+
+@kernel
+def shift(wrench: Wrench, lever: Vector) -> Wrench:
+    """Return `wrench` about another point; `lever` [m] leads from that point to the wrench's own."""
+    lx, ly, lz = lever
+    return Wrench(
+        wrench.fx,
+        wrench.fy,
+        wrench.fz,
+        wrench.tx + ly * wrench.fz - lz * wrench.fy,
+        wrench.ty + lz * wrench.fx - lx * wrench.fz,
+        wrench.tz + lx * wrench.fy - ly * wrench.fx,
+    )
+
+
+@kernel
+def carry(
+    wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]
+) -> Wrench:
+    """Return `wrench`, which is about the link's point `start`, about its point `end`.
+
+    Both points [m] in body axes from the link's origin, (3,).
+    """
+    lever = rotate(motion, start[0] - end[0], start[1] - end[1], start[2] - end[2])
+    return shift(wrench, lever)
+
+
+@kernel
+def rotated_wrench(motion: Motion, wrench: Wrench) -> Wrench:
+    """Return a wrench of body axes in world axes, about the same point."""
+    fx, fy, fz = rotate(motion, wrench.fx, wrench.fy, wrench.fz)
+    tx, ty, tz = rotate(motion, wrench.tx, wrench.ty, wrench.tz)
+    return Wrench(fx, fy, fz, tx, ty, tz)

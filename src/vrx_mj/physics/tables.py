@@ -1,0 +1,182 @@
+"""The parameter and state tables that kernels read: one numpy record per wave, hull, float and so on.
+
+A kernel takes a row (`table[i]`) and reads its fields by name. SI units. "Body axes" are forward,
+left, up, fixed to the link; "world axes" are east, north, up. `qpos` and `dof` are the addresses of a
+free joint (or, for an engine, of its hinge) in MuJoCo's `qpos` and `qvel`; `body` is a body's number.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "BOX", "CYLINDER", "ELEMENT", "FLOAT", "FLOAT_STATE", "GLF", "HULL", "LINEAR", "SEA", "SPHERE",
+    "THRUSTER", "THRUSTER_STATE", "WAVE", "WIND", "WIND_STATE", "Record", "Table", "table",
+]  # fmt: skip
+
+Table = npt.NDArray[np.void]
+Record = Any
+"""One row of a `Table`."""
+
+BOX, SPHERE, CYLINDER = 0, 1, 2
+"""Values of `ELEMENT.shape`."""
+
+LINEAR, GLF = 0, 1
+"""Values of `THRUSTER.mapping`: proportional, or the generalised logistic function."""
+
+_i, _u, _f = np.int64, np.uint64, np.float64
+_vector = (_f, (3,))
+
+WAVE = np.dtype(
+    [
+        ("amplitude", _f),  # [m]
+        ("wavenumber", _f),  # [rad/m]
+        ("frequency", _f),  # angular [rad/s]
+        ("direction", _f, (2,)),  # unit vector, travels toward, world axes
+        ("steepness", _f),  # share of the trochoid's horizontal motion, 0..1; heights ignore it
+    ],
+    align=True,
+)
+
+SEA = np.dtype(
+    [
+        ("tau", _f),  # time constant of the start-up ramp [s]; <= 0: no ramp
+        ("level", _f),  # mean surface height [m], world
+    ],
+    align=True,
+)
+
+HULL = np.dtype(
+    [
+        ("body", _i),
+        ("qpos", _i),
+        ("dof", _i),
+        ("length", _f),  # of the two floats [m]
+        ("beam", _f),  # distance between the two lines of stations [m]
+        ("radius", _f),  # of the floats [m]
+        ("stations", _i),  # per float
+        ("density", _f),  # of the water [kg/m3]
+        ("gravity", _f),  # for displaced water only: 9.815 m/s2 in VRX
+        ("level", _f),  # height of the mean surface above the sea's own level [m]
+        ("added_mass", _f, (6,)),  # surge, sway, heave [kg], roll, pitch, yaw [kg m2], body axes
+        ("drag_linear", _f, (6,)),  # [N s/m] x 3, [N m s] x 3, body axes
+        ("drag_quadratic", _f, (6,)),  # [N s2/m2] x 3, [N m s2] x 3, body axes
+        ("link_com", *_vector),  # CoM of VRX's base link [m], body axes: where plugin forces act
+        ("body_com", *_vector),  # CoM of the MuJoCo body [m], body axes
+        ("mass", _f),  # of the MuJoCo body [kg]
+        ("wind", *_vector),  # coefficients: x, y [N s2/m2], turning [N m s2/m2]
+        ("thruster_start", _i),  # its thrusters are consecutive rows
+        ("thruster_count", _i),
+    ],
+    align=True,
+)
+
+THRUSTER = np.dtype(
+    [
+        ("hull", _i),  # row of HULL
+        ("body", _i),  # the engine's body; the hull's own when it has no hinge
+        ("qpos", _i),  # of the hinge; -1: none
+        ("dof", _i),  # of the hinge; -1: none
+        ("position", *_vector),  # of the engine's hinge [m], hull axes from the link origin
+        ("yaw", _f),  # of the engine at zero steering [rad], hull axes
+        ("propeller", *_vector),  # where thrust acts [m], engine axes from the hinge
+        ("body_com", *_vector),  # CoM of `body` [m], that body's axes
+        ("mapping", _i),  # LINEAR or GLF
+        ("max_command", _f),
+        ("max_forward", _f),  # [N]
+        ("max_reverse", _f),  # [N], sign ignored
+        ("timeout", _f),  # a command holds this long [s]; <= 0: for ever
+        ("max_angle", _f),  # largest steering target [rad]
+        ("kp", _f),  # servo stiffness [N m/rad]
+        ("kd", _f),  # servo damping [N m s/rad]
+        ("effort", _f),  # largest servo torque [N m]
+        ("velocity", _f),  # the servo pushes up to this rate [rad/s]
+        ("inertia", _f),  # of engine and propeller about the hinge [kg m2]
+    ],
+    align=True,
+)
+
+FLOAT = np.dtype(
+    [
+        ("body", _i),
+        ("qpos", _i),
+        ("dof", _i),
+        ("mass", _f),  # [kg]
+        ("com", *_vector),  # [m], body axes from the link origin
+        ("inertia", _f, (6,)),  # xx, yy, zz, xy, xz, yz [kg m2] about the CoM, body axes
+        ("density", _f),  # of the water [kg/m3]
+        ("gravity", _f),  # the world's: 9.8 m/s2 in VRX
+        ("level", _f),  # height of the mean surface above the sea's own level [m]
+        ("linear_drag", _f),  # per displaced mass [1/s]
+        ("angular_drag", _f),  # per displaced mass and squared size [1/s]
+        ("element_start", _i),  # its elements are consecutive rows
+        ("element_count", _i),
+        ("wind", *_vector),  # coefficients: x, y [N s2/m2], turning [N m s2/m2]
+    ],
+    align=True,
+)
+
+ELEMENT = np.dtype(
+    [
+        ("shape", _i),  # BOX, SPHERE or CYLINDER (axis z)
+        ("size", *_vector),  # [m] box: edges; sphere: radius, 0, 0; cylinder: radius, length, 0
+        ("position", *_vector),  # of the centre [m], body axes from the link origin
+        ("rotation", _f, (3, 3)),  # element to body axes
+        ("volume", _f),  # of the whole shape, a true cylinder's for a cylinder [m3]
+        ("mean_dimension", _f),  # mean of the extents along x, y, z [m]; cylinder: (2 r + l) / 2
+    ],
+    align=True,
+)
+
+WIND = np.dtype(
+    [
+        ("direction", _f, (2,)),  # unit vector, blows toward, world axes
+        ("mean", _f),  # [m/s]
+        ("gain", _f),  # standard deviation of the gusts [m/s]
+        ("time_constant", _f),  # of the gusts [s]
+        ("key", _u),  # of the stream of random numbers
+    ],
+    align=True,
+)
+
+THRUSTER_STATE = np.dtype(
+    [
+        ("command", _f),
+        ("expires", _f),  # time up to which the command holds [s]
+        ("angle_target", _f),  # [rad]
+        ("angle", _f),  # steering angle [rad]
+        ("rate", _f),  # [rad/s]
+        ("thrust", _f),  # applied in the last step [N]
+    ],
+    align=True,
+)
+
+FLOAT_STATE = np.dtype([("height", _f)], align=True)
+"""height: `surface_height` at the link origin in the step before [m]; VRX starts with `FLOAT.level`."""
+
+WIND_STATE = np.dtype(
+    [
+        ("gust", _f),  # deviation from the mean speed [m/s]
+        ("speed", _f),  # mean + gust [m/s]; may be negative
+        ("counter", _u),  # random numbers drawn so far
+    ],
+    align=True,
+)
+
+
+def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Return a table of `rows`, each of which has exactly the fields of `dtype`."""
+    names = set(dtype.names or ())
+    filled = np.zeros(len(rows), dtype)
+    for index, row in enumerate(rows):
+        if row.keys() != names:
+            missing, unknown = sorted(names - row.keys()), sorted(row.keys() - names)
+            raise ValueError(f"row {index}: missing fields {missing}, unknown fields {unknown}")
+        for name, value in row.items():
+            shape = dtype[name].shape
+            if np.shape(value) != shape:
+                raise ValueError(f"row {index}: {name} has shape {np.shape(value)}, not {shape}")
+            filled[index][name] = value
+    return filled

@@ -1,0 +1,122 @@
+"""Thrusters: from a command to a force, and the servo that steers the engine."""
+
+import math
+
+import numpy as np
+
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion, Wrench, rotated_wrench
+from vrx_mj.physics.phasor import phasor
+from vrx_mj.physics.tables import LINEAR, Record
+
+__all__ = [
+    "command_expiry", "effective_command", "engine_wrench", "servo_step", "servo_torque", "steering_target",
+    "thrust_force", "thruster_wrench",
+]  # fmt: skip
+
+
+def _curve(*coefficients: float) -> tuple[float, ...]:
+    """Return (A, K, B, nu, C, M) as VRX holds them: rounded to 32-bit floats."""
+    return tuple(float(np.float32(value)) for value in coefficients)
+
+
+_AHEAD = _curve(0.01, 59.82, 5.0, 0.38, 0.56, 0.28)
+_ASTERN = _curve(-199.13, -0.09, 8.84, 5.34, 0.99, -0.57)
+"""Generalised logistic functions fitted to a WAM-V's thrusters: VRX usv_gazebo_thrust_plugin.cc."""
+_CORNER = 0.01  # the command where one curve ends and the other begins
+
+
+@kernel
+def thrust_force(thruster: Record, command: float) -> float:
+    """Return the force [N] along the thruster's axis, without lag and whatever the speed.
+
+    VRX's quirks are kept: the linear mapping divides by `max_command` twice; the logistic
+    one gives 0.0414 N at rest, nothing at exactly 0.01, and jumps there from 0.06 to 1.21 N.
+    """
+    x = command / thruster.max_command
+    ahead, astern = abs(thruster.max_forward), -abs(thruster.max_reverse)
+    if thruster.mapping == LINEAR:
+        force = x / thruster.max_command * (ahead if x >= 0.0 else -astern)
+    elif x > _CORNER:
+        force = _logistic(_AHEAD, x)
+    elif x < _CORNER:
+        force = _logistic(_ASTERN, x)
+    else:
+        return 0.0
+    return float(min(force, ahead) if x > 0.0 else max(force, astern))
+
+
+@kernel
+def _logistic(curve: tuple[float, ...], x: float) -> float:
+    """Return A + (K - A) / (C + exp(-B (x - M)))^(1 / nu)."""
+    a, k, b, nu, c, m = curve
+    return float(a + (k - a) / (c + math.exp(-b * (x - m))) ** (1.0 / nu))
+
+
+@kernel
+def command_expiry(thruster: Record, t: float) -> float:
+    """Return the time [s] up to which a command given at `t` [s] holds."""
+    return float(t + thruster.timeout) if thruster.timeout > 0.0 else math.inf
+
+
+@kernel
+def effective_command(state: Record, t: float) -> float:
+    """Return the command that acts at time `t` [s]: the last one, or 0 once it has expired."""
+    return 0.0 if t > state.expires else float(state.command)
+
+
+@kernel
+def steering_target(thruster: Record, angle: float) -> float:
+    """Return the commanded steering angle [rad] within what the engine may turn."""
+    return float(min(max(angle, -thruster.max_angle), thruster.max_angle))
+
+
+@kernel
+def thruster_wrench(thruster: Record, hull: Record, motion: Motion, force: float, angle: float) -> Wrench:
+    """Return what `force` [N] at the propeller does: world axes, about `hull.link_com`.
+
+    `motion` is the hull's; `angle` [rad] is the steering angle, positive counter-clockwise from above.
+    """
+    c, s = phasor(thruster.yaw + angle)
+    p = thruster.propeller
+    x = thruster.position[0] + c * p[0] - s * p[1] - hull.link_com[0]
+    y = thruster.position[1] + s * p[0] + c * p[1] - hull.link_com[1]
+    z = thruster.position[2] + p[2] - hull.link_com[2]
+    fx, fy = c * force, s * force
+    return rotated_wrench(motion, Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx))
+
+
+@kernel
+def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float) -> Wrench:
+    """Return the same for an engine that is a body of its own: world axes, about that body's CoM.
+
+    `motion` is the hull's, and the engine's frame is the hull's turned by yaw and `angle` [rad].
+    """
+    c, s = phasor(thruster.yaw + angle)
+    y = thruster.propeller[1] - thruster.body_com[1]
+    z = thruster.propeller[2] - thruster.body_com[2]
+    fx, fy = c * force, s * force
+    return rotated_wrench(motion, Wrench(fx, fy, 0.0, -z * fy, z * fx, -y * force))
+
+
+@kernel
+def servo_torque(thruster: Record, angle: float, rate: float, target: float, dt: float) -> float:
+    """Return the torque [N m] with which the servo turns the engine toward `target` [rad].
+
+    A PD controller on the angle and rate that it will have at the end of the step of `dt` [s], with
+    nothing else turning the engine: stable at any step, and VRX's -kp e - kd de/dt as
+    `dt` goes to 0. Limited to `effort`, and to what does not push beyond `velocity`.
+    """
+    ahead = angle + dt * rate - target
+    stiffness = dt * (dt * thruster.kp + thruster.kd) / thruster.inertia
+    torque = -(thruster.kp * ahead + thruster.kd * rate) / (1.0 + stiffness)
+    up = max(0.0, (thruster.velocity - rate) * thruster.inertia / dt)
+    down = max(0.0, (thruster.velocity + rate) * thruster.inertia / dt)
+    return float(max(min(torque, thruster.effort, up), -thruster.effort, -down))
+
+
+@kernel
+def servo_step(thruster: Record, angle: float, rate: float, target: float, dt: float) -> tuple[float, float]:
+    """Return the engine's angle [rad] and rate [rad/s] a step later, where no joint integrates it."""
+    rate_next = rate + dt * servo_torque(thruster, angle, rate, target, dt) / thruster.inertia
+    return angle + dt * rate_next, rate_next

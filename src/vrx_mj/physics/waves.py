@@ -1,0 +1,139 @@
+"""The sea: which waves it is made of, and how high it stands at a point and a time.
+
+VRX's sea is a sum of a few cosine waves of deep water. Its surface is sampled at a fixed point
+without following the horizontal motion of the water ("simple sampler"), and it grows from flat
+calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` says.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.phasor import phasor
+from vrx_mj.physics.tables import Record, Table
+
+__all__ = ["cwr_components", "elevation", "pms_components", "ramp", "surface_height", "surface_heights"]
+
+PHILLIPS = 0.0081
+"""Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
+
+Component = dict[str, object]
+"""A row of `tables.WAVE`."""
+
+
+def pms_components(
+    number: int, scale: float, angle: float, steepness: float, gain: float, period: float, direction: Sequence[float]
+) -> list[Component]:
+    """Return up to three waves that sample the Pierson-Moskowitz spectrum, as VRX does.
+
+    `period` [s] is that of the spectrum's peak; the angular frequencies are the peak's times
+    `scale` to the power -1, 0 and 1, so the first wave is the longest. Each is turned by `angle`
+    [rad] from the next one, counter-clockwise with frequency. `gain` multiplies the amplitudes:
+    `gain` 1 is no calibrated sea, the significant height depends on `scale`.
+    """
+    peak = 2.0 * math.pi / period
+    widths = (peak * (1.0 - 1.0 / scale), peak * (scale - 1.0 / scale) / 2.0, peak * (scale - 1.0))
+    if number > len(widths):
+        raise ValueError(f"the model has at most {len(widths)} waves, not {number}")
+    rows = []
+    for index in range(number):
+        order = index - 1
+        frequency = peak * scale**order
+        amplitude = gain * math.sqrt(2.0 * _spectrum(frequency, peak) * widths[index])
+        rows.append(_component(amplitude, frequency, _turned(direction, order * angle), steepness / number))
+    return rows
+
+
+def cwr_components(
+    number: int,
+    scale: float,
+    angle: float,
+    steepness: float,
+    amplitude: float,
+    period: float,
+    direction: Sequence[float],
+) -> list[Component]:
+    """Return waves that all have the same ratio of length to amplitude ("constant wavelength-amplitude ratio").
+
+    `period` [s] and `amplitude` [m] are those of the middle wave; lengths and amplitudes are its own
+    times powers of `scale`, so the first wave is the shortest. Each is turned by `angle` [rad] from
+    the next one, counter-clockwise with length.
+    """
+    middle = (2.0 * math.pi / period) ** 2 / WAVE_GRAVITY
+    rows = []
+    for order in range(-(number // 2), number - number // 2):
+        size = scale**order
+        frequency = math.sqrt(WAVE_GRAVITY * middle / size)
+        rows.append(_component(size * amplitude, frequency, _turned(direction, order * angle), steepness / number))
+    return rows
+
+
+def _spectrum(frequency: float, peak: float) -> float:
+    """Return Pierson and Moskowitz' spectral density [m2 s] at an angular frequency [rad/s]."""
+    return PHILLIPS * SPECTRUM_GRAVITY**2 / frequency**5 * math.exp(-1.25 * (peak / frequency) ** 4)
+
+
+def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
+    length = math.hypot(direction[0], direction[1])
+    x, y = direction[0] / length, direction[1] / length
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> Component:
+    """Return the row of a deep-water wave; `steepness` is the share of the steepest trochoid's it asks for."""
+    wavenumber = frequency**2 / WAVE_GRAVITY
+    factor = min(1.0, steepness / (amplitude * wavenumber)) if amplitude else 0.0
+    return {
+        "amplitude": amplitude,
+        "wavenumber": wavenumber,
+        "frequency": frequency,
+        "direction": direction,
+        "steepness": factor,
+    }
+
+
+@kernel
+def ramp(sea: Record, t: float) -> float:
+    """Return the share 1 - exp(-t / tau) to which the sea has grown by time `t` [s]; 1 for tau <= 0."""
+    if t >= 40.0 * sea.tau:  # the exponential is below half a unit in the last place of 1
+        return 1.0
+    return 1.0 - math.exp(-t / sea.tau)
+
+
+@kernel
+def elevation(waves: Table, x: float, y: float, t: float) -> float:
+    """Return the height [m] of the grown sea above its mean level at (x, y) [m] and time `t` [s]."""
+    height = 0.0
+    for i in range(waves.size):
+        wave = waves[i]
+        along = wave.direction[0] * x + wave.direction[1] * y
+        height += wave.amplitude * phasor(wave.wavenumber * along - wave.frequency * t)[0]
+    return height
+
+
+@kernel
+def surface_height(waves: Table, sea: Record, x: float, y: float, t: float) -> float:
+    """Return the height [m] of the water's surface in the world at (x, y) [m] and time `t` [s].
+
+    eta = level + ramp(t) sum a cos(k (d . x) - omega t): VRX's "simple sampler", the one its forces use.
+    """
+    return float(sea.level + ramp(sea, t) * elevation(waves, x, y, t))
+
+
+@kernel
+def surface_heights(
+    waves: Table,
+    sea: Record,
+    x: npt.NDArray[np.float64],
+    y: npt.NDArray[np.float64],
+    t: npt.NDArray[np.float64],
+    out: npt.NDArray[np.float64],
+) -> None:
+    """Write `surface_height` at each (x, y, t) into `out`; all four are (n,)."""
+    for i in range(out.size):
+        out[i] = surface_height(waves, sea, x[i], y[i], t[i])

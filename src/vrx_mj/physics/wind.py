@@ -1,0 +1,55 @@
+"""Wind: gusts about a mean, in one direction, and what it does to what floats."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion, Wrench, rotated_wrench
+from vrx_mj.physics.noise import normal
+from vrx_mj.physics.tables import Record
+
+__all__ = ["gust_step", "wind_load", "wind_velocity"]
+
+
+@kernel
+def gust_step(wind: Record, state: Record, dt: float) -> float:
+    """Advance the gust in `state` by `dt` [s] and return the wind's speed [m/s].
+
+    VRX's first-order Gauss-Markov process, one normal number a step:
+    g += dt / tau (-g + gain sqrt(2 tau / dt) xi). Its standard deviation is `gain` / sqrt(1 - dt / (2 tau)).
+    The speed may become negative: the wind then blows backwards.
+    """
+    if wind.gain != 0.0:
+        tau = wind.time_constant
+        kick = wind.gain * math.sqrt(2.0 * tau / dt) * normal(wind.key, state.counter)
+        state.gust += dt / tau * (kick - state.gust)
+        state.counter += np.uint64(1)
+    state.speed = wind.mean + state.gust
+    return float(state.speed)
+
+
+@kernel
+def wind_velocity(wind: Record, state: Record) -> tuple[float, float]:
+    """Return the wind's velocity [m/s] east and north, where it blows toward."""
+    return state.speed * wind.direction[0], state.speed * wind.direction[1]
+
+
+@kernel
+def wind_load(
+    coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]
+) -> Wrench:
+    """Return the wind's wrench: world axes, about the link's centre of mass.
+
+    In body axes X = cx u |u|, Y = cy v |v|, N = -2 cz u v, with (u, v) the wind [m/s] and `coefficients`
+    (cx, cy [N s2/m2], cz [N m s2/m2]). VRX's quirk is kept: it is the *true* wind, so the link's own velocity
+    changes nothing and the wind damps nothing.
+    """
+    x, y = wind_vector
+    u = motion.r00 * x + motion.r10 * y
+    v = motion.r01 * x + motion.r11 * y
+    fx = coefficients[0] * u * abs(u)
+    fy = coefficients[1] * v * abs(v)
+    turning = -2.0 * coefficients[2] * u * v
+    return rotated_wrench(motion, Wrench(fx, fy, 0.0, 0.0, 0.0, turning))

@@ -1,0 +1,81 @@
+"""Commands of boats: names and numbers checked, then written into the thrusters' state."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.rig import Rig, Row
+
+Commands = Mapping[str, Mapping[str, float]]
+"""Boat -> {thruster: command, or thruster_angle: rad}."""
+
+ANGLE = "_angle"
+
+
+class Helm:
+    """The names that take commands, and where they go."""
+
+    def __init__(self, boats: Sequence[str], rows: Sequence[Row]) -> None:
+        self._channels: dict[str, dict[str, tuple[int, str]]] = {boat: {} for boat in boats}
+        self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in boats}
+        for index, row in enumerate(rows):
+            boat = boats[row["hull"]]
+            self._channels[boat][row["name"]] = (index, "command")
+            self.thrusters[boat][row["name"]] = index
+        for index, row in enumerate(rows):
+            self._channels[boats[row["hull"]]].setdefault(row["name"] + ANGLE, (index, "angle_target"))
+
+    def names(self, boat: str) -> tuple[str, ...]:
+        """Every command that the boat takes.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        if boat not in self._channels:
+            raise UnknownNameError("boat", boat, self._channels)
+        return tuple(self._channels[boat])
+
+    def give(self, rig: Rig, commands: Commands, time: float, hold: float) -> None:
+        """Set commands at `time` [s]; a thrust lasts for its thruster's timeout, and at least `hold` [s].
+
+        All of them are checked before any is set.
+
+        Raises:
+            UnknownNameError: no such boat, or no such thruster on it.
+            CommandError: a command is not a finite number.
+        """
+        for index, column, value in self._checked(commands):
+            rig.thruster_state[column][index] = value
+            if column == "command":
+                timeout = float(rig.thrusters["timeout"][index])
+                lasts = max(timeout, hold) if timeout > 0.0 else math.inf
+                rig.thruster_state["expires"][index] = time + lasts
+
+    def _checked(self, commands: Commands) -> list[tuple[int, str, float]]:
+        if not isinstance(commands, Mapping):
+            raise CommandError(f"commands are {commands!r}: a mapping of boats is needed, " + EXAMPLE)
+        checked = []
+        for boat, values in commands.items():
+            names = self.names(boat)
+            if not isinstance(values, Mapping):
+                raise CommandError(
+                    f"the commands of {boat} are {values!r}: a mapping of thrusters is needed, {EXAMPLE}"
+                )
+            for name, value in values.items():
+                if name not in names:
+                    raise UnknownNameError(f"thruster of {boat}", name, names)
+                checked.append((*self._channels[boat][name], _number(boat, name, value)))
+        return checked
+
+
+EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+
+
+def _number(boat: str, name: str, value: object) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise CommandError(f"the command {name} of {boat} is {value!r}: a finite number is needed")
+    return number

@@ -1,0 +1,126 @@
+"""What acts on a boat, effect by effect: the kernels of the loop, called once for whoever wants to look."""
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.drag import added_bias, added_inertia, drag
+from vrx_mj.physics.hydrostatics import hydrostatics
+from vrx_mj.physics.motion import Motion, Wrench, motion, shift
+from vrx_mj.physics.tables import Record
+from vrx_mj.physics.thrust import effective_command, servo_step, steering_target, thrust_force, thruster_wrench
+from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
+from vrx_mj.runtime.observation import rotation_matrix
+from vrx_mj.runtime.rig import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Forces(dict[str, FloatArray]):
+    """Name of an effect -> (6,): force [N] and torque [N m], world axes, about the boat's centre of mass."""
+
+    def __init__(self, outside: Mapping[str, FloatArray], inertial: Mapping[str, FloatArray]) -> None:
+        super().__init__(outside)
+        self.inertial = dict(inertial)
+        """Effects of the boat's own acceleration, which act like more mass."""
+
+    @property
+    def total(self) -> FloatArray:
+        """(6,): the sum of all that acts from outside."""
+        return np.sum(list(self.values()), axis=0)
+
+
+def boat_forces(rig: Rig, index: int, time: float) -> Forces:
+    """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
+    hull, body = rig.hulls[index], motion(rig.data.qpos, rig.data.qvel, *_address(rig, index))
+    then = time + rig.timestep
+    mass, center = _boat_center(rig, hull, body)
+    lever = tuple(_turned(body, hull["link_com"]) - center)
+
+    def about_center(wrench: Wrench) -> FloatArray:
+        return np.array(shift(wrench, lever))
+
+    gusts = rig.wind_state.copy()
+    gust_step(rig.wind[0], gusts[0], rig.timestep)
+    air = wind_velocity(rig.wind[0], gusts[0])
+    outside = {
+        "gravity": mass * np.array([*rig.model.opt.gravity, 0.0, 0.0, 0.0]),
+        "hydrostatics": about_center(hydrostatics(hull, rig.waves, rig.sea[0], body, then)),
+        "drag": about_center(drag(hull, body)),
+        "wind": about_center(wind_load(hull["wind"], body, air)),
+        "thrust": np.sum([about_center(w) for w in _thrusts(rig, hull, body, then)] or [np.zeros(6)], axis=0),
+        "contact": _contacts(rig, int(hull["body"]), center + np.array(body[:3])),
+    }
+    return Forces(outside, {"added_mass": about_center(_added_mass(rig, hull, body))})
+
+
+def _address(rig: Rig, index: int) -> tuple[int, int]:
+    return int(rig.hulls["qpos"][index]), int(rig.hulls["dof"][index])
+
+
+def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
+    matrix = np.array(body[3:12]).reshape(3, 3)
+    turned: FloatArray = matrix @ np.asarray(vector)
+    return turned
+
+
+def _thrusts(rig: Rig, hull: Record, body: Motion, time: float) -> list[Wrench]:
+    """One wrench per thruster, about `link_com`."""
+    wrenches = []
+    start = int(hull["thruster_start"])
+    for row in range(start, start + int(hull["thruster_count"])):
+        thruster, state = rig.thrusters[row], rig.thruster_state[row]
+        force = thrust_force(thruster, effective_command(state, time))
+        if thruster["dof"] < 0:
+            target = steering_target(thruster, state["angle_target"])
+            angle = servo_step(thruster, state["angle"], state["rate"], target, rig.timestep)[0]
+        else:
+            angle = float(rig.data.qpos[thruster["qpos"]])
+        wrenches.append(thruster_wrench(thruster, hull, body, force, angle))
+    return wrenches
+
+
+def _boat_center(rig: Rig, hull: Record, body: Motion) -> tuple[float, FloatArray]:
+    """Mass [kg] of the whole boat, and the way [m] from its link's origin to its centre of mass, world axes."""
+    mass = float(rig.model.body_mass[hull["body"]])
+    moment = mass * np.asarray(hull["body_com"])
+    total = mass
+    start = int(hull["thruster_start"])
+    for row in range(start, start + int(hull["thruster_count"])):
+        thruster = rig.thrusters[row]
+        if thruster["dof"] >= 0:
+            engine = float(rig.model.body_mass[thruster["body"]])
+            half = 0.5 * (float(thruster["yaw"]) + float(rig.data.qpos[thruster["qpos"]]))
+            turn = rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
+            moment = moment + engine * (thruster["position"] + turn @ thruster["body_com"])
+            total += engine
+    return total, _turned(body, moment / total)
+
+
+def _added_mass(rig: Rig, hull: Record, body: Motion) -> Wrench:
+    """Reaction of the added mass to the acceleration of the last step, about `link_com`."""
+    matrix = np.zeros((6, 6))
+    added_inertia(hull, body, matrix)
+    dof = int(hull["dof"])
+    reaction = -(matrix @ rig.data.qacc[dof : dof + 6])
+    bias = added_bias(hull, body)
+    return Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
+
+
+def _contacts(rig: Rig, root: int, center: FloatArray) -> FloatArray:
+    """Sum of the contact forces of the last step on the boat's bodies, about `center` [m, world]."""
+    total = np.zeros(6)
+    model, data = rig.model, rig.data
+    local = np.zeros(6)
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        roots = [int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom]
+        sign = (roots[1] == root) - (roots[0] == root)
+        if sign:
+            mujoco.mj_contactForce(model, data, number, local)
+            frame = contact.frame.reshape(3, 3)
+            force, torque = frame.T @ local[:3], frame.T @ local[3:]
+            total += sign * np.concatenate((force, torque + np.cross(contact.pos - center, force)))
+    return total

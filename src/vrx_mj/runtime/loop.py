@@ -1,0 +1,186 @@
+"""The compiled loop: the equation of motion of everything that floats.
+
+For each physics step it reads `qpos` and `qvel`, adds up the wrench of every hull and of every floating object,
+writes `xfrc_applied`, and has MuJoCo step. As in VRX the clock is advanced first: forces belong to the pose and
+velocity that the last step left, and to the time at which this one ends.
+"""
+
+import numpy as np
+
+from vrx_mj.physics.drag import added_bias, added_inertia, drag
+from vrx_mj.physics.flotation import flotation
+from vrx_mj.physics.hydrostatics import hydrostatics
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import add, carry, motion, zero_wrench
+from vrx_mj.physics.thrust import (
+    effective_command,
+    engine_wrench,
+    servo_step,
+    servo_torque,
+    steering_target,
+    thrust_force,
+    thruster_wrench,
+)
+from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
+from vrx_mj.runtime import engine
+from vrx_mj.runtime.proximity import CONTACT, apart
+
+__all__ = ["HUGE", "advance"]
+
+HUGE = 1e7
+"""A state beyond this [m, m/s, rad/s] has diverged."""
+
+_STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
+
+mj_check_pos, mj_check_vel, mj_check_acc = engine.mj_check_pos, engine.mj_check_vel, engine.mj_check_acc
+mj_fwd_position, mj_factor_m = engine.mj_fwd_position, engine.mj_factor_m
+mj_sensor_pos, mj_sensor_vel, mj_sensor_acc = engine.mj_sensor_pos, engine.mj_sensor_vel, engine.mj_sensor_acc
+mj_fwd_velocity, mj_fwd_actuation = engine.mj_fwd_velocity, engine.mj_fwd_actuation
+mj_fwd_acceleration, mj_fwd_constraint = engine.mj_fwd_acceleration, engine.mj_fwd_constraint
+mj_euler = engine.mj_euler
+
+
+@kernel
+def advance(
+    model, data, flags, qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row,
+    sea, waves, wind, wind_state, hulls, thrusters, thruster_state, floats, elements, float_state,
+    movers, obstacles, clearance, sampling, samples, time, dt, steps,
+):  # type: ignore[no-untyped-def]  # fmt: skip
+    """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
+
+    Returns the number of steps done: fewer when the sample buffer is full, -1 when the state has diverged.
+    """
+    user_flags = flags[0]
+    done = 0
+    while done < steps:
+        if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
+            break
+        sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time)
+        if diverged(qpos, qvel):
+            done = -1
+            break
+        time += dt
+        gust_step(wind[0], wind_state[0], dt)
+        air = wind_velocity(wind[0], wind_state[0])
+        for i in range(hulls.size):
+            hull = hulls[i]
+            body = motion(qpos, qvel, hull.qpos, hull.dof)
+            wrench = hydrostatics(hull, waves, sea[0], body, time)
+            wrench = add(wrench, drag(hull, body))
+            wrench = add(wrench, added_bias(hull, body))
+            wrench = add(wrench, wind_load(hull.wind, body, air))
+            wrench = add(
+                wrench,
+                thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt),
+            )
+            apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
+        for i in range(floats.size):
+            item = floats[i]
+            body = motion(qpos, qvel, item.qpos, item.dof)
+            load = wind_load(item.wind, body, air)
+            wrench = flotation(item, elements, waves, sea[0], body, float_state[i], time, dt, load)
+            apply(xfrc_applied, item.body, wrench)
+        flags[0] = user_flags | CONTACT if apart(movers, obstacles, qpos, clearance) else user_flags
+        move(model, data, qpos, qvel, inertia, inertia_row, hulls)
+        done += 1
+    flags[0] = user_flags
+    return done
+
+
+@kernel
+def move(model, data, qpos, qvel, inertia, inertia_row, hulls):  # type: ignore[no-untyped-def]
+    """`mj_step`, stage by stage, with the hulls' added mass put into the inertia on the way."""
+    mj_check_pos(model, data)
+    mj_check_vel(model, data)
+    mj_fwd_position(model, data)
+    if hulls.size:
+        added = np.empty((6, 6))
+        for i in range(hulls.size):
+            hull = hulls[i]
+            added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
+            add_to_inertia(inertia, inertia_row, hull.dof, added)
+        mj_factor_m(model, data)
+    mj_sensor_pos(model, data)
+    mj_fwd_velocity(model, data)
+    mj_sensor_vel(model, data)
+    mj_fwd_actuation(model, data)
+    mj_fwd_acceleration(model, data)
+    mj_fwd_constraint(model, data)
+    mj_sensor_acc(model, data)
+    mj_check_acc(model, data)
+    mj_euler(model, data)
+
+
+@kernel
+def thrust(
+    hull, body, thrusters, state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt
+):  # type: ignore[no-untyped-def]
+    """Steer the hull's engines and thrust with them; returns the wrench on the hull about `link_com`.
+
+    A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
+    """
+    wrench = zero_wrench()
+    for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
+        thruster, own = thrusters[k], state[k]
+        force = thrust_force(thruster, effective_command(own, time))
+        own.thrust = force
+        target = steering_target(thruster, own.angle_target)
+        if thruster.dof < 0:
+            own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
+            wrench = add(wrench, thruster_wrench(thruster, hull, body, force, own.angle))
+        else:
+            own.angle, own.rate = qpos[thruster.qpos], qvel[thruster.dof]
+            qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
+            apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, force, own.angle))
+    return wrench
+
+
+@kernel
+def apply(xfrc_applied, body, wrench):  # type: ignore[no-untyped-def]
+    """Write a wrench about a body's centre of mass into its row of `xfrc_applied`."""
+    row = xfrc_applied[body]
+    row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
+    row[3], row[4], row[5] = wrench.tx, wrench.ty, wrench.tz
+
+
+@kernel
+def add_to_inertia(inertia, inertia_row, dof, added):  # type: ignore[no-untyped-def]
+    """Add a symmetric (6, 6) to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
+
+    A row holds its ancestors' columns in order, and a free joint at the root has none but its own.
+    """
+    for i in range(6):
+        start = inertia_row[dof + i]
+        for j in range(i + 1):
+            inertia[start + j] += added[i, j]
+
+
+@kernel
+def diverged(qpos, qvel):  # type: ignore[no-untyped-def]
+    """Tell whether any coordinate or velocity is NaN or beyond `HUGE`."""
+    fine = True
+    for value in qpos:
+        fine &= abs(value) < HUGE
+    for value in qvel:
+        fine &= abs(value) < HUGE
+    return not fine
+
+
+@kernel
+def sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time):  # type: ignore[no-untyped-def]
+    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel] if one is due."""
+    if sampling[_STRIDE] == 0:
+        return
+    if sampling[_COUNTDOWN] > 0:
+        sampling[_COUNTDOWN] -= 1
+        return
+    sampling[_COUNTDOWN] = sampling[_STRIDE] - 1
+    row = samples[sampling[_FILLED]]
+    sampling[_FILLED] += 1
+    row[0], row[1] = time, wind_state[0].speed
+    count = thruster_state.size
+    for k in range(count):
+        row[2 + k], row[2 + count + k] = thruster_state[k].thrust, thruster_state[k].angle
+    start = 2 + 2 * count
+    row[start : start + qpos.size] = qpos
+    row[start + qpos.size :] = qvel

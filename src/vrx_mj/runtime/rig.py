@@ -1,0 +1,153 @@
+"""The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import CompileError
+from vrx_mj.physics import tables
+from vrx_mj.physics.noise import stream_key
+from vrx_mj.runtime.engine import disable_flags
+from vrx_mj.runtime.proximity import movers, obstacles
+
+Row = Mapping[str, Any]
+NO_JOINT = -1
+
+
+def stepping_model(world: World) -> mujoco.MjModel:
+    """The model that steps: compiled from the saved form, without anything that is only looked at."""
+    return _compiled(world, visual=False)
+
+
+def drawing_model(world: World) -> mujoco.MjModel:
+    """The model that is drawn: the same bodies, with their visual geoms and materials."""
+    return _compiled(world, visual=True)
+
+
+def _compiled(world: World, *, visual: bool) -> mujoco.MjModel:
+    try:
+        spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+        spec.compiler.discardvisual = not visual
+        return spec.compile()
+    except ValueError as error:
+        raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
+
+
+class Rig:
+    """Arrays for `advance`, in the order in which it takes them.
+
+    The views belong to one model and data: whoever makes new ones makes a new rig.
+    """
+
+    def __init__(self, world: World, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        parameters = world.parameters
+        sea, wind = parameters["sea"], parameters["wind"]
+        self.model, self.data = model, data
+        self.timestep = float(model.opt.timestep)
+        self.waves = tables.table(tables.WAVE, sea["waves"])
+        self.sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
+        known = ("direction", "mean", "gain", "time_constant")
+        self.wind = tables.table(tables.WIND, [{**{k: wind[k] for k in known}, "key": 0}])
+        self.wind_seed = int(wind["seed"])
+        self.hulls = tables.table(tables.HULL, [self._free_body(row) for row in parameters["hulls"]])
+        self.thrusters = tables.table(tables.THRUSTER, [self._engine(row) for row in parameters["thrusters"]])
+        self.floats = tables.table(tables.FLOAT, [self._free_body(row) for row in parameters["floats"]])
+        self.elements = tables.table(tables.ELEMENT, parameters["elements"])
+        self.wind_state = np.zeros(1, tables.WIND_STATE)
+        self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
+        self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
+        self.flags = disable_flags(model)
+        self.movers, self.obstacles = movers(model), obstacles(model)
+        self.clearance = np.zeros(1)
+
+    @property
+    def state_tables(self) -> Sequence[npt.NDArray[Any]]:
+        """The tables that change from step to step."""
+        return self.wind_state, self.thruster_state, self.float_state
+
+    def reset(self, seed: int) -> None:
+        """Bring the state tables to their start and draw the run's noise streams from `seed`."""
+        for table in self.state_tables:
+            table[:] = np.zeros(1, table.dtype)
+        self.key(seed)
+        self.wind_state["speed"] = self.wind["mean"]
+        self.thruster_state["expires"] = -np.inf
+
+    def key(self, seed: int) -> None:
+        """Set the keys of the noise streams; the wind's own seed is part of its key."""
+        self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
+
+    def pack(self) -> bytes:
+        """The state tables as bytes."""
+        return b"".join(table.tobytes() for table in self.state_tables)
+
+    def unpack(self, block: bytes) -> None:
+        """Write back what `pack` gave."""
+        offset = 0
+        for table in self.state_tables:
+            table[:] = np.frombuffer(block, table.dtype, len(table), offset)
+            offset += table.nbytes
+
+    @property
+    def packed_size(self) -> int:
+        """Number of bytes that `pack` gives."""
+        return sum(table.nbytes for table in self.state_tables)
+
+    def arguments(self, sampling: npt.NDArray[np.int64], samples: npt.NDArray[np.float64]) -> tuple[Any, ...]:
+        """What `advance` takes before time and steps."""
+        model, data = self.model, self.data
+        return (
+            model._address,
+            data._address,
+            self.flags,
+            data.qpos,
+            data.qvel,
+            data.xfrc_applied,
+            data.qfrc_applied,
+            data.M,
+            model.M_rowadr,
+            self.sea,
+            self.waves,
+            self.wind,
+            self.wind_state,
+            self.hulls,
+            self.thrusters,
+            self.thruster_state,
+            self.floats,
+            self.elements,
+            self.float_state,
+            self.movers,
+            self.obstacles,
+            self.clearance,
+            sampling,
+            samples,
+        )
+
+    def _free_body(self, row: Row) -> Row:
+        """Replace a body's name by its id and the addresses of its free joint."""
+        row = {key: value for key, value in row.items() if key != "joint"}
+        body = self.model.body(row["body"])
+        joint = int(body.jntadr[0])
+        ids = {
+            "body": int(body.id),
+            "qpos": int(self.model.jnt_qposadr[joint]),
+            "dof": int(self.model.jnt_dofadr[joint]),
+        }
+        return {**row, **ids}
+
+    def _engine(self, row: Row) -> Row:
+        """Replace names by ids in a thruster's row; a fixed engine has no joint."""
+        plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body")}
+        body = int(self.model.body(row["body"]).id)
+        if row["joint"] is None:
+            return {**plain, "body": body, "qpos": NO_JOINT, "dof": NO_JOINT}
+        joint = int(self.model.joint(row["joint"]).id)
+        addresses = {
+            "qpos": int(self.model.jnt_qposadr[joint]),
+            "dof": int(self.model.jnt_dofadr[joint]),
+        }
+        return {**plain, "body": body, **addresses}

@@ -1,0 +1,181 @@
+"""A whole run: a controller at its rate, a duration, and the summary at the end."""
+
+import inspect
+import platform
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from importlib import import_module, metadata
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.runtime.commands import Commands
+from vrx_mj.runtime.simulation import Observation, Simulation
+
+Controller = Callable[[Observation, float], Commands | None]
+"""`controller(obs, t) -> {boat: {thruster: command}}`."""
+
+CONTROL_RATE = 10.0
+"""Calls of a controller per simulated second [Hz]."""
+
+
+@dataclass(frozen=True)
+class BoatSummary:
+    """Where a boat ended."""
+
+    position: tuple[float, float, float]
+    """[m, ENU]."""
+    heading: float
+    """[rad], counter-clockwise from east."""
+    distance: float
+    """Way over ground [m], sampled at the control rate."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run was and how it ended; two equal runs on one platform have one `state_sha256`."""
+
+    world: str
+    fleet: str
+    seed: int
+    steps: int
+    sim_time: float
+    wall_time: float
+    real_time_factor: float
+    state_sha256: str
+    platform: str
+    interrupted: bool
+    boats: dict[str, BoatSummary]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same as plain data, ready for JSON."""
+        return asdict(self)
+
+
+def run(
+    sim: Simulation,
+    duration: float,
+    *,
+    controller: Controller | None = None,
+    control_rate: float = CONTROL_RATE,
+    progress: Callable[[float], None] | None = None,
+) -> Summary:
+    """Run for `duration` [s] of simulated time and tell how it ended.
+
+    The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
+    as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
+
+    Raises:
+        CommandError: the duration is no multiple of the timestep, or the controller returned nonsense.
+        DivergedError: the state became NaN or huge.
+    """
+    steps = sim.steps_in(duration)
+    per_call = 1.0 / (control_rate * sim.timestep)
+    way = {boat: 0.0 for boat in sim.boats}
+    before, begun, interrupted = sim.observe(), clock.perf_counter(), False
+    done = calls = 0
+    try:
+        while done < steps:
+            if controller is not None:
+                _obey(sim, controller(before, sim.time))
+            calls += 1
+            count = min(max(round(calls * per_call), done + 1), steps) - done
+            sim.advance(count)
+            done += count
+            now = sim.observe()
+            for boat in way:
+                way[boat] += float(np.hypot(*(now[boat].position - before[boat].position)[:2]))
+            before = now
+            if progress is not None:
+                progress(done * sim.timestep)
+    except KeyboardInterrupt:
+        interrupted = True
+        sim.event("interrupted", "WARN")
+    wall = clock.perf_counter() - begun
+    return _summary(sim, done, wall, way, interrupted)
+
+
+def load_controller(name: str, seed: int) -> Controller:
+    """The controller `module:function`, or `module:Class`, which is made and whose `reset(seed)` is called.
+
+    Raises:
+        VrxError: there is no such module, or nothing in it by that name.
+    """
+    module_name, _, attribute = name.partition(":")
+    if not attribute:
+        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+    try:
+        found = getattr(import_module(module_name), attribute)
+    except ModuleNotFoundError as error:
+        if error.name is None or not module_name.startswith(error.name):
+            raise
+        raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
+    except AttributeError as error:
+        raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'") from error
+    controller: Controller = found() if inspect.isclass(found) else found
+    if hasattr(controller, "reset"):
+        controller.reset(seed)
+    return controller
+
+
+def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
+    """A controller that gives every boat the same commands for ever."""
+    commands = {boat: dict(thrust) for boat in sim.boats}
+
+    def controller(_observation: Observation, _time: float) -> Commands:
+        return commands
+
+    return controller
+
+
+def fingerprint() -> str:
+    """What bit-equality depends on: processor, system, and the versions of what computes."""
+    versions = " ".join(f"{name}-{metadata.version(name)}" for name in ("mujoco", "numba", "numpy"))
+    return f"{_processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = (line.partition(":")[2].strip() for line in file if line.startswith("model name"))
+            return next(names, "") or platform.processor()
+    except OSError:
+        return platform.processor()
+
+
+def _obey(sim: Simulation, commands: Commands | None) -> None:
+    if commands is None:
+        return
+    if not isinstance(commands, Mapping):
+        raise CommandError(f"the controller returned {commands!r}: a mapping of boats is needed, or None")
+    for boat, values in commands.items():
+        if boat != "task":
+            sim.command_all({boat: values})
+
+
+def _summary(sim: Simulation, steps: int, wall: float, way: dict[str, float], interrupted: bool) -> Summary:
+    seen = sim.observe()
+    elapsed = steps * sim.timestep
+    boats = {
+        boat: BoatSummary(
+            tuple(float(value) for value in seen[boat].position),  # type: ignore[arg-type]
+            seen[boat].heading,
+            way[boat],
+        )
+        for boat in sim.boats
+    }
+    return Summary(
+        world=sim.world.name,
+        fleet=str(sim.world.parameters["fleet"]),
+        seed=sim.seed,
+        steps=steps,
+        sim_time=elapsed,
+        wall_time=wall,
+        real_time_factor=elapsed / wall if wall > 0.0 else 0.0,
+        state_sha256=sim.get_state().sha256,
+        platform=fingerprint(),
+        interrupted=interrupted,
+        boats=boats,
+    )

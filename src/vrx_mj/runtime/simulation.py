@@ -1,0 +1,355 @@
+"""A world that runs."""
+
+import math
+import tempfile
+import time as clock
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameError
+from vrx_mj.runtime.bodies import FreeBodies
+from vrx_mj.runtime.commands import Commands, Helm
+from vrx_mj.runtime.forces import Forces, boat_forces
+from vrx_mj.runtime.loop import DIVERGED, advance
+from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.rig import Rig, drawing_model, stepping_model
+from vrx_mj.runtime.sampling import Listener, Sampler
+from vrx_mj.runtime.state import STATE_VERSION, State, check_version
+from vrx_mj.runtime.weather import Sea, Wind
+
+Observation = dict[str, BoatObservation]
+SLICE = 0.05
+"""Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+class Simulation:
+    """One world, moving.
+
+    The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
+    same versions of MuJoCo, numba and vrx_mj.
+    """
+
+    def __init__(self, world: World, *, seed: int | None = None) -> None:
+        self._world = world
+        self._world_id = world.sha256
+        self._model = stepping_model(world)
+        self._data = mujoco.MjData(self._model)
+        self._rig = Rig(world, self._model, self._data)
+        self._helm = Helm(world.boats, world.parameters["thrusters"])
+        self._bodies = FreeBodies(world, self._rig)
+        thrusters = len(self._rig.thrusters)
+        columns = 2 + 2 * thrusters + self._model.nq + self._model.nv
+        self._sampler = Sampler(columns, self._rig.timestep)
+        self._pace = 1e-5
+        self._drawing: mujoco.MjModel | None = None
+        self._sea, self._wind = Sea(self._rig), Wind(self._rig)
+        self.reset(seed)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> "Simulation":
+        """Sail a world that `World.save` or `vrx-mj compile` has written; its YAML is not needed.
+
+        Raises:
+            StateError: the folder holds no saved world of this version.
+        """
+        return cls(World.load(folder))
+
+    # What it is
+
+    @property
+    def world(self) -> World:
+        """The compiled world that runs here."""
+        return self._world
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """MuJoCo's model of what steps; it has no visual geoms."""
+        return self._model
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """MuJoCo's state. Forces are written into `xfrc_applied` at every step."""
+        return self._data
+
+    @property
+    def visual_model(self) -> mujoco.MjModel:
+        """A model of the same world with everything that is looked at; its `qpos` is laid out alike."""
+        if self._drawing is None:
+            self._drawing = drawing_model(self._world)
+        return self._drawing
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats."""
+        return self._world.boats
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self._data.time)
+
+    @property
+    def timestep(self) -> float:
+        """Physics step [s]."""
+        return self._rig.timestep
+
+    @property
+    def seed(self) -> int:
+        """Seed of the present run."""
+        return self._seed
+
+    @property
+    def sea(self) -> Sea:
+        """The sea's surface: `sim.sea.height(x, y, t)`."""
+        return self._sea
+
+    @property
+    def wind(self) -> Wind:
+        """The wind: `sim.wind.velocity(t)`."""
+        return self._wind
+
+    def command_names(self, boat: str) -> tuple[str, ...]:
+        """The commands that a boat takes: thrusters in [-1, 1], and their `_angle` in rad.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        return self._helm.names(boat)
+
+    # Running
+
+    def reset(self, seed: int | None = None) -> Observation:
+        """Go back to the start, with the world's seed or another; returns what the boats see."""
+        self._seed = self._world.seed if seed is None else int(seed)
+        mujoco.mj_resetData(self._model, self._data)
+        self._rig.reset(self._seed)
+        self._wind.forget()
+        self._settle()
+        self._sampler.restart()
+        return self.observe()
+
+    def command(self, boat: str, **commands: float) -> None:
+        """Command a boat's thrusters as VRX's topics do: each thrust lasts for the thruster's timeout.
+
+        Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. Angles are in
+        rad, clamped to the thruster's limit, and do not time out.
+
+        Raises:
+            UnknownNameError: no such boat or thruster.
+            CommandError: a command is not a finite number.
+        """
+        self.command_all({boat: commands})
+
+    def command_all(self, commands: Commands) -> None:
+        """The same as `command`, for several boats.
+
+        Raises:
+            UnknownNameError: no such boat or thruster.
+            CommandError: a command is not a finite number.
+        """
+        self._helm.give(self._rig, commands, self.time, hold=0.0)
+
+    def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
+        """Advance by `duration` [s] of simulated time, one physics step by default, under the given commands.
+
+        A command holds for the whole duration.
+
+        Raises:
+            UnknownNameError: no such boat or thruster.
+            CommandError: a command is not a finite number, or the duration no multiple of the timestep.
+            DivergedError: the state became NaN or huge; the last good one is in a file.
+        """
+        steps = 1 if duration is None else self.steps_in(duration)
+        self._helm.give(self._rig, commands or {}, self.time, hold=(steps + 0.5) * self.timestep)
+        self.advance(steps)
+        return self.observe()
+
+    def steps_in(self, duration: float) -> int:
+        """Number of physics steps in a duration [s].
+
+        Raises:
+            CommandError: it is not a whole number.
+        """
+        steps = round(duration / self.timestep) if math.isfinite(duration) else 0
+        if steps < 1 or abs(steps * self.timestep - duration) > 1e-6 * self.timestep * max(1, steps):
+            below = max(1, math.floor(duration / self.timestep)) if math.isfinite(duration) else 1
+            raise CommandError(
+                f"a duration of {duration:g} s is no multiple of the timestep {self.timestep:g} s; "
+                f"near it are {below * self.timestep:g} and {(below + 1) * self.timestep:g} s"
+            )
+        return steps
+
+    def advance(self, steps: int) -> None:
+        """Advance by a number of physics steps under the commands that stand.
+
+        Raises:
+            DivergedError: the state became NaN or huge; the last good one is in a file.
+        """
+        left = steps
+        while left > 0:
+            second = self._to_next_second()
+            count = min(left, second, max(1, int(SLICE / self._pace)))
+            begun = clock.perf_counter()
+            done = int(advance(*self._arguments, self.time, self.timestep, count))
+            if done < 0:
+                self._diverged()
+            if done:
+                self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
+            left -= done
+            if done < count:
+                self._sampler.drain()
+            if done == second:
+                self._keep()
+
+    # State
+
+    def observe(self) -> Observation:
+        """What every boat's controller sees now."""
+        return {boat: self._bodies.observe(boat) for boat in self.boats}
+
+    def get_state(self) -> State:
+        """The whole state: continued from it, a run equals the uninterrupted one bit for bit."""
+        size = mujoco.mj_stateSize(self._model, SIGNATURE)
+        flat = np.empty(size)
+        mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
+        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, self._rig.pack())
+
+    def set_state(self, state: State) -> Observation:
+        """Go to a state that `get_state` gave, here or in another process.
+
+        Raises:
+            StateError: it belongs to another world or another version.
+        """
+        check_version(state.version)
+        if state.world != self._world_id:
+            raise StateError(
+                f"the state belongs to the world {state.world[:12]}, not to this one, {self._world_id[:12]}"
+            )
+        mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
+        self._rig.unpack(state.ours)
+        self._seed = state.seed
+        self._rig.key(state.seed)
+        self._wind.forget()
+        self._settle()
+        self._sampler.restart()
+        return self.observe()
+
+    def set_boat(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float] | None = None,
+        velocity: Sequence[float] | None = None,
+    ) -> None:
+        """Put a boat somewhere: pose (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin and
+        velocity (u, v, w, p, q, r) [m/s, rad/s] of that origin in body axes. What is not given stays.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: not six finite numbers.
+        """
+        self._check_name("boat", name, self.boats)
+        self._bodies.put(name, pose, velocity)
+        self._settle()
+
+    def set_object(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float] | None = None,
+        velocity: Sequence[float] | None = None,
+    ) -> None:
+        """The same as `set_boat`, for a floating object.
+
+        Raises:
+            UnknownNameError: no floating object has that name.
+            CommandError: not six finite numbers.
+        """
+        self._check_name("floating object", name, self._bodies.objects)
+        self._bodies.put(name, pose, velocity)
+        self._settle()
+
+    def observe_object(self, name: str) -> BoatObservation:
+        """Pose and velocity of a floating object's link.
+
+        Raises:
+            UnknownNameError: no floating object has that name.
+        """
+        self._check_name("floating object", name, self._bodies.objects)
+        return self._bodies.observe(name)
+
+    def forces(self, boat: str) -> Forces:
+        """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
+
+        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
+        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        self._check_name("boat", boat, self.boats)
+        return boat_forces(self._rig, self.boats.index(boat), self.time)
+
+    # Recorders
+
+    def attach(self, listener: Listener, *, rate: float) -> None:
+        """Give a listener `rate` rows per simulated second, a state per second, and events."""
+        self._sampler.add(listener, rate)
+        self._renew_arguments()
+        self._keep()
+
+    def detach(self, listener: Listener) -> None:
+        """Give a listener what is left and let it go."""
+        self._keep()
+        self._sampler.remove(listener)
+        self._renew_arguments()
+
+    def event(self, text: str, level: str = "INFO") -> None:
+        """Write a line into the recordings, at the present time."""
+        for listener in self._sampler.listeners:
+            listener.event(self.time, text, level)
+
+    # Inside
+
+    def _settle(self) -> None:
+        """Make derived quantities follow a state that was set, and keep it as the last good one."""
+        mujoco.mj_forward(self._model, self._data)
+        self._renew_arguments()
+        self._keep()
+
+    def _renew_arguments(self) -> None:
+        self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)
+
+    def _keep(self) -> None:
+        self._last_good = self.get_state()
+        if self._sampler.listeners:
+            self._sampler.drain()
+            blob = self._last_good.to_bytes()
+            for listener in self._sampler.listeners:
+                listener.state(self.time, blob)
+
+    def _to_next_second(self) -> int:
+        per_second = max(1, round(1.0 / self.timestep))
+        return per_second - round(self.time / self.timestep) % per_second
+
+    def _check_name(self, kind: str, name: str, known: Sequence[str]) -> None:
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+
+    def _diverged(self) -> None:
+        name = self._bodies.broken()
+        step = round(self.time / self.timestep)
+        file = Path(tempfile.mkdtemp(prefix="vrx_mj-")) / "last_good.state"
+        self._last_good.save(file)
+        self._sampler.drain()
+        message = (
+            f"{name} has a state that is not finite, or huge, at step {step} (t = {self.time:g} s). "
+            f"The state at t = {self._last_good.time:g} s is in {file}: State.load reads it"
+        )
+        self.event(message, "ERROR")
+        raise DivergedError(message)

@@ -1,0 +1,91 @@
+"""The whole state of a run: what `get_state` returns and `set_state` takes."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import StateError
+
+STATE_VERSION = 1
+
+
+@dataclass(frozen=True)
+class State:
+    """A moment of a run: continued from it, the run is bit-equal to the uninterrupted one.
+
+    It holds plain numbers and bytes, so it can be pickled and moved to another process.
+    """
+
+    version: int
+    world: str
+    """`World.sha256` of the world it belongs to."""
+    seed: int
+    time: float
+    """Simulated time [s]."""
+    mujoco: npt.NDArray[np.float64]
+    """MuJoCo's integration state (`mjSTATE_INTEGRATION`), flat."""
+    ours: bytes
+    """Gusts, commands, servos and wave memory: the state tables of the compiled loop."""
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of everything that moves; equal runs have equal fingerprints."""
+        digest = hashlib.sha256(f"{self.version} {self.seed}".encode())
+        digest.update(np.float64(self.time).tobytes())
+        digest.update(self.mujoco.tobytes())
+        digest.update(self.ours)
+        return digest.hexdigest()
+
+    def to_bytes(self) -> bytes:
+        """One block of bytes that `from_bytes` reads; no pickle in it."""
+        header = {
+            "version": self.version,
+            "world": self.world,
+            "seed": self.seed,
+            "time": self.time.hex(),
+            "mujoco": len(self.mujoco),
+        }
+        return json.dumps(header).encode() + b"\n" + self.mujoco.astype("<f8").tobytes() + self.ours
+
+    @staticmethod
+    def from_bytes(block: bytes) -> "State":
+        """Read what `to_bytes` made.
+
+        Raises:
+            StateError: the bytes are no state, or one of another version.
+        """
+        head, _, body = block.partition(b"\n")
+        try:
+            header = json.loads(head)
+            version = header["version"]
+            size = 8 * header["mujoco"]
+            fields = (header["world"], header["seed"], float.fromhex(header["time"]))
+        except (ValueError, TypeError, KeyError) as error:
+            raise StateError(f"these {len(block)} bytes are no saved state: {error}") from error
+        check_version(version)
+        if len(body) < size:
+            raise StateError(f"the saved state is cut off: {len(body)} of {size} bytes")
+        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:])
+
+    def save(self, path: str | Path) -> None:
+        """Write the state to a file."""
+        Path(path).write_bytes(self.to_bytes())
+
+    @staticmethod
+    def load(path: str | Path) -> "State":
+        """Read a state that `save`, or a run that diverged, has written.
+
+        Raises:
+            StateError: the file is no state, or one of another version.
+        """
+        return State.from_bytes(Path(path).read_bytes())
+
+
+def check_version(version: int) -> None:
+    """Raise a StateError unless this is the version that we write."""
+    if version != STATE_VERSION:
+        raise StateError(f"the state has version {version}; this version of vrx_mj reads {STATE_VERSION}")

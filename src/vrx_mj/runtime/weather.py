@@ -1,0 +1,67 @@
+"""The sea and the wind as users ask for them: the same functions that make the forces."""
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.waves import surface_heights
+from vrx_mj.physics.wind import gust_step
+from vrx_mj.runtime.rig import Rig
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Sea:
+    """The surface of the sea."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+
+    def height(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
+        """Height [m] of the surface over z = 0 at (x, y) [m, ENU] and simulated time t [s].
+
+        Vectorised: the arguments are broadcast against each other, and the result has their shape.
+        """
+        grid = np.broadcast_arrays(*(np.asarray(value, np.float64) for value in (x, y, t)))
+        flat = [np.ascontiguousarray(values).reshape(-1) for values in grid]
+        out = np.empty(flat[0].shape)
+        surface_heights(self._rig.waves, self._rig.sea[0], *flat, out)
+        return out.reshape(grid[0].shape)
+
+
+class Wind:
+    """The wind, gusts included."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._replayed = np.zeros(0)
+        self._replay = np.zeros(1, rig.wind_state.dtype)
+
+    def velocity(self, t: npt.ArrayLike) -> FloatArray:
+        """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).
+
+        Gusts come from a numbered stream, so any time can be asked for, past or future; between
+        steps the gust of the last one holds, and at t = 0 there is none yet.
+        """
+        times = np.asarray(t, np.float64)
+        steps = np.floor(times / self._rig.timestep + 1e-6).astype(np.int64)
+        self._replay_to(int(steps.max(initial=0)))
+        speeds = np.concatenate(([self._rig.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
+        out = np.zeros((*times.shape, 3))
+        out[..., 0] = speeds * self._rig.wind["direction"][0, 0]
+        out[..., 1] = speeds * self._rig.wind["direction"][0, 1]
+        return out
+
+    def forget(self) -> None:
+        """Start the replay again: the noise stream has changed."""
+        self._replayed = np.zeros(0)
+        self._replay[:] = np.zeros(1, self._replay.dtype)
+
+    def _replay_to(self, steps: int) -> None:
+        missing = steps - len(self._replayed)
+        if missing <= 0:
+            return
+        more = np.empty(missing)
+        for index in range(missing):
+            gust_step(self._rig.wind[0], self._replay, self._rig.timestep)
+            more[index] = self._replay["speed"][0]
+        self._replayed = np.concatenate((self._replayed, more))
