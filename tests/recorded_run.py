@@ -16,7 +16,7 @@ from vrx_mj.adapters.record.scene import RecordedBody, RecordedThruster, RecordS
 from vrx_mj.adapters.record.writer import RecordWriter
 
 RATE = 20.0
-RADIUS, SPEED = 14.0, 2.0
+RADIUS, SPEED, DRIFT = 14.0, 2.0, 0.7
 AMPLITUDE, LENGTH, PERIOD = 0.25, 30.0, 4.4
 BUOYS = {"red_0": (16.0, 6.0), "green_0": (-20.0, 9.0), "white_0": (4.0, 34.0)}
 COLORS = {"red_0": (0.85, 0.1, 0.1, 1.0), "green_0": (0.1, 0.6, 0.2, 1.0), "white_0": (0.95, 0.95, 0.95, 1.0)}
@@ -73,7 +73,8 @@ def scene(boats=3, seed=7):
         pose = tuple(float(value) for value in first[2 + 4 * boats + 7 * i :][:7])
         kind, surfaces = ("boat", boat_surfaces()) if i < boats else ("object", buoy_surfaces(COLORS[name]))
         bodies.append(RecordedBody(name, f"/world/{kind}s/{name}", kind, pose, 7 * i, 6 * i, surfaces))
-    dock = RecordedBody("dock", "/world/docks/dock", "fixed", (22, -10, 0, 1, 0, 0, 0), surfaces=dock_surfaces())
+    place = (22.0, -10.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    dock = RecordedBody("dock", "/world/docks/dock", "fixed", place, surfaces=dock_surfaces())
     thrusters = tuple(
         RecordedThruster(side, name, (-2.37, y, 0.32), surfaces=engine_surfaces())
         for name in names
@@ -105,9 +106,9 @@ def row_at(t, boats=3):
     qpos, qvel = [], []
     for i in range(boats):
         angle = rate * t + 2 * math.pi * i / boats
-        x, y = RADIUS * math.cos(angle), RADIUS * math.sin(angle)
-        qpos += [x, y, float(sea_height(x, y, t)) - 0.05, *turned(angle + math.pi / 2)]
-        qvel += [-SPEED * math.sin(angle), SPEED * math.cos(angle), 0.0, 0.0, 0.0, rate]
+        x, y = DRIFT * t + RADIUS * math.cos(angle), RADIUS * math.sin(angle)
+        qpos += [x, y, float(sea_height(x, y, t)) - 0.05, *turned(angle + math.pi / 2, slope(x, t))]
+        qvel += [DRIFT - SPEED * math.sin(angle), SPEED * math.cos(angle), 0.0, 0.0, 0.0, rate]
     for x, y in BUOYS.values():
         qpos += [x, y, float(sea_height(x, y, t)) + 0.2, 1.0, 0.0, 0.0, 0.0]
         qvel += [0.0] * 6
@@ -116,9 +117,22 @@ def row_at(t, boats=3):
     return [t, 5.0 + math.sin(0.3 * t), *thrust, *angle, *qpos, *qvel]
 
 
-def turned(yaw):
-    """The quaternion of a heading."""
-    return math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
+def slope(x, t):
+    """Slope of the wave toward east."""
+    return -AMPLITUDE * 2 * math.pi / LENGTH * math.sin(2 * math.pi * (x / LENGTH - t / PERIOD))
+
+
+def turned(yaw, steep):
+    """The quaternion of a heading `yaw`, leaning with a slope toward east."""
+    roll, pitch = math.asin(-steep * math.sin(yaw)), math.asin(-steep * math.cos(yaw))
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
 
 
 def blocks(seconds, boats=3, size=20) -> Iterator[np.ndarray]:

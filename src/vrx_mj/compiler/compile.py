@@ -16,7 +16,8 @@ from vrx_mj.compiler.scene import scene_parameters, scene_values
 from vrx_mj.compiler.templates import render
 from vrx_mj.compiler.terrain import shoreline, terrain_mjcf
 from vrx_mj.compiler.world import World, make_world
-from vrx_mj.config.fleet import BoatConfig, load_fleet
+from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError

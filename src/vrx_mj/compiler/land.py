@@ -4,6 +4,7 @@ import hashlib
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,13 @@ SAND_TOP = 0.4
 """Where grass begins [m over the water]."""
 SAND_COLOR = (0.80, 0.72, 0.52, 1.0)
 GRASS_COLOR = (0.36, 0.52, 0.26, 1.0)
+FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""One triangle of a binary STL file."""
 
 
 @dataclass(frozen=True)
 class LandMesh:
-    """One coloured mesh: its name, a file name that hashes the contents, the binary STL itself, and its colour."""
+    """One coloured mesh; its file name hashes its contents, a binary STL."""
 
     name: str
     file: str
@@ -43,9 +46,7 @@ def land_meshes(polygons: list[dict[str, Any]], profile: Sequence[tuple[float, f
     heights = [height for _, height in profile]
     sand: list[FloatArray] = []
     grass: list[FloatArray] = [_triangles(levels[-1], levels[-1], heights[-1], heights[-1])]
-    for (outer, inner), (low, high) in zip(
-        zip(levels, levels[1:], strict=False), zip(heights, heights[1:], strict=False), strict=True
-    ):
+    for (outer, inner), (low, high) in zip(pairwise(levels), pairwise(heights), strict=True):
         band = _triangles(shapely.difference(outer, inner), inner, low, high)
         (sand if high <= SAND_TOP else grass).append(band)
     parts = (("sand", sand, SAND_COLOR), ("grass", grass, GRASS_COLOR))
@@ -53,7 +54,7 @@ def land_meshes(polygons: list[dict[str, Any]], profile: Sequence[tuple[float, f
 
 
 def _triangles(area: Any, inner: Any, low: float, high: float) -> FloatArray:
-    """An area as triangles, (n, 3, 3) [m]: `high` on the boundary of `inner`, `low` elsewhere; upward by winding."""
+    """Upward triangles of an area, (n, 3, 3) [m]: `high` on the boundary of `inner`, `low` elsewhere."""
     import shapely
 
     pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
@@ -78,7 +79,7 @@ def _stl(triangles: FloatArray) -> bytes:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(np.sum(normal * normal, axis=1))
     keep = length > 1e-6  # slivers of no area upset MuJoCo
-    facet = np.zeros(int(keep.sum()), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    facet = np.zeros(int(keep.sum()), dtype=FACET)
     facet["normal"] = normal[keep] / length[keep, None]
     facet["corners"] = corners[keep]
     out = io.BytesIO()

@@ -1,7 +1,8 @@
 """The shore: rings of points become a low bank that rises from the water, to hit and to see.
 
-The bank has one profile everywhere, a height over the distance inland of the waterline. What is hit are convex blocks, one
-for each edge of the shore, mitred so that neighbours share a face; what is seen is a mesh of the same profile.
+The bank has one profile everywhere, a height over the distance inland of the waterline. What is hit are
+convex blocks, one for each edge of the shore, mitred so that neighbours share a face; what is seen is a mesh
+of the same profile.
 """
 
 import functools
@@ -14,15 +15,15 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.land import land_meshes
 from vrx_mj.compiler.templates import render
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError
-from vrx_mj.resources import root
+from vrx_mj.config.search import find_terrain
+from vrx_mj.errors import ConfigError, Problem
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_mjcf"]
 
 FloatArray = npt.NDArray[np.float64]
 
 SLOPE = 0.25
-"""Rise of the bank over the distance inland: VRX's posts, tents and antenna stand on such a slope within 0.3 m."""
+"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
 CREST = 6.0
 """How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
 TOE = (-1.0, -0.6)
@@ -30,9 +31,9 @@ TOE = (-1.0, -0.6)
 FLOOR = -1.6
 """Height of the blocks' underside [m]."""
 MITRE_LIMIT = 3.0
-"""A corner is carried at most this many times the offset away from its vertex, so that sharp ones stay short."""
+"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
 RIDGE = 0.6
-"""Least height of a block's crest [m]: where the land is narrow the bank is steeper, so that no boat slips over it."""
+"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
 DEPTH_STEP = 0.75
 """How finely a block's width is fitted to a narrow piece of land [m]."""
 
@@ -40,7 +41,8 @@ DEPTH_STEP = 0.75
 def terrain_mjcf(name: str, near: Path | None = None) -> tuple[str, dict[str, bytes]]:
     """A terrain as an MJCF model and the assets it needs: static geoms of the world body, no moving body.
 
-    Collision geoms are in group 3, visual ones in group 2. `near` is the folder of the file that names the terrain.
+    Collision geoms are in group 3, visual ones in group 2. `near` is the folder of the file that names the
+    terrain.
 
     Raises:
         UnknownNameError: there is no such terrain.
@@ -83,23 +85,26 @@ def _surrounds(ring: FloatArray, x: float, y: float) -> bool:
 def bank_blocks(rings: list[FloatArray]) -> FloatArray:
     """The corners of one convex block for each edge of the shore, (edges, 10, 3) [m].
 
-    Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as the land is
-    nearer to its own edge than to any other, at most `CREST`: blocks from both sides of a spit meet in a ridge.
+    Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as
+    the land is nearer to its own edge than to any other, at most `CREST`: blocks from both sides of a spit
+    meet in a ridge.
     """
     start = np.concatenate(rings)
     end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
     inland = _moves(rings, inland=True)
     seaward = _moves(rings, inland=False)
     depth = _depths(start, end, *inland)
+    crest = np.maximum(SLOPE * depth, RIDGE)
+    level = np.ones_like(depth)
     lines = [
-        (seaward, TOE[0], FLOOR),
-        (seaward, *TOE),
-        (inland, 0.0, 0.0),
-        (inland, depth, np.maximum(SLOPE * depth, RIDGE)),
-        (inland, depth, FLOOR),
+        (seaward, TOE[0] * level, FLOOR * level),
+        (seaward, TOE[0] * level, TOE[1] * level),
+        (inland, 0.0 * level, 0.0 * level),
+        (inland, depth, crest),
+        (inland, depth, FLOOR * level),
     ]
     corners = [
-        np.column_stack([vertex + move * np.reshape(distance, (-1, 1)), np.broadcast_to(height, len(start))])
+        np.column_stack([vertex + move * distance[:, None], height])
         for moves, distance, height in lines
         for vertex, move in zip((start, end), moves, strict=True)
     ]
@@ -109,7 +114,7 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
 def _moves(rings: list[FloatArray], *, inland: bool) -> tuple[FloatArray, FloatArray]:
     """For both ends of each edge the vector by which they move when the edges move 1 m inland, twice (n, 2).
 
-    Where the offsets towards that side spread, at a bay inland of it and at a cape seaward, the vector is kept short.
+    Where the offsets towards that side spread, inland of a bay and seaward of a cape, the vector is short.
     """
     mitres = [_mitres(ring, inland=inland) for ring in rings]
     return np.concatenate(mitres), np.concatenate([np.roll(mitre, -1, axis=0) for mitre in mitres])
@@ -172,20 +177,18 @@ def _turned(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
 
 
 def _find(name: str, near: Path | None) -> Path:
-    """The terrain's file: in the folder `terrain` beside the file that names it, or one of ours."""
-    folders = [root() / "assets" / "terrain", *([near / "terrain"] if near else [])]
-    known = {path.stem: path for folder in folders for path in sorted(folder.glob("*.json"))}
-    if name not in known:
-        raise UnknownNameError("terrain", name, known)
-    return known[name]
+    """The terrain's file: in the folder `terrain` beside the file that names it, or along the search path."""
+    beside = near / "terrain" / f"{name}.json" if near and Path(name).name == name else None
+    return beside if beside and beside.is_file() else find_terrain(name)
 
 
 def _read(path: Path) -> list[dict[str, Any]]:
-    """The polygons of land in a file, each a mapping with the ring `exterior` and the list of rings `holes`."""
+    """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
     try:
         land = json.loads(path.read_text(encoding="utf-8-sig"))["land"]
         return [
-            {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]} for item in land
+            {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]}
+            for item in land
         ]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         message = f"not a shoreline: {error}; wanted {{land: [{{exterior: [[x, y], ...], holes: [...]}}]}}"
@@ -196,7 +199,7 @@ def _ring(points: object) -> FloatArray:
     ring = np.asarray(points, dtype=np.float64)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
         raise ValueError("a ring is a list of points [x, y] in m")
-    keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # no point twice in a row, the closing one included
+    keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # in its file a ring may be closed
     if np.count_nonzero(keep) < 3:
         raise ValueError("a ring has at least three points")
     return np.asarray(ring[keep])

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +18,8 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import choice, shown, unknown_key
+from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.errors import UnknownNameError
 
 __all__ = [
     "Color",
@@ -28,6 +30,7 @@ __all__ = [
     "Longitude",
     "Name",
     "NonNegative",
+    "NotEmpty",
     "Pose",
     "Positive",
     "Principal",
@@ -106,8 +109,7 @@ class Config(BaseModel):
         """Lists become tuples, an empty section its default; `folder` is where the text came from."""
         if not isinstance(data, Mapping):
             return data
-        fields = cls.model_fields
-        sections = [key for key, field in fields.items() if _is_section(field.annotation)]
+        fields, sections = cls.model_fields, _sections(cls)
         plain = {
             key: tuple(value) if isinstance(value, list) else value
             for key, value in data.items()
@@ -118,6 +120,11 @@ class Config(BaseModel):
                 raise faults((("folder",), unknown_key("folder", [key for key in fields if key != "folder"])))
             plain["folder"] = data.folder
         return plain
+
+
+@cache
+def _sections(model: type[Config]) -> frozenset[str]:
+    return frozenset(key for key, field in model.model_fields.items() if _is_section(field.annotation))
 
 
 def _is_section(annotation: Any) -> bool:
@@ -142,6 +149,12 @@ def numbers(labels: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def _some(value: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not value:
+        raise fault("must not be empty")
+    return value
+
+
 def _name(value: str) -> str:
     if not _NAME.fullmatch(value):
         raise fault(f"a name has up to 64 letters A-Z, digits, '_', '-' or '.', got {shown(value)}")
@@ -159,7 +172,7 @@ def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
 def _rgba(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLORS:
-            raise fault(choice(value, [*COLORS, "[r, g, b]"]))
+            raise fault(str(UnknownNameError("colour", value, COLORS)))
         return (*COLORS[value], 1.0)
     if not isinstance(value, Sequence) or len(value) not in {3, 4}:
         raise fault(f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}")
@@ -170,8 +183,11 @@ def _switch(value: Any) -> Any:
     return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
 
 
-Folder = Annotated[Path | None, Field(default=None, exclude=True, repr=False, strict=False)]
+Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
 """The folder of the file that this came from, in which its relative paths start. The loader sets it."""
+
+NotEmpty = AfterValidator(_some)
+"""Demands at least one entry in a list."""
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -182,9 +198,7 @@ Longitude = Annotated[float, Field(ge=-180, le=180)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
-Principal = Annotated[
-    tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)
-]
+Principal = Annotated[tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)]
 """Moments of inertia of a body about its centre of mass [kg m2]."""
 
 Pose = Annotated[

@@ -1,4 +1,4 @@
-"""Characters that look like the ones YAML wants: full-width forms, curly quotes, Cyrillic letters, odd spaces.
+"""Characters that look like the ones YAML wants: full-width forms, curly quotes, foreign letters, odd spaces.
 
 They are looked for where they matter: not in comments, and not in the free text of a `description`.
 """
@@ -20,10 +20,12 @@ class Odd(NamedTuple):
 
 PUNCTUATION = {
     "!": "exclamation mark", '"': "quotation mark", "#": "hash sign", "%": "percent sign", "&": "ampersand",
-    "'": "apostrophe", "(": "parenthesis", ")": "parenthesis", "*": "asterisk", "+": "plus sign", ",": "comma",
-    "-": "hyphen", ".": "full stop", "/": "slash", ":": "colon", ";": "semicolon", "<": "less-than sign",
+    "'": "apostrophe", "(": "parenthesis", ")": "parenthesis", "*": "asterisk", "+": "plus sign",
+    ",": "comma", "-": "hyphen", ".": "full stop", "/": "slash", ":": "colon", ";": "semicolon",
+    "<": "less-than sign",
     "=": "equals sign", ">": "greater-than sign", "?": "question mark", "@": "at sign", "[": "bracket",
-    "\\": "backslash", "]": "bracket", "_": "underscore", "{": "brace", "|": "bar", "}": "brace", "~": "tilde",
+    "\\": "backslash", "]": "bracket", "_": "underscore", "{": "brace", "|": "bar", "}": "brace",
+    "~": "tilde",
 }  # fmt: skip
 
 WIDE = {
@@ -61,7 +63,8 @@ SPACES = {chr(code): "wide or narrow space" for code in range(0x2000, 0x200B)} |
     "\u3000": "ideographic space",
     "\t": "tab",
 }
-INVISIBLE = {chr(code): "invisible mark" for code in (0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))} | {
+_MARKS = (0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
+INVISIBLE = {chr(code): "invisible mark" for code in _MARKS} | {
     "\u00ad": "soft hyphen",
     "\u200b": "zero-width space",
     "\u200c": "zero-width character",
@@ -131,13 +134,15 @@ def _in_code(code: str) -> Iterator[tuple[int, str]]:
     for word in _WORD.finditer(code):
         if _mixed(word[0]):
             hits += [
-                (word.start() + index, _advice(letter)) for index, letter in enumerate(word[0]) if letter in LETTERS
+                (word.start() + index, _advice(letter))
+                for index, letter in enumerate(word[0])
+                if letter in LETTERS
             ]
     yield from sorted(hits)
 
 
 def _mixed(word: str) -> bool:
-    """Foreign letters are fine in foreign words, but not next to Latin ones nor where every one looks Latin."""
+    """Foreign letters are fine in foreign words, not next to Latin ones nor where all look Latin."""
     letters = [letter for letter in word if letter.isalpha()]
     return any(letter.isascii() for letter in letters) or all(letter in LETTERS for letter in letters)
 
@@ -151,4 +156,4 @@ def _advice(character: str) -> str:
     if character in INVISIBLE:
         return f"{INVISIBLE[character]} {code}; delete it"
     name, plain = WIDE.get(character) or LIKE.get(character) or LETTERS[character]
-    return f"{name} {code}; type " + (f"'{plain}'" if plain != "'" else "\"'\"")
+    return f"{name} {code}; type " + (f"'{plain}'" if plain != "'" else '"\'"')

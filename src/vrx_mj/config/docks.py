@@ -1,6 +1,6 @@
 """Docks drawn with letters: `X` is a block of 2 m by 2 m, a blank is water.
 
-Row i of the text is at x = 2 i, column j at y = 2 j in the dock's frame: +x points down the page, +y to the right.
+In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down the page, +y to the right.
 """
 
 import re
@@ -21,6 +21,7 @@ MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
 
 _MAX_FAULTS = 10
+_HINTS = {"x": "type 'X'", "#": "comments stand at the start of the file"}
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,13 @@ def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
         return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {MAX_CELLS} cells")]
     found = {(odd.line, odd.column): odd.message for odd in find_lookalikes(rows, free_text=False)}
     for i, row in enumerate(rows, 1):
-        for hit in re.finditer("[^X ]", row):
-            hint = "; type 'X'" if hit[0] == "x" else "; only X and blank"
-            found.setdefault((i, hit.start() + 1), f"{shown(hit[0])} in a dock{hint}")
-    return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
+        hit = re.search("[^X ]", row)
+        if hit and not any(line == i for line, _ in found):
+            hint = _HINTS.get(hit[0], "only X and blank")
+            found[i, hit.start() + 1] = f"{shown(hit[0])} in a dock; {hint}"
+    return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][
+        :_MAX_FAULTS
+    ]
 
 
 def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:

@@ -1,112 +1,315 @@
-"""Reading a fleet for a world: clashing names, boats on top of one another, a fleet far from everything."""
+"""What a fleet's file says: how many boats, of which kind, where."""
 
 import math
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from vrx_mj.config.fleet_model import BoatConfig, FleetConfig, Located
-from vrx_mj.config.loading import Loading, Source, file_of, read_section, validated
-from vrx_mj.config.objects import DockPlacement, Placement, load_object
-from vrx_mj.config.report import problem_at
-from vrx_mj.config.search import catalogue
-from vrx_mj.config.tree import Section
-from vrx_mj.config.world import WorldConfig, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
 
-__all__ = ["BoatConfig", "FleetConfig", "load_fleet"]
+from vrx_mj.config.base import (
+    Color,
+    Config,
+    Coordinate,
+    Folder,
+    Name,
+    Pose,
+    Positive,
+    fault,
+    faults,
+    numbers,
+)
+from vrx_mj.config.loading import check
+from vrx_mj.config.robots import load_robot
+from vrx_mj.config.wording import shown
+from vrx_mj.config.world import WorldConfig, check_thrusters
 
-CLOSEST = 0.5
-"""Least horizontal distance [m] between two boats' origins."""
-FAR = 300.0
-"""Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
+__all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Located"]
 
-Fault = tuple[tuple[str | int, ...], str]
+RADIUS = 20.0
+"""Of a circle whose file says none [m]: that of the published guide's ring."""
+SPACING = 10.0
+"""Of a line whose file says none [m]."""
 
-
-def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
-    """The fleet of a name, a path or a dict, checked in a world; None: the one boat at the world's spawn pose."""
-    section, stem = _source(source)
-    fleet = validated(FleetConfig, section, Loading(), name=stem)
-    try:
-        boats = fleet.located(world)
-    except VrxError as error:
-        raise ConfigError([problem_at(section, ("thrusters",), str(error))]) from None
-    found = [*_name_faults(boats, world), *_distance_faults(boats)]
-    problems = [problem_at(section, loc, message) for loc, message in found] + _wind_problems(world, boats)
-    if problems:
-        raise ConfigError(problems)
-    if not fleet.is_empty:
-        _warn_if_far(fleet, boats, world)
-        warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
-    return fleet
+Engines = Literal["fixed", "hinged"]
+Loc = tuple[str | int, ...]
 
 
-def _source(source: Source | None) -> tuple[Section, str]:
-    if source is None or isinstance(source, Mapping):
-        return read_section("fleets", source or {}), "fleet" if source else "single"
-    file = file_of("fleets", source)
-    return read_section("fleets", file), file.stem
+class BoatConfig(Config):
+    """A boat in the world, ready to be built."""
+
+    folder: Folder = None
+    """Where a relative path of `robot` starts."""
+    name: Name
+    robot: str
+    thrusters: str
+    pose: Pose
+    """Of `base_link` in the world [m, rad]."""
+    color: Color | None = None
+    engines: Engines = "fixed"
 
 
-def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:
-    taken = {thing.name: f"an object of world {world.name}" for thing in (*world.objects, *world.docks)}
-    for loc, boat in boats:
-        if boat.name in taken:
-            yield (*loc, "name"), f"'{boat.name}' is the name of {taken[boat.name]} already"
-        taken[boat.name] = "another boat"
+class Located(NamedTuple):
+    """A boat, and where the fleet's file says so."""
+
+    boat: BoatConfig
+    where: Loc
+    """What puts the boat where it is."""
+    own: Loc
+    """What says something about this boat alone; () if nothing does."""
 
 
-def _distance_faults(boats: Sequence[Located]) -> Iterator[Fault]:
-    """Boats too close to one before them. Boats are sorted along x, so that only neighbours are compared."""
-    order = sorted(range(len(boats)), key=lambda index: boats[index][1].pose[0])
-    found: dict[int, Fault] = {}
-    for rank, first in enumerate(order):
-        for second in order[rank + 1 :]:
-            one, other = (boats[index][1] for index in sorted((first, second)))
-            if abs(one.pose[0] - other.pose[0]) >= CLOSEST:
-                break
-            apart = math.dist(one.pose[:2], other.pose[:2])
-            if apart < CLOSEST:
-                text = f"{apart:.2g} m from '{one.name}'; boats are at least {CLOSEST} m apart"
-                later = max(first, second)
-                found.setdefault(later, (boats[later][0], f"'{other.name}' is {text}"))
-    yield from (found[index] for index in sorted(found))
+class FleetPosition(Config):
+    """A boat's place in the frame of the fleet's origin."""
+
+    x: Coordinate
+    y: Coordinate
+    z: Coordinate = 0.1
+    Y: float = 0.0
+    """Heading [degrees], counter-clockwise from the frame's x axis."""
+
+    @property
+    def pose(self) -> Pose:
+        """As a pose [m, rad]."""
+        return self.x, self.y, self.z, 0.0, 0.0, math.radians(self.Y)
 
 
-def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
-    """Wind on things that are neither boats, nor kinds of boats, nor objects of the world or their models."""
-    listed = world.wind.objects if world.wind else ()
-    if not listed:
-        return []
-    known = {name for _, boat in boats for name in (boat.name, boat.robot)} | set(catalogue("robots"))
-    known |= set(_names(world.objects, ""))
-    return [
-        Problem(f"world {world.name}", None, None, f"wind.objects[{index}].model", str(error))
-        for index, thing in enumerate(listed)
-        if thing.model not in known
-        for error in [UnknownNameError("boat, object or robot", thing.model, sorted(known))]
+class _Built(Config):
+    """What a fleet and a single boat of it can both say."""
+
+    folder: Folder = None
+    robot: str | None = None
+    """Kind of boat; by default that of the world's spawn."""
+    thrusters: str | None = None
+    """Layout of the thrusters, H, T or X; by default that of the world's spawn."""
+    components: str | None = None
+    engines: Engines | None = None
+
+    @field_validator("robot")
+    @classmethod
+    def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is not None:
+            check(info, lambda: load_robot(value, info.data.get("folder")))
+        return value
+
+    @field_validator("thrusters")
+    @classmethod
+    def _robot_has_them(cls, value: str | None, info: ValidationInfo) -> str | None:
+        robot = info.data.get("robot")
+        if value is not None and robot is not None:
+            check(info, lambda: check_thrusters(robot, value, info.data.get("folder")))
+        return value
+
+    @field_validator("components")
+    @classmethod
+    def _not_yet(cls, value: str | None) -> str | None:
+        if value is not None:
+            raise fault("component files come with the sensors; this version has none")
+        return value
+
+
+class BoatEntry(_Built):
+    """What is different about one boat, found by its name or by its place in the list."""
+
+    name: Name | None = None
+    pose: Pose | None = None
+    """In the frame of the fleet's origin [m, rad]."""
+    color: Color | None = None
+
+
+def _origin(value: Any) -> Any:
+    if not isinstance(value, tuple | list) and value not in {"world", "spawn"}:
+        raise fault(f"expected world, spawn or [x, y, yaw], got {shown(value)}")
+    return value
+
+
+Origin = Annotated[
+    Annotated[Literal["world", "spawn"], Tag("word")]
+    | Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw"), Tag("frame")],
+    Discriminator(lambda value: "word" if isinstance(value, str) else "frame"),
+    BeforeValidator(_origin),
+]
+
+
+class FleetConfig(_Built):
+    """A fleet's file. Boats are numbered `wamv1 ... wamvN` unless `boats` names them."""
+
+    name: str = "fleet"
+    description: str = ""
+    usv_count: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    layout: Literal["circle", "line"] | None = None
+    """How to place boats where there are no `positions`; beside them it only tells the reader."""
+    radius: Positive | None = None
+    """Of the circle [m]."""
+    spacing: Positive | None = None
+    """Between neighbours of the line [m]."""
+    positions: tuple[FleetPosition, ...] = ()
+    origin: Origin = "world"
+    """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
+    boats: tuple[BoatEntry, ...] = ()
+
+    @model_validator(mode="after")
+    def _counts_agree(self) -> Self:
+        found = [*_count_faults(self), *_layout_faults(self)]
+        if not found:
+            found = _entry_faults(self)
+        if found:
+            raise faults(*found)
+        return self
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether this says nothing about boats: then there is one, `wamv`, at the world's spawn pose."""
+        return not (self.positions or self.boats or self.usv_count or self.layout)
+
+    def located(self, world: WorldConfig) -> tuple[Located, ...]:
+        """Every boat of the fleet in a world, with what the file says about it."""
+        if self.is_empty:
+            return (Located(_boat(self, world, "wamv", world.spawn.pose, None), (), ()),)
+        frame = _frame(self, world)
+        return tuple(
+            Located(_boat(self, world, slot.name, _moved(slot.pose, frame), slot.entry), slot.where, slot.own)
+            for slot in _slots(self)
+        )
+
+    def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
+        """Every boat of the fleet in a world, posed in world coordinates."""
+        return tuple(item.boat for item in self.located(world))
+
+
+class Slot(NamedTuple):
+    """A boat in the fleet's frame."""
+
+    name: str
+    pose: Pose
+    entry: BoatEntry | None
+    where: Loc
+    own: Loc
+
+
+def _count(fleet: FleetConfig) -> int:
+    """How many boats are numbered: those with positions, or those that a layout places."""
+    if fleet.positions:
+        return len(fleet.positions)
+    if fleet.layout or not any(entry.pose for entry in fleet.boats):
+        return fleet.usv_count or 0
+    return 0
+
+
+def _numbered(fleet: FleetConfig) -> list[Pose]:
+    """Poses of the numbered boats in the fleet's frame: a circle is sailed clockwise, a line is abreast."""
+    if fleet.positions:
+        return [position.pose for position in fleet.positions]
+    count = _count(fleet)
+    if fleet.layout == "circle":
+        radius, step = fleet.radius or RADIUS, 2 * math.pi / max(count, 1)
+        return [
+            (radius * math.sin(step * i), radius * math.cos(step * i), 0.1, 0.0, 0.0, -step * i)
+            for i in range(count)
+        ]
+    spacing = fleet.spacing or SPACING
+    return [(0.0, spacing * ((count - 1) / 2 - i), 0.1, 0.0, 0.0, 0.0) for i in range(count)]
+
+
+def _slots(fleet: FleetConfig) -> list[Slot]:
+    """Numbered boats with what `boats` changes about them, then the boats that it adds."""
+    slots = [
+        Slot(f"wamv{i + 1}", pose, None, ("positions", i) if fleet.positions else (), ())
+        for i, pose in enumerate(_numbered(fleet))
     ]
+    count = len(slots)
+    for index, entry in enumerate(fleet.boats):
+        own: Loc = ("boats", index)
+        at = _slot_of(entry, index, count)
+        if at is not None:
+            name, pose, _, where, _ = slots[at]
+            slots[at] = Slot(entry.name or name, entry.pose or pose, entry, own if entry.pose else where, own)
+        elif entry.pose is not None:
+            slots.append(Slot(entry.name or f"wamv{len(slots) + 1}", entry.pose, entry, own, own))
+    return slots
 
 
-def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
-    for thing in placements:
-        yield from (prefix + thing.name, thing.model)
-        yield from _names(load_object(thing.model, thing.folder).objects, f"{prefix}{thing.name}/")
+def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
+    """Which numbered boat an entry is about: that of its name, or else of its place; None: a new one."""
+    number = (entry.name or "").removeprefix("wamv")
+    if entry.name and entry.name.startswith("wamv") and number.isdecimal() and 1 <= int(number) <= count:
+        return int(number) - 1
+    return index if index < count and (entry.name is None or entry.pose is None) else None
 
 
-def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> None:
-    things: list[Placement | DockPlacement] = [*world.objects, *world.docks]
-    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in things)]
-    distance, nearest = min(
-        (math.dist(boat.pose[:2], pose[:2]), name) for _, boat in boats for name, pose in places
+def _count_faults(fleet: FleetConfig) -> Iterator[tuple[Loc, str]]:
+    given, placed = fleet.usv_count, len(fleet.positions)
+    if given is not None and placed and given != placed:
+        yield ("usv_count",), f"{given}, but `positions` has {placed}"
+    alone = not fleet.positions and not fleet.layout and any(entry.pose for entry in fleet.boats)
+    if given is not None and alone and given != len(fleet.boats):
+        yield ("usv_count",), f"{given}, but `boats` has {len(fleet.boats)}"
+    if fleet.layout and given is None and not placed:
+        yield ("usv_count",), f"layout {fleet.layout} without positions needs it"
+
+
+def _layout_faults(fleet: FleetConfig) -> Iterator[tuple[Loc, str]]:
+    for key, layout in (("radius", "circle"), ("spacing", "line")):
+        if getattr(fleet, key) is None:
+            continue
+        if fleet.positions:
+            yield (key,), "has no effect beside `positions`; remove one of them"
+        elif fleet.layout != layout:
+            yield (key,), f"goes with layout {layout}, got layout {fleet.layout or 'nothing'}"
+
+
+def _entry_faults(fleet: FleetConfig) -> list[tuple[Loc, str]]:
+    count, taken = _count(fleet), set()
+    found: list[tuple[Loc, str]] = []
+    for index, entry in enumerate(fleet.boats):
+        slot = _slot_of(entry, index, count)
+        if slot is None and entry.pose is None:
+            found.append(
+                (("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones")
+            )
+        elif slot in taken:
+            found.append((("boats", index), f"about wamv{(slot or 0) + 1}, as an entry before it"))
+        if slot is not None:
+            taken.add(slot)
+    return found
+
+
+def _frame(fleet: FleetConfig, world: WorldConfig) -> tuple[float, float, float]:
+    """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
+    if fleet.origin == "world":
+        return 0.0, 0.0, 0.0
+    if isinstance(fleet.origin, tuple):
+        return fleet.origin
+    x, y, _, _, _, yaw = world.spawn.pose
+    return x, y, yaw
+
+
+def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
+    """A pose in the world from one in the frame, which is level: roll and pitch stay."""
+    x, y, z, roll, pitch, yaw = pose
+    x0, y0, turn = frame
+    cos, sin = math.cos(turn), math.sin(turn)
+    return x0 + cos * x - sin * y, y0 + sin * x + cos * y, z, roll, pitch, yaw + turn
+
+
+def _boat(
+    fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: BoatEntry | None
+) -> BoatConfig:
+    """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's."""
+    levels = [level for level in (entry, fleet) if level is not None]
+    owner = next((level for level in levels if level.robot), world.spawn)
+    robot = str(owner.robot)
+    thrusters = next((level.thrusters for level in levels if level.thrusters), None)
+    if thrusters is None:
+        known = load_robot(robot, owner.folder).layouts
+        thrusters = world.spawn.thrusters if world.spawn.thrusters in known else next(iter(known))
+    engines = next((level.engines for level in levels if level.engines), None)
+    return BoatConfig(
+        folder=owner.folder,
+        name=name,
+        robot=robot,
+        thrusters=thrusters,
+        pose=pose,
+        color=entry.color if entry else None,
+        engines=engines or "fixed",
     )
-    if distance > FAR:
-        text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
-        advice = f"over {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
-        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
-
-
-def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:
-    origin = [("origin", fleet.origin[2:])] if isinstance(fleet.origin, tuple) else []
-    return [*origin, *((entry.name or "boats", entry.pose[3:]) for entry in fleet.boats if entry.pose)]

@@ -4,11 +4,10 @@ import math
 import warnings
 from collections import Counter
 from collections.abc import Iterable
-from functools import lru_cache
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -16,6 +15,7 @@ from vrx_mj.config.base import (
     Folder,
     Name,
     NonNegative,
+    NotEmpty,
     Pose,
     Positive,
     Principal,
@@ -26,17 +26,18 @@ from vrx_mj.config.base import (
     text_faults,
 )
 from vrx_mj.config.docks import dock_faults, is_drawing, load_dock
-from vrx_mj.config.loading import Loading, read_section, referenced, validated
+from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import VrxError, VrxWarning
 
 __all__ = [
     "BuoyancyConfig",
     "BuoyancyElement",
     "DockPlacement",
     "ObjectConfig",
+    "Placed",
     "Placement",
     "load_object",
     "repeated",
@@ -45,34 +46,39 @@ __all__ = [
 BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link")
 """Keys of a single body, which a composite has not."""
 
-MOST_PARTS = 8
-"""Composites inside composites that may be nested."""
+MOST_LEVELS = 8
+"""Objects inside objects, nested."""
+MOST_OBJECTS = 10_000
+"""Single objects in a world or an object."""
 
 
-class Placement(Config):
-    """An object somewhere: in a world, or as part of a composite object."""
+class Placed(Config):
+    """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
 
-    folder: Folder
+    folder: Folder = None
     name: Name
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Placement(Placed):
+    """An object somewhere."""
+
     model: str
     """A name from `objects`, or the path of a YAML file relative to this one."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     @field_validator("model")
     @classmethod
     def _exists(cls, value: str, info: ValidationInfo) -> str:
-        if isinstance(info.context, Loading):
-            chain = info.context.chain
-            info.context.check(lambda: _load(value, info.data.get("folder"), chain))
+        whole = info.context
+        if isinstance(whole, Loading):
+            folder = info.data.get("folder")
+            whole.check(lambda: _count(referenced("objects", value, folder), whole))
         return value
 
 
-class DockPlacement(Config):
+class DockPlacement(Placed):
     """A dock somewhere."""
 
-    folder: Folder
-    name: Name
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     layout: str
     """A drawing, a name from `docks`, or the path of a text file relative to this one."""
     dynamic: Switch = False
@@ -83,8 +89,8 @@ class DockPlacement(Config):
         found = dock_faults(value.split("\n")) if is_drawing(value) else []
         if found:
             raise text_faults(*found)
-        if not is_drawing(value) and isinstance(info.context, Loading):
-            info.context.check(lambda: load_dock(value, info.data.get("folder")))
+        if not is_drawing(value):
+            check(info, lambda: load_dock(value, info.data.get("folder")))
         return value
 
     @field_validator("dynamic")
@@ -120,13 +126,13 @@ class BuoyancyConfig(Config):
     """Of the link's linear velocity [N s/m], as a share of the volume under water."""
     angular_drag: NonNegative
     """Of the link's angular velocity [N m s], as a share of the volume under water."""
-    elements: tuple[BuoyancyElement, ...] = Field(min_length=1)
+    elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
 
 
 class ObjectConfig(Config):
     """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
 
-    folder: Folder
+    folder: Folder = None
     description: str = ""
     static: Switch = False
     link: Name = "link"
@@ -173,7 +179,9 @@ def _composite(thing: ObjectConfig) -> list[Fault]:
 
 
 def _static(thing: ObjectConfig) -> list[Fault]:
-    return [(("buoyancy",), "a static object does not float; remove this or `static`")] if thing.buoyancy else []
+    return (
+        [(("buoyancy",), "a static object does not float; remove this or `static`")] if thing.buoyancy else []
+    )
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
@@ -181,7 +189,7 @@ def _floating(thing: ObjectConfig) -> list[Fault]:
     return [((key,), needs) for key in ("mass", "inertia", "buoyancy") if getattr(thing, key) is None]
 
 
-def repeated(**groups: Iterable[Placement | DockPlacement]) -> list[Fault]:
+def repeated(**groups: Iterable[Placed]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
     seen: Counter[str] = Counter()
     found: list[Fault] = []
@@ -195,25 +203,32 @@ def repeated(**groups: Iterable[Placement | DockPlacement]) -> list[Fault]:
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
-    return _load(name, near, ())
+    file = referenced("objects", name, near)
+    return _validated(file, Loading((file.resolve(),)))
 
 
-def _load(name: str, near: Path | None, chain: tuple[Path, ...]) -> ObjectConfig:
-    file = referenced("objects", name, near).absolute()
-    if file.resolve() in chain:
-        names = " > ".join(step.stem for step in (*chain[chain.index(file.resolve()) :], file))
-        raise ConfigError([Problem(display(file), None, None, "objects", f"this object contains itself: {names}")])
-    if len(chain) >= MOST_PARTS:
-        raise ConfigError([Problem(display(file), None, None, "objects", f"over {MOST_PARTS} objects inside objects")])
-    stat = file.stat()
-    return _read(file, stat.st_mtime_ns, stat.st_size, chain)
-
-
-@lru_cache(maxsize=256)
-def _read(file: Path, _changed: int, _size: int, chain: tuple[Path, ...]) -> ObjectConfig:
-    thing = validated(ObjectConfig, read_section("objects", file), Loading((*chain, file.resolve())))
+def _validated(file: Path, loading: Loading) -> ObjectConfig:
+    thing = validated(ObjectConfig, read_source("objects", file), loading)
     _warn_if_it_sinks(thing, file)
     return thing
+
+
+def _count(file: Path, whole: Loading) -> None:
+    """Checks an object's file, once in a load, and counts the single objects in it as part of the whole."""
+    key = file.resolve()
+    if key in whole.chain:
+        names = " > ".join(step.stem for step in (*whole.chain[whole.chain.index(key) :], key))
+        raise VrxError(f"this object contains itself: {names}")
+    if len(whole.chain) >= MOST_LEVELS:
+        raise VrxError(f"over {MOST_LEVELS} levels of objects in objects")
+    if key not in whole.counts:
+        whole.counts[key] = 1
+        part = Loading((*whole.chain, key), whole.counts)
+        _validated(file, part)
+        whole.counts[key] = max(part.count, 1)
+    before, whole.count = whole.count, whole.count + whole.counts[key]
+    if before <= MOST_OBJECTS < whole.count:
+        raise VrxError(f"over {MOST_OBJECTS} objects, those in objects included")
 
 
 def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
@@ -221,5 +236,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
         return
     displaced = thing.buoyancy.fluid_density * sum(element.volume for element in thing.buoyancy.elements)
     if thing.mass > displaced:
-        text = f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
+        text = (
+            f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
+        )
         warnings.warn(text, VrxWarning, stacklevel=2)

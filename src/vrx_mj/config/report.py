@@ -18,7 +18,9 @@ __all__ = ["problem_at", "problems_of"]
 def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
     found = [_problem(details, model, section) for details in error.errors(include_url=False)]
-    return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
+    return sorted(
+        dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0)
+    )
 
 
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:
@@ -28,22 +30,25 @@ def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Pr
 
 
 def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Problem:
-    place, path = locate(section, details["loc"])
-    if "row" in details.get("ctx", {}):
-        place = _inside(place, details["ctx"]["row"], details["ctx"]["column"])
+    loc, inside = details["loc"], details.get("ctx", {})
+    place, path = locate(section, loc)
+    message = _message(details)
+    if "row" in inside:
+        place = _inside(place, inside["row"], inside["column"])
     if details["type"] == "extra_forbidden":
-        key = str(details["loc"][-1])
-        owner = _at(section, path[:-1])
-        place = owner.entries[key].key if isinstance(owner, Section) else place
-        message = unknown_key(key, _keys(model, path[:-1]))
-        return Problem(place.file.name, place.line, place.column, key_path(path), message)
-    return Problem(place.file.name, place.line, place.column, key_path(path), _message(details))
+        key = str(loc[-1])
+        message = unknown_key(key, _keys(model, loc[:-1]))
+        place = _owner(section, loc).entries[key].key
+    return Problem(place.file.name, place.line, place.column, key_path(path), message)
 
 
-def _at(section: Section, path: tuple[str | int, ...]) -> Any:
+def _owner(section: Section, loc: tuple[str | int, ...]) -> Section:
+    """The section that holds the key that `loc` ends with."""
     node: Any = section
-    for step in path:
-        node = node[step]
+    for step in loc[:-1]:
+        if isinstance(step, int) or step in node:
+            node = node[step]
+    assert isinstance(node, Section), f"{loc} does not lead to a key"
     return node
 
 
@@ -66,7 +71,8 @@ def _keys(model: type[Config], path: tuple[str | int, ...]) -> list[str]:
     for step in path:
         if isinstance(step, str) and step in owner.model_fields:
             owner = _model_in(owner.model_fields[step].annotation) or owner
-    return [key for key in owner.model_fields if key not in {"folder"}]
+    top = ["extends"] if owner is model else []
+    return [*top, *(key for key in owner.model_fields if key != "folder")]
 
 
 def _model_in(annotation: Any) -> type[Config] | None:
@@ -87,7 +93,9 @@ def _message(details: ErrorDetails) -> str:
 def _limit(words: str, key: str) -> Callable[[Any, Mapping[str, Any]], str]:
     def say(value: Any, context: Mapping[str, Any]) -> str:
         limit = context[key]
-        return f"must be {words} {limit if isinstance(limit, int) else format(limit, 'g')}, got {shown(value)}"
+        return (
+            f"must be {words} {limit if isinstance(limit, int) else format(limit, '.15g')}, got {shown(value)}"
+        )
 
     return say
 

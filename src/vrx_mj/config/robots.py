@@ -1,7 +1,6 @@
 """Kinds of boats: bodies, shapes, engines and hydrodynamics, as `robots/NAME/robot.yaml` gives them."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -12,6 +11,7 @@ from vrx_mj.config.base import (
     Folder,
     Name,
     NonNegative,
+    NotEmpty,
     Positive,
     Principal,
     Vec3,
@@ -19,7 +19,7 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
-from vrx_mj.config.loading import Loading, read_section, referenced, validated
+from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.wording import shown
 
@@ -139,10 +139,10 @@ class HydrodynamicsConfig(Config):
 class RobotConfig(Config):
     """A kind of boat."""
 
-    folder: Folder
+    folder: Folder = None
     description: str = ""
     link: Name = "base_link"
-    bodies: tuple[BodyConfig, ...] = Field(min_length=1)
+    bodies: Annotated[tuple[BodyConfig, ...], NotEmpty]
     """Joined rigidly; the first is the hull."""
     collisions: tuple[Shape, ...] = ()
     visuals: tuple[Visual, ...] = ()
@@ -170,10 +170,4 @@ class RobotConfig(Config):
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
     file = referenced("robots", name, near).absolute()
-    stat = file.stat()
-    return _read(file, stat.st_mtime_ns, stat.st_size)
-
-
-@lru_cache(maxsize=16)
-def _read(file: Path, _changed: int, _size: int) -> RobotConfig:
-    return validated(RobotConfig, read_section("robots", file), Loading())
+    return validated(RobotConfig, read_source("robots", file), Loading())

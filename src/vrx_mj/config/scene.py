@@ -59,7 +59,7 @@ def _sky_kind(value: Any) -> str:
 def _sky(value: Any) -> Any:
     if isinstance(value, str):
         value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
-    if value is None or isinstance(value, str | int | float) and not isinstance(value, bool):
+    if value is None or (isinstance(value, str | int | float) and not isinstance(value, bool)):
         raise fault(f"expected true, false, or keys and values, got {shown(value)}")
     return value
 

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from vrx_mj.errors import UnknownNameError, VrxError
@@ -127,7 +126,6 @@ def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
             yield inside.parent.as_posix(), file
 
 
-@cache
 def _is_name(name: str) -> bool:
     """A name may have slashes, for subfolders, but leads neither up nor to a drive."""
     odd = set('\\:*?"<>|\0\n') & set(name)

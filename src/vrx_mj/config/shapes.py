@@ -6,6 +6,7 @@ from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Color, Config, Folder, Name, Pose, Positive, fault, faults, numbers
+from vrx_mj.config.loading import check
 from vrx_mj.config.search import contained
 
 __all__ = ["Shape", "Visual"]
@@ -32,7 +33,7 @@ def _three(value: Any) -> Any:
 class Shape(Config):
     """A primitive or a mesh, centred on its pose; cylinders and capsules lie along their z axis."""
 
-    folder: Folder
+    folder: Folder = None
     name: Name | None = None
     type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]
     size: Size | None = None
@@ -53,8 +54,8 @@ class Shape(Config):
     def _is_a_mesh(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None and not value.lower().endswith(MESH_SUFFIXES):
             raise fault(f"expected a mesh that ends in {' or '.join(MESH_SUFFIXES)}, got '{value}'")
-        if value is not None and info.context:
-            info.context.check(lambda: contained(value, info.data.get("folder")))
+        if value is not None:
+            check(info, lambda: contained(value, info.data.get("folder")))
         return value
 
     @model_validator(mode="after")

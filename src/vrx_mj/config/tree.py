@@ -53,16 +53,21 @@ class Section(dict[str, Any]):
         return self.place.file.folder
 
 
-class Items(tuple[Any, ...]):
+class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no slots
     """A list that knows the places of its entries."""
 
     places: tuple[Place, ...]
+    numbers: tuple[int, ...]
+    """Of each entry in its own file, which `extends` makes differ from that in the list."""
 
     @classmethod
-    def of(cls, values: Iterable[Any], places: Iterable[Place]) -> "Items":
+    def of(
+        cls, values: Iterable[Any], places: Iterable[Place], numbers: Iterable[int] | None = None
+    ) -> "Items":
         """A list of `values`, each at its place."""
         items = cls(values)
         items.places = tuple(places)
+        items.numbers = tuple(range(len(items)) if numbers is None else numbers)
         return items
 
 
@@ -83,34 +88,34 @@ def of_python(value: Any, file: File, depth: int = 0) -> Any:
 
 def merged(base: Section, over: Section) -> Section:
     """`over` on top of `base`: mappings key by key, objects and docks appended, anything else replaced."""
-    values, entries = dict(base), dict(base.entries)
-    for key, value in over.items():
-        old = values.get(key)
-        if isinstance(old, Section) and isinstance(value, Section):
-            value = merged(old, value)
-        elif key in APPENDED and isinstance(old, Items) and isinstance(value, Items):
-            value = Items.of((*old, *value), (*old.places, *value.places))
-        elif key in APPENDED and value is None:
-            value = old
-        values[key], entries[key] = value, over.entries[key]
+    values, entries = {**base, **over}, {**base.entries, **over.entries}
+    for key in base.keys() & over.keys():
+        old, new = base[key], over[key]
+        if isinstance(old, Section) and isinstance(new, Section):
+            values[key] = merged(old, new)
+        elif key in APPENDED and new is None:
+            values[key] = old
+        elif key in APPENDED and isinstance(old, Items) and isinstance(new, Items):
+            values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
     return Section(values, over.place, entries)
 
 
 def locate(root: Section, loc: Loc) -> tuple[Place, Loc]:
-    """Where the thing at `loc` stands and the part of `loc` that leads there.
+    """Where the thing at `loc` stands, and its path in its own file.
 
-    A step that the file does not have is skipped unless it is the last: then it is a missing key of the place.
+    A step that the file does not have is skipped, unless it is the last and a key: that is one missing there.
     """
     node: Any = root
-    place, path = root.place, []
+    place, path = root.place, list[str | int]()
     for index, step in enumerate(loc):
         if isinstance(node, Section) and step in node:
             place, node = node.entries[str(step)].value, node[str(step)]
+            path.append(step)
         elif isinstance(node, Items) and isinstance(step, int) and step < len(node):
+            path.append(node.numbers[step])
             place, node = node.places[step], node[step]
-        elif index < len(loc) - 1:
-            continue
-        path.append(step)
+        elif index == len(loc) - 1 and isinstance(node, Section):
+            path.append(step)
     return place, tuple(path)
 
 

@@ -12,19 +12,17 @@ _LONGEST = 60
 
 def shown(value: Any) -> str:
     """A value as its file would write it, shortened."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return f"'{_short(value)}'"
+    words = {None: "nothing", True: "true", False: "false"}
+    if value is None or isinstance(value, bool):
+        return words[value]
     if isinstance(value, Mapping):
         return "keys and values" if value else "no keys"
-    if isinstance(value, Sequence) and not isinstance(value, bytes):
-        return _short(f"[{', '.join(shown(item) for item in value[:_LONGEST])}]")
-    if isinstance(value, int) and abs(value) >= 10**_LONGEST:
-        return f"a number of over {_LONGEST} digits"
-    return _short(repr(value))
+    if isinstance(value, str):
+        return f"'{_short(value)}'"
+    if isinstance(value, list | tuple):
+        return _short(f"[{', '.join(map(shown, value[:_LONGEST]))}]")
+    huge = isinstance(value, int) and abs(value) >= 10**_LONGEST
+    return f"a number of over {_LONGEST} digits" if huge else _short(repr(value).removesuffix(".0"))
 
 
 def choice(value: Any, allowed: Sequence[str]) -> str:
@@ -43,6 +41,8 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
     """What to say about a key that the place does not have."""
     names = tuple(known)
     close = nearest(key, names)
+    if ":" in key:
+        return f"unknown key '{_short(key)}'; type a blank after ':'"
     hint = f"did you mean '{close}'?" if close else f"allowed: {', '.join(names)}"
     return f"unknown key '{_short(key)}'; {hint}"
 

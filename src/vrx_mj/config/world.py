@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -14,7 +14,6 @@ from vrx_mj.config.base import (
     Folder,
     Latitude,
     Longitude,
-    Name,
     NonNegative,
     Pose,
     Positive,
@@ -24,15 +23,13 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
-from vrx_mj.config.loading import Loading, Source, file_of, read_section, referenced, validated
-from vrx_mj.config.objects import DockPlacement, Placement, repeated
+from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
+from vrx_mj.config.objects import DockPlacement, Placed, Placement, repeated
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.scene import SceneConfig
-from vrx_mj.config.search import display, find_terrain
-from vrx_mj.config.tree import Section, merged
-from vrx_mj.config.wording import shown
+from vrx_mj.config.search import find_terrain
 from vrx_mj.constants import GRAVITY
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import UnknownNameError, VrxWarning
 
 __all__ = [
     "Georeference",
@@ -146,7 +143,9 @@ class Georeference(Config):
     heading: float = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
-    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
+    def to_enu(
+        self, latitude: float, longitude: float, altitude: float | None = None
+    ) -> tuple[float, float, float]:
         """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
         import pymap3d
 
@@ -161,7 +160,7 @@ class Georeference(Config):
 class SpawnConfig(Config):
     """The one boat of a run without a fleet."""
 
-    folder: Folder
+    folder: Folder = None
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     robot: str = "wamv"
     thrusters: str = "T"
@@ -170,15 +169,14 @@ class SpawnConfig(Config):
     @field_validator("thrusters")
     @classmethod
     def _robot_has_them(cls, value: str, info: ValidationInfo) -> str:
-        if isinstance(info.context, Loading) and "robot" in info.data:
-            info.context.check(lambda: check_thrusters(info.data["robot"], value, info.data.get("folder")))
+        if "robot" in info.data:
+            check(info, lambda: check_thrusters(info.data["robot"], value, info.data.get("folder")))
         return value
 
     @field_validator("robot")
     @classmethod
     def _exists(cls, value: str, info: ValidationInfo) -> str:
-        if isinstance(info.context, Loading):
-            info.context.check(lambda: load_robot(value, info.data.get("folder")))
+        check(info, lambda: load_robot(value, info.data.get("folder")))
         return value
 
 
@@ -195,7 +193,9 @@ class TaskConfig(Config):
     def _has_somewhere_to_go(self) -> Self:
         wanted, other = ("goal", "waypoints") if self.type == "stationkeeping" else ("waypoints", "goal")
         found = [] if getattr(self, wanted) else [((wanted,), f"a {self.type} task needs it")]
-        found += [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
+        found += (
+            [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
+        )
         if found:
             raise faults(*found)
         return self
@@ -204,7 +204,7 @@ class TaskConfig(Config):
 class WorldConfig(Config):
     """A world's file, on top of those that it extends."""
 
-    folder: Folder
+    folder: Folder = None
     name: str = "world"
     description: str = ""
     georeference: Georeference | None = None
@@ -226,15 +226,17 @@ class WorldConfig(Config):
     @field_validator("terrain")
     @classmethod
     def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None and isinstance(info.context, Loading):
-            info.context.check(lambda: find_terrain(value))
+        if value is not None:
+            check(info, lambda: find_terrain(value))
         return value
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         found = repeated(objects=self.objects, docks=self.docks)
         if self.task and not self.georeference:
-            found.append((("task",), "its latitudes and longitudes need a `georeference`, and the world has none"))
+            found.append(
+                (("task",), "its latitudes and longitudes need a `georeference`, and the world has none")
+            )
         if found:
             raise faults(*found)
         return self
@@ -250,35 +252,15 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path or a dict, with everything it names checked."""
     if isinstance(source, Mapping):
-        section, stem = _extended(read_section("worlds", source), None, ()), "world"
+        section, stem = read_source("worlds", source), "world"
     else:
         file = file_of("worlds", source)
-        section, stem = _extended(read_section("worlds", file), file, ()), file.stem
+        section, stem = read_source("worlds", file), file.stem
     world = validated(WorldConfig, section, Loading(), name=stem)
-    things = [(thing.name, thing.pose[3:]) for thing in (*world.objects, *world.docks)]
+    placed: list[Placed] = [*world.objects, *world.docks]
+    things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
     return world
-
-
-def _extended(section: Section, file: Path | None, chain: tuple[Path, ...]) -> Section:
-    """The section on top of the worlds that it extends."""
-    if "extends" not in section:
-        return section
-    place, text = section.entries["extends"].value, section["extends"]
-    try:
-        if not isinstance(text, str):
-            raise VrxError(f"expected a world's name or path, got {shown(text)}")
-        base = referenced("worlds", text, section.folder, file)
-        seen = (*chain, file.resolve()) if file else chain
-        if base.resolve() in seen:
-            names = " > ".join(step.stem for step in (*seen[seen.index(base.resolve()) :], base))
-            raise VrxError(f"this world extends itself: {names}")
-    except VrxError as error:
-        raise ConfigError([Problem(place.file.name, place.line, place.column, "extends", str(error))]) from None
-    below = _extended(read_section("worlds", base), base, seen)
-    own = {key: value for key, value in below.items() if key not in {"name", "description"}}
-    over = {key: value for key, value in section.items() if key != "extends"}
-    return merged(Section(own, below.place, below.entries), Section(over, section.place, section.entries))
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:
@@ -286,6 +268,6 @@ def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) ->
     for name, angles in poses:
         angle = max(angles, key=abs)
         if abs(angle) > FULL_TURN:
-            text = f"{owner}: angle {angle:g} of '{name}' is over a full turn, {FULL_TURN:.4f}; poses are in radians"
-            warnings.warn(text, VrxWarning, stacklevel=4)
+            text = f"{owner}: angle {angle:g} of '{name}' is over a full turn, {FULL_TURN:.4f}"
+            warnings.warn(f"{text}; poses are in radians", VrxWarning, stacklevel=4)
             return

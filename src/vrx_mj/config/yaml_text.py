@@ -1,16 +1,14 @@
 """Our YAML: one document of plain data, with the place of every key and value.
 
-Scalars are read as YAML 1.2 does, so `1e-3` is a number, `yes`, `no`, `on` and `off` are text, and neither `010`
-nor `1:30` is anything odd. Tags, merge keys and whatever could blow up memory are refused.
+Scalars are read as YAML 1.2 does, so `1e-3` is a number, `yes`, `no`, `on` and `off` are text, and neither
+`010` nor `1:30` is anything odd. Tags, merge keys and whatever could blow up memory are refused.
 """
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.events import AliasEvent, NodeEvent
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from vrx_mj.config.characters import find_controls, find_lookalikes
@@ -23,6 +21,8 @@ __all__ = ["parse", "read_lines"]
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
+LONGEST_INT = 300
+"""Digits of a whole number; any longer one is no float either."""
 MAX_VALUES = 200_000
 """Most values in a file, those that aliases repeat counted each time."""
 
@@ -31,12 +31,14 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL: dict[str, Any] = {
     "": None, "~": None, "null": None, "Null": None, "NULL": None,
     "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
-    ".nan": float("nan"), ".NaN": float("nan"), ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
+    ".nan": float("nan"), ".NaN": float("nan"), ".NAN": float("nan"),
+    ".inf": float("inf"), "-.inf": float("-inf"), "+.inf": float("inf"),
 }  # fmt: skip
 
 # PyYAML's words, as they begin, and ours.
+_AT_THE_START = ("found unexpected end of stream", "could not find expected ':'")
 _REWORDED = (
-    ("mapping values are not allowed here", "a ':' too many, or a wrong indentation; text with ': ' needs quotes"),
+    ("mapping values are not allowed here", "a ':' too many, or wrong indentation; quote text with ': '"),
     ("could not find expected ':'", "expected ':' after the key"),
     ("expected <block end>", "wrong indentation, or a missing ':', '-' or quote"),
     ("expected ',' or ']'", "expected ',' or ']' in the list"),
@@ -51,7 +53,7 @@ _REWORDED = (
     ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
     ("block sequence entries", "a list's '-' starts on a line of its own"),
     ("mapping keys are not allowed here", "a '?' cannot stand here"),
-    ("expected a single document", "a second document; a file holds one"),
+    ("but found another document", "a second document; a file holds one"),
     ("expected a comment or a line break", "unexpected text after '|' or '>'"),
     ("expected chomping or indentation", "unexpected text after '|' or '>'"),
 )  # fmt: skip
@@ -61,11 +63,15 @@ def read_lines(path: Path) -> tuple[str, ...]:
     """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
     name = display(path)
     try:
-        data = path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
+        data = (
+            path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
+        )
     except OSError as error:
         raise ConfigError([Problem(name, None, None, "", f"cannot be read: {error.strerror}")]) from None
     if len(data) > MAX_BYTES:
-        raise ConfigError([Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")])
+        raise ConfigError(
+            [Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")]
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -74,13 +80,13 @@ def read_lines(path: Path) -> tuple[str, ...]:
         message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
         raise ConfigError([Problem(name, line, column, "", message)]) from None
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    _refuse(name, [Problem(name, *odd[:2], "", odd.message) for odd in find_controls(lines)])
+    _refuse([Problem(name, *odd[:2], "", odd.message) for odd in find_controls(lines)])
     return lines
 
 
 def parse(file: File) -> Section:
     """The one mapping that a YAML file holds."""
-    _refuse(file.name, [Problem(file.name, *odd[:2], "", odd.message) for odd in find_lookalikes(file.lines)])
+    _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in find_lookalikes(file.lines)])
     loader = _Composer("\n".join(file.lines))
     try:
         node = loader.get_single_node()
@@ -94,12 +100,12 @@ def parse(file: File) -> Section:
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
         builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
-    _refuse(file.name, builder.problems)
+    _refuse(builder.problems)
     assert isinstance(tree, Section), "a builder without problems returns a section"
     return tree
 
 
-def _refuse(_name: str, problems: list[Problem]) -> None:
+def _refuse(problems: list[Problem]) -> None:
     if problems:
         raise ConfigError(problems)
 
@@ -112,10 +118,12 @@ class _Composer(yaml.SafeLoader):
         self.depth = 0
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
-        event = self.peek_event()
+        event = self.peek_event()  # type: ignore[no-untyped-call]
         tag = getattr(event, "tag", None)
         if tag is not None:
-            raise yaml.MarkedYAMLError(problem=f"{_shown_tag(tag)}: tags are not allowed", problem_mark=event.start_mark)
+            raise yaml.MarkedYAMLError(
+                problem=f"{_shown_tag(tag)}: tags are not allowed", problem_mark=event.start_mark
+            )
         if self.depth > DEEPEST:
             problem = f"nested deeper than {DEEPEST} levels"
             raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
@@ -157,7 +165,10 @@ class _Builder:
             return None
         self.open.add(id(node))
         try:
-            return self.section(node, path) if isinstance(node, MappingNode) else self.items(node, path)
+            if isinstance(node, MappingNode):
+                return self.section(node, path)
+            assert isinstance(node, SequenceNode), "YAML has scalars, mappings and sequences"
+            return self.items(node, path)
         finally:
             self.open.discard(id(node))
 
@@ -181,7 +192,7 @@ class _Builder:
 
     def key(self, node: Node, path: tuple[str | int, ...]) -> str | None:
         key = _scalar(node) if isinstance(node, ScalarNode) else None
-        if key == "<<" and node.style is None:
+        if key == "<<" and isinstance(node, ScalarNode) and node.style is None:
             self.problem(node, path, "merge keys '<<' are not allowed; a world may say 'extends'")
         elif isinstance(key, str):
             return key
@@ -195,17 +206,17 @@ class _Builder:
 def _scalar(node: ScalarNode) -> Any:
     """The value of a scalar by the rules of YAML 1.2; anything in quotes or in a block is text."""
     text = node.value
-    if node.style is not None or text not in _SPECIAL and not _FLOAT.fullmatch(text):
+    if node.style is not None or (text not in _SPECIAL and not _FLOAT.fullmatch(text)):
         return text
     if text in _SPECIAL:
         return _SPECIAL[text]
-    return int(text) if _INT.fullmatch(text) and len(text) < 20 else float(text)
+    return int(text) if _INT.fullmatch(text) and len(text) <= LONGEST_INT else float(text)
 
 
 def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
     """PyYAML's error in our words, placed where the cause is rather than where it gave up."""
     problem, mark = str(error.problem), error.problem_mark
-    if problem.startswith("found unexpected end of stream") and error.context_mark:
+    if problem.startswith(_AT_THE_START) and error.context_mark:
         mark = error.context_mark
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
     message = next((ours for theirs, ours in _REWORDED if problem.startswith(theirs)), problem)

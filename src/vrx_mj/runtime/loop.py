@@ -8,7 +8,7 @@ velocity that the last step left, and to the time at which this one ends.
 import numpy as np
 
 from vrx_mj.physics.drag import added_bias, added_inertia, drag
-from vrx_mj.physics.flotation import flotation
+from vrx_mj.physics.flotation import flotation, water_rise
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import add, carry, motion, zero_wrench
@@ -21,6 +21,7 @@ from vrx_mj.physics.thrust import (
     thrust_force,
     thruster_wrench,
 )
+from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 from vrx_mj.runtime import engine
 from vrx_mj.runtime.proximity import CONTACT, apart
@@ -78,7 +79,9 @@ def advance(
             item = floats[i]
             body = motion(qpos, qvel, item.qpos, item.dof)
             load = wind_load(item.wind, body, air)
-            wrench = flotation(item, elements, waves, sea[0], body, float_state[i], time, dt, load)
+            height = surface_height(waves, sea[0], body.x, body.y, time)
+            rise = water_rise(float_state[i], height, dt)
+            wrench = add(flotation(item, elements, body, height, rise, dt, load), load)
             apply(xfrc_applied, item.body, wrench)
         flags[0] = user_flags | CONTACT if apart(movers, obstacles, qpos, clearance) else user_flags
         move(model, data, qpos, qvel, inertia, inertia_row, hulls)

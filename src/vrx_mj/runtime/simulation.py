@@ -14,7 +14,7 @@ from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameEr
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.forces import Forces, boat_forces
-from vrx_mj.runtime.loop import DIVERGED, advance
+from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig, drawing_model, stepping_model
 from vrx_mj.runtime.sampling import Listener, Sampler

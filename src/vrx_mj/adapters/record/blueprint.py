@@ -18,32 +18,44 @@ __all__ = ["blueprint_bytes"]
 SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
 GRID = (150, 190, 215, 60)
-PLAN_REACH = 45.0
-"""Water around the outermost boat in the plan [m]."""
-PLAN_SLOPE = 0.42
-"""Half the height of what the plan shows, per height of its eye: the viewer's lens, with a margin."""
-PLOTS = (
-    ("speed", "Speed [m/s]", ["/plots/speed"]),
-    ("thrust", "Thrust [N]", ["/plots/thrust"]),
-    ("heading", "Heading [deg, counter-clockwise from east]", ["/plots/heading"]),
-    ("attitude", "Roll and pitch [deg]", ["/plots/roll", "/plots/pitch"]),
-    ("steering", "Steering angle [deg]", ["/plots/steering"]),
-    ("wind", "Wind speed [m/s]", ["/plots/wind"]),
+PLAN_MARGIN = 8.0
+"""Water around the outermost body in the plan [m]."""
+PLAN_REACH = 40.0
+"""How far from the outermost boat a body may be and still be fitted into the plan [m]."""
+PLAN_SLOPE = 0.5
+"""Half the height of what the plan shows, per height of its eye: the viewer's lens."""
+LEGEND = 4
+"""Most series of thrusters that a legend lists: a longer one would hide the plot."""
+SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
+BELOW = (
+    ("heading", "Heading [deg from east]"),
+    ("roll", "Roll [deg]"),
+    ("pitch", "Pitch [deg]"),
+    ("wind", "Wind [m/s]"),
 )
+"""Plots under the sea; the boats' colours are those of the speed's legend."""
 
 
 def blueprint_bytes(scene: RecordScene, application: str) -> bytes:
     """A blueprint for `scene` as the bytes of an `.rbl` file.
 
-    rerun makes blueprints with a recording stream only; disconnected, it ends its two threads again.
+    rerun makes blueprints with a recording stream only; disconnected and swept, it ends its two threads.
     """
+    try:
+        return streamed(scene, application)
+    finally:
+        rr.bindings.flush_and_cleanup_orphaned_recordings()
+
+
+def streamed(scene: RecordScene, application: str) -> bytes:
+    """The blueprint by way of a stream that is dropped at once."""
     native = rr.bindings.new_blueprint(
         application_id=application, make_default=False, make_thread_default=False, default_enabled=True
     )
-    stream = rr.RecordingStream._from_native(native)  # noqa: SLF001
+    stream = rr.RecordingStream._from_native(native)
     try:
         stream.set_time("blueprint", sequence=0)
-        layout(scene)._log_to_stream(stream)  # noqa: SLF001
+        layout(scene)._log_to_stream(stream)
         return bytes(stream.memory_recording().drain_as_bytes())
     finally:
         rr.bindings.disconnect(native)
@@ -51,23 +63,18 @@ def blueprint_bytes(scene: RecordScene, application: str) -> bytes:
 
 def layout(scene: RecordScene) -> rrb.Blueprint:
     """The views and where they stand."""
-    plots = [plot_view(name, contents) for key, name, contents in PLOTS if wanted(scene, key)]
-    half = (len(plots) + 1) // 2
+    left = rrb.Vertical(sea_view(scene), rrb.Horizontal(*map(plot_view, BELOW)), row_shares=[3.4, 1])
+    beside = [plot_view(SPEED, legend=True)]
+    if scene.thrusters:
+        legend = len(scene.thrusters) <= LEGEND
+        beside.append(rrb.Tabs(plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)))
+    right = rrb.Vertical(plan_view(scene), *beside, log_view(), row_shares=[2.4, *[1.0] * len(beside), 1.0])
     return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(sea_view(scene), rrb.Horizontal(*plots[half:]), row_shares=[3, 1]),
-            rrb.Vertical(plan_view(scene), *plots[:half], log_view(), row_shares=[2.6, *[1.0] * half, 0.8]),
-            column_shares=[2, 1],
-        ),
+        rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing", loop_mode="off"),
     )
-
-
-def wanted(scene: RecordScene, plot: str) -> bool:
-    """Whether a plot will have something to show."""
-    return bool(scene.thrusters) if plot in {"thrust", "steering"} else bool(scene.boats())
 
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
@@ -81,7 +88,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
         contents=["+ /world/**"],
         background=rrb.Background(color=SKY),
         line_grid=rrb.LineGrid3D(visible=False),
-        spatial_information=rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False),
+        spatial_information=bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=eye,
@@ -96,7 +103,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
 def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The course from above, north up, with a grid of 10 m."""
     middle, reach = fleet_circle(scene)
-    height = (reach + PLAN_REACH) / PLAN_SLOPE
+    height = (plan_radius(scene, middle, reach) + PLAN_MARGIN) / PLAN_SLOPE
     return rrb.Spatial3DView(
         name="Plan, north up, 10 m grid",
         origin="/world",
@@ -105,15 +112,20 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
         line_grid=rrb.LineGrid3D(
             visible=True, spacing=10.0, color=GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
         ),
-        spatial_information=rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False),
+        spatial_information=bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=middle + (0.0, -0.001, height),
+            position=(middle[0], middle[1] - 0.001, height),
             look_target=middle,
             eye_up=(0.0, 1.0, 0.0),
         ),
         overrides=trails(scene.boats()),
     )
+
+
+def bare() -> rrb.archetypes.SpatialInformation:
+    """No axes, no boxes."""
+    return rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False)
 
 
 def trails(boats: Sequence[RecordedBody]) -> dict[str, Any]:
@@ -126,20 +138,30 @@ def trails(boats: Sequence[RecordedBody]) -> dict[str, Any]:
     return {f"/world/trails/{boat.name}": sofar for boat in boats}
 
 
-def plot_view(name: str, contents: Sequence[str]) -> rrb.TimeSeriesView:
+def plot_view(plot: tuple[str, str], *, legend: bool = False) -> rrb.TimeSeriesView:
     """A plot over the whole run."""
+    quantity, name = plot
     return rrb.TimeSeriesView(
         name=name,
-        origin="/plots",
-        contents=[f"+ {path}" for path in contents],
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop),
+        origin=f"/plots/{quantity}",
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
     )
 
 
 def log_view() -> rrb.TextLogView:
     """What happened."""
-    return rrb.TextLogView(name="Events", origin="/events")
+    return rrb.TextLogView(
+        name="Events",
+        origin="/events",
+        columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
+    )
+
+
+def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
+    """Radius [m] around `middle` that holds the fleet and all that stands near it."""
+    away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies]
+    return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
 
 
 def fleet_circle(scene: RecordScene) -> tuple[Any, float]:

@@ -31,9 +31,9 @@ SEA_RATE = 5.0
 """Pictures of the sea [Hz]."""
 SEA_FRAMES = 64
 """Pictures of the sea in one chunk: 1 MB."""
-TRAIL_HEIGHT = 0.35
-"""Height of a trail over the boat's origin [m], so that a wave does not hide it."""
-ARROW_PER_NEWTON = 1.0 / 90.0
+TRAIL_HEIGHT = 0.6
+"""Height of a trail over the mean water [m], so that few waves hide it."""
+ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
@@ -72,7 +72,7 @@ class Ticker:
     def __call__(self, time: FloatArray) -> npt.NDArray[np.bool_]:
         """Which of the rows at `time` (n,) [s] to take."""
         tick = np.floor(time * self._rate + 1e-6)
-        taken = np.diff(tick, prepend=self._last) != 0
+        taken: npt.NDArray[np.bool_] = np.diff(tick, prepend=self._last) != 0
         self._last = tick[-1]
         return taken
 
@@ -120,7 +120,7 @@ class MovingChunks:
         """Each row the piece of the way since the row before."""
         if not len(rows):
             return
-        here = self._boat_positions(rows) + (0.0, 0.0, TRAIL_HEIGHT)
+        here = self._boat_positions(rows) * (1.0, 1.0, 0.0) + (0.0, 0.0, TRAIL_HEIGHT)
         last = here[0] if self._trail_end is None else self._trail_end
         self._trail_end = here[-1]
         before = np.concatenate([last[None], here[:-1]])
@@ -203,7 +203,9 @@ def exact_rows(rows: FloatArray) -> Chunk:
     )
 
 
-def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
+def transforms(
+    path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None
+) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
     moved = position.astype(np.float32)
     if quaternion is None:
@@ -237,15 +239,17 @@ def thrust_arrows(
     path: str, time: FloatArray, thrusters: Sequence[RecordedThruster], thrust: FloatArray, angle: FloatArray
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
-    mount = np.array([thruster.position for thruster in thrusters]) + (0.0, 0.0, ARROW_HEIGHT)
+    mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, ARROW_HEIGHT))
     direction = angle + np.array([thruster.yaw for thruster in thrusters])
     length = thrust * ARROW_PER_NEWTON
-    vectors = np.stack([np.cos(direction) * length, np.sin(direction) * length, np.zeros_like(length)], axis=-1)
+    forward, left = np.cos(direction) * length, np.sin(direction) * length
+    vectors = np.stack([forward, left, np.zeros_like(length)], axis=-1)
     columns = rr.Arrows3D.columns(
         vectors=vectors.reshape(-1, 3).astype(np.float32),
         origins=np.tile(mount, (len(time), 1)).astype(np.float32),
     )
-    return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition([len(thrusters)] * len(time)))
+    lengths = [len(thrusters)] * len(time)
+    return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition(lengths))
 
 
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:

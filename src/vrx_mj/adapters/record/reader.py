@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import struct
+import tempfile
 import warnings
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -84,6 +87,8 @@ class Record:
     layout: RowLayout
     rows: FloatArray
     """(n, columns): everything recorded, as it was; `layout.names()` names the columns."""
+    views: bytes
+    """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
 
@@ -122,6 +127,7 @@ def read_record(path: str | Path) -> Record:
         states=all_states(parts.get("/record/states", [])),
         layout=layout,
         rows=rows,
+        views=run["views"][0][0],
         complete=complete,
     )
 
@@ -132,28 +138,68 @@ OURS = ("/record/run", "/record/rows", "/record/states", "/events")
 
 def read_parts(file: Path) -> tuple[dict[str, list[dict[str, Any]]], bool]:
     """Columns of our entities, a dict per chunk, and whether the file is complete."""
-    if not file.is_file():
-        raise RecordError(f"no recording '{file}'")
     from rerun_bindings import check_for_rrd_footer
 
-    parts: dict[str, list[dict[str, Any]]] = {}
     try:
-        complete = bool(check_for_rrd_footer(str(file)))
-        for chunk in chunks(file):
-            parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
+        with whole_file(file) as whole:
+            return collected(whole), whole == file and bool(check_for_rrd_footer(str(file)))
     except (ValueError, OSError, RuntimeError) as error:
         raise RecordError(f"'{file}' is not a recording of vrx_mj: {first_line(error)}") from error
-    return parts, complete
 
 
-def chunks(file: Path) -> Iterator[Any]:
-    """Chunks of our entities as far as the file goes."""
+def collected(file: Path) -> dict[str, list[dict[str, Any]]]:
+    """Columns of our entities, a dict per chunk."""
     from rerun.chunk import RrdReader
 
+    parts: dict[str, list[dict[str, Any]]] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        stream = RrdReader(file).stream().filter(content=[f"+ {path}" for path in OURS])
-        yield from stream
+        for chunk in RrdReader(file).stream().filter(content=[f"+ {path}" for path in OURS]):
+            parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
+    return parts
+
+
+@contextlib.contextmanager
+def whole_file(file: Path) -> Iterator[Path]:
+    """`file`, or a copy without its last message where that was cut in the middle."""
+    if not file.is_file():
+        raise RecordError(f"no recording '{file}'")
+    whole, size = whole_bytes(file), file.stat().st_size
+    if whole == size:
+        yield file
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "whole.rrd"
+        with file.open("rb") as source, copy.open("wb") as target:
+            target.write(source.read(whole))
+        yield copy
+
+
+FILE_HEADER = 12
+"""Bytes before the first message of an rrd file: its mark, version and options."""
+MESSAGE_HEADER = struct.Struct("<QQ")
+"""Kind and length of a message; kind 0 ends a file."""
+
+
+def whole_bytes(file: Path) -> int:
+    """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
+    size = file.stat().st_size
+    with file.open("rb") as stream:
+        if stream.read(4) != b"RRF2":
+            return size
+        end = FILE_HEADER
+        while end < size:
+            stream.seek(end)
+            header = stream.read(MESSAGE_HEADER.size)
+            if len(header) < MESSAGE_HEADER.size:
+                return end
+            kind, length = MESSAGE_HEADER.unpack(header)
+            if end + MESSAGE_HEADER.size + length > size:
+                return end
+            if kind == 0:
+                return size
+            end += MESSAGE_HEADER.size + length
+    return size
 
 
 def first_line(error: BaseException) -> str:

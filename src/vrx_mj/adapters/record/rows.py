@@ -2,8 +2,8 @@
 
 A row's columns are smooth in time. Their bit patterns, read as integers that sort like the numbers, are
 therefore nearly polynomials: third differences are small, and written byte plane by byte plane their upper
-planes are runs of equal bytes, which the LZ4 of the file squeezes out. Integer arithmetic wraps, so nothing is
-lost whatever the rows hold, NaN included.
+planes are runs of equal bytes, which the LZ4 of the file squeezes out. Integer arithmetic wraps, so nothing
+is lost whatever the rows hold, NaN included.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,6 @@ FORMAT = 1
 
 FloatArray = npt.NDArray[np.float64]
 Vec3 = tuple[float, float, float]
-Kind = Literal["boat", "object", "fixed"]
 SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""
 
@@ -47,9 +46,9 @@ class Surface:
     faces: npt.NDArray[np.integer[Any]]
     """(m, 3) indices of vertices, counter-clockwise seen from outside."""
     normals: npt.NDArray[np.float32] | None
-    """(n, 3) unit vectors; None lets the writer compute smooth ones."""
-    rgba: tuple[float, float, float, float]
-    """Colour, 0 to 1."""
+    """(n, 3) unit vectors; None: every face is flat."""
+    rgba: tuple[float, ...]
+    """Colour: red, green, blue, alpha, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +58,9 @@ class RecordedBody:
     name: str
     path: str
     """Entity path in the recording, for example `/world/boats/wamv1` or `/world/objects/red_0`."""
-    kind: Kind
-    pose: tuple[float, float, float, float, float, float, float] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    kind: str
+    """`boat`, `object`, or `fixed`."""
+    pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     """Position [m] and quaternion (w, x, y, z) when recording starts; for a fixed body, always."""
     qpos: int | None = None
     """First of the free joint's 7 numbers in qpos; None for a fixed body."""
@@ -135,7 +135,7 @@ class MovingBody:
     """Where a body with a free joint stands in qpos and qvel."""
 
     name: str
-    kind: Kind
+    kind: str
     qpos: int
     dof: int
 

@@ -58,8 +58,8 @@ def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
 def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
     """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
     toward_north, toward_east = np.gradient(z, cell)
-    light = 0.36 - 2.2 * (SUN[0] * toward_east + SUN[1] * toward_north) + 0.35 * z
-    light[[0, -1], :] = light[:, [0, -1]] = 0.36
+    light = 0.38 - 3.0 * (SUN[0] * toward_east + SUN[1] * toward_north) + 0.4 * z
+    light[[0, -1], :] = light[:, [0, -1]] = 0.38
     return (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
 
 
@@ -67,7 +67,8 @@ def _palette() -> npt.NDArray[np.uint32]:
     """Colours (32,) from deep water to crest, 0xRRGGBBAA."""
     share = np.linspace(0.0, 1.0, 32)[:, None]
     red, green, blue = np.round(DEEP + (CREST - DEEP) * share).astype(np.uint32).T
-    return (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    return colors
 
 
 def sea_triangles() -> npt.NDArray[np.uint32]:

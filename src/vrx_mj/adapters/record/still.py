@@ -1,4 +1,4 @@
-"""What does not change with time, as static rerun chunks: looks, shore, waypoints, names of series, the run."""
+"""What does not change with time, as static rerun chunks: the run, looks, shore, waypoints, series."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ WIND_COLOR = (235, 245, 255)
 THRUST_COLOR = (255, 84, 48)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
-CREASE = 0.6
-"""Faces whose normals differ by more (1 - cosine) keep their edge when we compute normals ourselves."""
+SHORE_HEIGHT = 0.15
+"""Height of the shoreline [m], so that the sea does not hide it."""
+TAG_HEIGHT = 2.9
+"""Height of a boat's name over its origin [m]."""
 EPOCH = (2020, 1, 1, 0, 0, 0)
 """Time of the files in the archive: one world, one archive."""
 
@@ -46,9 +48,9 @@ def boat_colors(count: int) -> list[tuple[int, int, int]]:
     return [COLORS[i % len(COLORS)] for i in range(count)]
 
 
-def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Every static chunk of a recording."""
-    yield from run_chunks(scene)
+def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
+    """Every static chunk of a recording; `views` is its blueprint, kept for a run that is killed."""
+    yield from run_chunks(scene, views)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if scene.sea_height is not None:
         yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
@@ -76,11 +78,12 @@ def batch_size(batch: Any) -> int:
     return len(batch.as_arrow_array())
 
 
-def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
+def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
     """The run: for people as properties, for us as JSON and an archive of the world's files."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
-    yield Chunk.from_property("run", rr.AnyValues(**{key: show(value) for key, value in scene.properties.items()}))
+    shown = {key: show(value) for key, value in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**shown))
     head = {
         "format": FORMAT,
         "timestep": scene.timestep,
@@ -88,7 +91,7 @@ def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
         "wind_direction": list(scene.wind_direction),
         "layout": scene.layout().to_json(),
     }
-    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)])
+    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
     yield Chunk.from_columns("/record/run", [], columns)
 
 
@@ -122,7 +125,7 @@ def pose(body: RecordedBody) -> rr.Transform3D:
 
 def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
-    parts = [(part, *smooth(part)) for part in surfaces]
+    parts = [(part, *corners_of(part)) for part in surfaces]
     start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
     return rr.Mesh3D(
         vertex_positions=np.concatenate([vertices for _, vertices, _, _ in parts]),
@@ -141,7 +144,7 @@ def color(rgba: Sequence[float]) -> npt.NDArray[np.uint8]:
     return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
 
 
-def smooth(
+def corners_of(
     part: Surface,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
     """Vertices, faces and normals; where the surface has no normals, each face gets its own corners."""
@@ -171,20 +174,27 @@ def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names over boats, colours of their trails and arrows."""
     boats = scene.boats()
     for boat, rgb in zip(boats, boat_colors(len(boats)), strict=True):
-        label = rr.Points3D([[0.0, 0.0, 2.9]], labels=[boat.name], colors=[rgb], radii=[0.06], show_labels=True)
-        yield static(f"{boat.path}/label", label)
+        yield static(f"{boat.path}/label", name_tag(boat.name, rgb))
         trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
         yield static(f"/world/trails/{boat.name}", trail)
-        arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.09])
+        arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
         yield static(f"{boat.path}/thrust", arrows)
     wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
     yield static("/world/fleet/wind", wind)
+    followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
+    yield static("/world/fleet", followed)
+
+
+def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
+    """A boat's name over it."""
+    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Shore and waypoints."""
     if scene.shoreline:
-        strips = [np.column_stack([np.vstack([ring, ring[:1]]), np.full(len(ring) + 1, 0.15)]) for ring in scene.shoreline]
+        closed = [np.vstack([ring, ring[:1]]) for ring in scene.shoreline]
+        strips = [np.insert(ring, 2, SHORE_HEIGHT, axis=1) for ring in closed]
         shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
         yield static("/world/shore", shore)
     if scene.waypoints:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
+from vrx_mj.adapters.record.reader import read_record
 from vrx_mj.errors import RecordError
 
-__all__ = ["join_blueprint", "open_viewer", "viewer_binary"]
+__all__ = ["join_views", "open_viewer", "viewer_binary"]
 
 JOIN_SECONDS = 600.0
 """Longest that joining may take."""
@@ -18,17 +20,19 @@ MANY_CHUNKS = 4000
 
 def viewer_binary() -> Path:
     """The executable inside the installed rerun package: the script beside Python only wraps it."""
-    import rerun_cli
+    import rerun
 
     name = "rerun.exe" if sys.platform == "win32" else "rerun"
-    path = Path(rerun_cli.__file__).with_name(name)
+    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
     if not path.is_file():
         raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
     return path
 
 
-def join_blueprint(recording: Path, blueprint: Path, output: Path, *, chunks: int) -> None:
-    """Write `recording` with `blueprint` and a table of contents to `output`."""
+def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> None:
+    """Write `recording`, its blueprint `views` and a table of contents to `output`, alone in its folder."""
+    blueprint = output.with_suffix(".rbl")
+    blueprint.write_bytes(views)
     how = ["optimize", "--profile", "live"] if chunks > MANY_CHUNKS else ["merge"]
     command = [str(viewer_binary()), "rrd", *how, str(recording), str(blueprint), "-o", str(output)]
     done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False)
@@ -37,7 +41,16 @@ def join_blueprint(recording: Path, blueprint: Path, output: Path, *, chunks: in
         raise RecordError(f"rerun cannot finish '{recording}': {said[-1] if said else done.returncode}")
 
 
-def open_viewer(*files: Path) -> int:
-    """Open recordings and blueprints in the viewer, listening to this machine only; its exit code."""
-    command = [str(viewer_binary()), "--bind", "127.0.0.1", *(str(file) for file in files)]
-    return subprocess.run(command, check=False).returncode
+def open_viewer(path: str | Path) -> int:
+    """Open a recording in the viewer, which listens to this machine only; the viewer's exit code.
+
+    The recording of a killed run has no blueprint yet: it is opened with the one that it carries.
+    """
+    record = read_record(path)
+    command = [str(viewer_binary()), "--bind", "127.0.0.1", str(record.path)]
+    if record.complete:
+        return subprocess.run(command, check=False).returncode
+    with tempfile.TemporaryDirectory() as folder:
+        blueprint = Path(folder) / "views.rbl"
+        blueprint.write_bytes(record.views)
+        return subprocess.run([*command, str(blueprint)], check=False).returncode

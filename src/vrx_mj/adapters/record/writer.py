@@ -8,8 +8,8 @@ only copies a block of rows into a queue.
 from __future__ import annotations
 
 import contextlib
-import os
 import queue
+import subprocess
 import tempfile
 import threading
 import time
@@ -108,8 +108,9 @@ class Work:
         self._queue: queue.Queue[Item | None] = queue.Queue(WAITING)
         self._error: BaseException | None = None
         self._chunks = 0
-        import rerun.chunk  # noqa: F401  # in the caller's thread: an import lock held by two threads is a trap
+        from vrx_mj.adapters.record.blueprint import blueprint_bytes
 
+        self._views = blueprint_bytes(scene, APPLICATION)
         self._thread = threading.Thread(target=self._run, name="vrx_mj record", daemon=True)
         self._thread.start()
 
@@ -131,8 +132,9 @@ class Work:
         self._check()
         try:
             self._complete()
-        except (VrxError, OSError) as error:
-            warnings.warn(f"{error}; the recording reads, but opens without its views", VrxWarning, stacklevel=2)
+        except (VrxError, OSError, subprocess.SubprocessError) as error:
+            text = f"{error}; the recording reads, but opens without its views"
+            warnings.warn(text, VrxWarning, stacklevel=2)
 
     def _check(self) -> None:
         if self._error is not None:
@@ -161,7 +163,7 @@ class Work:
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
         from vrx_mj.adapters.record.still import still_chunks
 
-        yield from still_chunks(self._scene)
+        yield from still_chunks(self._scene, self._views)
         moving = MovingChunks(self._scene)
         for batch in self._batches():
             if batch["rows"]:
@@ -196,11 +198,9 @@ class Work:
 
     def _complete(self) -> None:
         """Add the blueprint and the table of contents."""
-        from vrx_mj.adapters.record.blueprint import blueprint_bytes
-        from vrx_mj.adapters.record.viewer import join_blueprint
+        from vrx_mj.adapters.record.viewer import join_views
 
         with tempfile.TemporaryDirectory(dir=self._path.parent, prefix=".record-") as folder:
-            views, joined = Path(folder) / "views.rbl", Path(folder) / "joined.rrd"
-            views.write_bytes(blueprint_bytes(self._scene, APPLICATION))
-            join_blueprint(self._path, views, joined, chunks=self._chunks)
-            os.replace(joined, self._path)
+            joined = Path(folder) / "joined.rrd"
+            join_views(self._path, self._views, joined, chunks=self._chunks)
+            joined.replace(self._path)

@@ -1,0 +1,315 @@
+"""The drawing of a map with matplotlib: a plan, and a panel with compass, legend and overview beside it."""
+
+import math
+import warnings
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.chart_labels import INK, Thing, label, write
+
+if TYPE_CHECKING:
+    from vrx_mj.adapters.map import MapBoat, MapScene
+
+__all__ = ["chart", "nice_length"]
+
+FloatArray = npt.NDArray[np.float64]
+Box = tuple[float, float, float, float]
+
+DPI = 100
+WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
+WIND_COLOR, WAVE_COLOR = "#c2571a", "#1b6f94"
+HULL_LENGTH, HULL_BEAM = 4.9, 2.4
+"""Outline of a WAM-V [m]."""
+LEGEND_ROWS = 14
+
+
+def chart(scene: "MapScene", size: tuple[int, int]) -> Any:
+    """The map as a matplotlib figure of `size` pixels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    plan = figure.add_axes((0.055, 0.06, 0.685, 0.875))
+    view = _view(scene, plan.get_window_extent().width / plan.get_window_extent().height)
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="Glyph .* missing from font"
+        )  # no font for a name: boxes, no noise
+        _plan(plan, scene, view)
+        write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
+        _compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
+        _legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
+        _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
+        canvas.draw()
+    return figure
+
+
+def nice_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most `most`."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
+
+
+def _view(scene: "MapScene", aspect: float) -> Box:
+    """West, south, east and north of the plan [m]: what matters, with a margin, in the shape of the picture."""
+    spots = [(item.x, item.y) for item in scene.objects] + [(boat.x, boat.y) for boat in scene.boats]
+    spots += [(x, y) for x, y, _ in scene.waypoints]
+    spots += [(x, y) for dock in scene.docks for x, y in dock.cells.tolist()]
+    spots = spots or [(x, y) for ring in scene.shore for x, y in ring.tolist()] or [(0.0, 0.0)]
+    low, high = np.min(spots, axis=0), np.max(spots, axis=0)
+    east, north = (low + high) / 2.0
+    width, height = np.maximum((high - low) * 1.16 + 8.0, 40.0)
+    width, height = max(width, height * aspect), max(height, width / aspect)
+    return (east - width / 2, north - height / 2, east + width / 2, north + height / 2)
+
+
+def _plan(axes: Any, scene: "MapScene", view: Box) -> None:
+    _ground(axes, scene, view)
+    step = nice_length((view[2] - view[0]) / 7.0)
+    axes.set_xticks(np.arange(math.ceil(view[0] / step), math.floor(view[2] / step) + 1) * step)
+    axes.set_yticks(np.arange(math.ceil(view[1] / step), math.floor(view[3] / step) + 1) * step)
+    axes.grid(color="#8fa8b4", linewidth=0.5, alpha=0.45)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=9, colors=SOFT, length=3)
+    axes.set_xlabel("east [m]", fontsize=10, color=SOFT)
+    axes.set_ylabel("north [m]", fontsize=10, color=SOFT)
+    pixel = (view[2] - view[0]) / axes.get_window_extent().width  # [m]
+    _docks(axes, scene)
+    for item in scene.objects:
+        _disc(axes, item.x, item.y, max(item.size / 2.0, 4.5 * pixel), item.color)
+    for number, (x, y, yaw) in enumerate(scene.waypoints, start=1):
+        _waypoint(axes, x, y, yaw, str(number) if len(scene.waypoints) > 1 else "goal", 13.0 * pixel)
+    for boat in scene.boats:
+        _boat(axes, boat, max(1.0, 24.0 * pixel / HULL_LENGTH))
+    _scale_bar(axes, view)
+    label(axes, list(_things(scene, pixel)), pixel)
+
+
+def _ground(axes: Any, scene: "MapScene", view: Box) -> None:
+    """Water, land and the frame of the axes."""
+    axes.set_facecolor(WATER)
+    axes.set_xlim(view[0], view[2])
+    axes.set_ylim(view[1], view[3])
+    axes.set_aspect("equal")
+    for side in axes.spines.values():
+        side.set_color(SOFT)
+    if not scene.shore:
+        return
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
+    land = PathPatch(
+        Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5
+    )
+    axes.add_patch(land)
+
+
+def _docks(axes: Any, scene: "MapScene") -> None:
+    from matplotlib.patches import Polygon
+
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    for dock in scene.docks:
+        turn = _turn(dock.yaw)
+        for cell in dock.cells:
+            patch = Polygon(
+                square @ turn.T + cell, facecolor="#9aa3ab", edgecolor="#5d666e", linewidth=0.6, zorder=2
+            )
+            axes.add_patch(patch)
+
+
+def _disc(axes: Any, x: float, y: float, radius: float, color: Any) -> None:
+    from matplotlib.patches import Circle
+
+    axes.add_patch(Circle((x, y), radius, facecolor=color, edgecolor=INK, linewidth=0.8, zorder=3))
+
+
+def _waypoint(axes: Any, x: float, y: float, yaw: float, label: str, reach: float) -> None:
+    ahead = (x + 1.9 * reach * math.cos(yaw), y + 1.9 * reach * math.sin(yaw))
+    style = {"arrowstyle": "-|>", "color": "#7a2e8e", "linewidth": 1.3, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", ahead, (x, y), arrowprops=style, zorder=4)
+    axes.plot([x], [y], marker="D", markersize=13, color="white", markeredgecolor="#7a2e8e", zorder=4.1)
+    small = 6 if len(label) > 2 else 8
+    write(axes, x, y, label, size=small, color="#7a2e8e", ha="center", va="center", zorder=4.2, weight="bold")
+
+
+def _boat(axes: Any, boat: "MapBoat", scale: float) -> None:
+    """A hull's outline, bow forward, and an arrow along its heading."""
+    from matplotlib.patches import Polygon
+
+    bow, side = HULL_LENGTH / 2.0, HULL_BEAM / 2.0
+    hull = np.array([[-bow, -side], [0.45 * bow, -side], [bow, 0.0], [0.45 * bow, side], [-bow, side]])
+    turn, place = _turn(boat.yaw), np.array([boat.x, boat.y])
+    outline = scale * hull @ turn.T + place
+    tip = place + scale * 2.2 * bow * turn[:, 0]
+    style = {
+        "arrowstyle": "-|>",
+        "color": INK,
+        "linewidth": 1.4,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "mutation_scale": 11,
+    }
+    axes.annotate("", tip, place, arrowprops=style, zorder=4.9)
+    axes.add_patch(Polygon(outline, facecolor=boat.color, edgecolor=INK, linewidth=1.1, zorder=5))
+
+
+def _scale_bar(axes: Any, view: Box) -> None:
+    width, height = view[2] - view[0], view[3] - view[1]
+    length = nice_length(width / 5.0)
+    x, y = view[0] + 0.025 * width, view[1] + 0.03 * height
+    for part, color in ((0.0, INK), (0.5, "white")):
+        from matplotlib.patches import Rectangle
+
+        corner = (x + part * length, y)
+        axes.add_patch(
+            Rectangle(corner, length / 2, 0.008 * height, facecolor=color, edgecolor=INK, lw=0.8, zorder=6)
+        )
+    write(
+        axes, x + length / 2, y + 0.014 * height, f"{length:g} m", size=9, ha="center", va="bottom", zorder=6
+    )
+
+
+def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
+    """What is in the plan, as labels see it: boats with the tips of their arrows first, objects last."""
+    reach = max(HULL_LENGTH / 2.0, 12.0 * pixel)
+    for boat in scene.boats:
+        yield Thing(boat.name, boat.x, boat.y, reach, must=True)
+        tip = 1.7 * reach
+        yield Thing("", boat.x + tip * math.cos(boat.yaw), boat.y + tip * math.sin(boat.yaw), 8.0 * pixel)
+    for x, y, yaw in scene.waypoints:
+        yield Thing("", x, y, 10.0 * pixel)
+        yield Thing("", x + 20.0 * pixel * math.cos(yaw), y + 20.0 * pixel * math.sin(yaw), 6.0 * pixel)
+    for dock in scene.docks:
+        x, y = dock.cells.mean(axis=0).tolist()
+        yield Thing(dock.name, x, y, 0.0, must=True)
+    for item in scene.objects:
+        yield Thing(item.name, item.x, item.y, max(item.size / 2.0, 4.5 * pixel))
+
+
+def _compass(axes: Any, scene: "MapScene") -> None:
+    """Where north is, and where wind and waves go."""
+    from matplotlib.patches import Circle
+
+    axes.set_axis_off()
+    axes.set_xlim(-2.0, 2.0)
+    axes.set_ylim(-2.55, 1.55)
+    axes.set_aspect("equal", anchor="N")
+    axes.add_patch(Circle((0, 0), 1.0, facecolor="#f4f8fa", edgecolor=SOFT, linewidth=1.0))
+    for name, x, y in (("N", 0.0, 1.24), ("E", 1.24, 0.0), ("S", 0.0, -1.24), ("W", -1.24, 0.0)):
+        write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
+    lines = [("calm sea", SOFT), ("no wind", SOFT)]
+    if scene.wave:
+        toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
+        _arrow(axes, toward, WAVE_COLOR, 4.0)
+        lines[0] = (
+            f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, toward {toward:.0f}°",
+            WAVE_COLOR,
+        )
+    if scene.wind:
+        _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
+        lines[1] = (
+            f"wind {scene.wind.speed:.1f} m/s, toward {scene.wind.direction % 360.0:.0f}°",
+            WIND_COLOR,
+        )
+    for row, (text, color) in enumerate(lines):
+        write(
+            axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold"
+        )
+    if scene.wind or scene.wave:
+        write(
+            axes,
+            0.0,
+            -2.34,
+            "degrees counter-clockwise from east",
+            size=8,
+            color=SOFT,
+            ha="center",
+            va="center",
+        )
+
+
+def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
+    x, y = math.cos(math.radians(toward)), math.sin(math.radians(toward))
+    style = {
+        "arrowstyle": "-|>",
+        "color": color,
+        "linewidth": width,
+        "mutation_scale": 20,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
+
+
+def _legend(axes: Any, scene: "MapScene") -> None:
+    """Boats in number, then each kind of object with its colour and how many there are."""
+    axes.set_axis_off()
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
+    counts: dict[tuple[str, Any], int] = {}
+    for item in scene.objects:
+        counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
+    rows: list[tuple[Any, Any, str]] = [
+        ("o", color, f"{model} × {count}") for (model, color), count in counts.items()
+    ]
+    rows[:0] = [("s", "#9aa3ab", "dock")] if scene.docks else []
+    rows[:0] = [("D", "white", "waypoint")] if scene.waypoints else []
+    rows[:0] = [((5, 0, 0), boat.color, boat.name) for boat in scene.boats] if len(scene.boats) <= 4 else []
+    left_out = len(rows) - LEGEND_ROWS
+    for row, (marker, color, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
+        axes.plot(
+            [0.04], [-row], marker=marker, markersize=8, color=color, markeredgecolor=INK, markeredgewidth=0.8
+        )
+        write(axes, 0.11, -row, text, size=9.5, va="center")
+    if left_out > 0:
+        write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
+
+
+def _overview(axes: Any, scene: "MapScene", view: Box) -> None:
+    """The whole terrain, with the plan's frame in it."""
+    from matplotlib.patches import Rectangle
+
+    if not scene.shore:
+        axes.set_axis_off()
+        return
+    points = np.vstack([*scene.shore, np.reshape(view, (2, 2))])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.04 * float(np.max(high - low))
+    _ground(axes, scene, (low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin))
+    axes.set_aspect("equal", anchor="S")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    frame = Rectangle(
+        view[:2],
+        view[2] - view[0],
+        view[3] - view[1],
+        facecolor="none",
+        edgecolor="#d1495b",
+        lw=1.6,
+        zorder=5,
+    )
+    axes.add_patch(frame)
+    length = nice_length(float(high[0] - low[0]) / 3.0)
+    axes.set_title(
+        f"whole terrain, {high[0] - low[0]:.0f} m × {high[1] - low[1]:.0f} m", fontsize=9, color=SOFT
+    )
+    axes.plot([low[0], low[0] + length], [low[1], low[1]], color=INK, linewidth=2)
+    write(
+        axes,
+        low[0] + length / 2,
+        low[1] + margin / 2,
+        f"{length:g} m",
+        size=8,
+        ha="center",
+        va="bottom",
+        zorder=6,
+    )
+
+
+def _turn(yaw: float) -> FloatArray:
+    return np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])

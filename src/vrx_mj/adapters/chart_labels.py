@@ -1,0 +1,120 @@
+"""Text on a map: fonts for every script, and names that keep out of each other's way."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["INK", "Thing", "label", "write"]
+
+INK = "#20313c"
+FONTS = (
+    "DejaVu Sans",
+    "Noto Sans CJK SC",
+    "Noto Sans SC",
+    "Microsoft YaHei",
+    "PingFang SC",
+    "SimHei",
+    "WenQuanYi Zen Hei",
+)
+"""Fonts that are tried for each letter, in this order."""
+
+Box = tuple[float, float, float, float]
+Spot = tuple[float, float, str, str]
+"""Where a label goes: x, y, horizontal and vertical alignment."""
+
+
+@dataclass(frozen=True)
+class Thing:
+    """Something that names must not cover, round it `radius`; lengths in m, world frame."""
+
+    name: str
+    """What to write beside it; empty for nothing."""
+    x: float
+    y: float
+    radius: float
+    """Zero for a name that stands on its thing."""
+    must: bool = False
+    """Whether the name must appear even where it covers something."""
+
+
+def label(axes: Any, things: Sequence[Thing], pixel: float) -> None:
+    """Write names beside things, each where it covers nothing yet; one that fits nowhere is left out.
+
+    Args:
+        axes: matplotlib's axes.
+        things: those whose names matter most come first.
+        pixel: size of a pixel [m].
+    """
+    taken = [_around(axes, thing, pixel) for thing in things]
+    for thing in things:
+        if not thing.name:
+            continue
+        weight, size = ("bold", 9.5) if thing.must else ("normal", 8)
+        text = write(axes, thing.x, thing.y, thing.name, size=size, weight=weight, zorder=7)
+        _halo(text)
+        spots = list(_spots(thing, pixel))
+        free = next((spot for spot in spots if not _hits(axes, text, spot, taken)), None)
+        if free is None and not thing.must:
+            text.remove()
+            continue
+        _put(text, free or spots[0])
+        taken.append(_extent(text))
+
+
+def write(place: Any, x: float, y: float, text: str, **style: Any) -> Any:
+    """Text taken literally (`$` too), in fonts that between them have most letters."""
+    return place.text(x, y, text, **{"color": INK, "fontfamily": _fonts(), "parse_math": False, **style})
+
+
+def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:
+    """Places around a thing, the best first."""
+    x, y = thing.x, thing.y
+    if thing.radius == 0.0:
+        yield x, y, "center", "center"
+    off = thing.radius + 4.0 * pixel
+    yield from ((x + off, y, "left", "center"), (x - off, y, "right", "center"))
+    yield from ((x, y + off, "center", "bottom"), (x, y - off, "center", "top"))
+    slant = 0.75 * off
+    yield from ((x + slant, y + slant, "left", "bottom"), (x + slant, y - slant, "left", "top"))
+    yield from ((x - slant, y + slant, "right", "bottom"), (x - slant, y - slant, "right", "top"))
+
+
+def _hits(axes: Any, text: Any, spot: Spot, taken: Sequence[Box]) -> bool:
+    """Whether a text at this spot covers anything or leaves the axes."""
+    _put(text, spot)
+    left, low, right, top = _extent(text)
+    frame = axes.get_window_extent()
+    if left < frame.x0 or right > frame.x1 or low < frame.y0 or top > frame.y1:
+        return True
+    return any(left < box[2] and right > box[0] and low < box[3] and top > box[1] for box in taken)
+
+
+def _put(text: Any, spot: Spot) -> None:
+    text.set_position(spot[:2])
+    text.set_horizontalalignment(spot[2])
+    text.set_verticalalignment(spot[3])
+
+
+def _extent(text: Any) -> Box:
+    box = text.get_window_extent(text.figure.canvas.get_renderer())
+    return (box.x0 - 1.0, box.y0 - 0.5, box.x1 + 1.0, box.y1 + 0.5)
+
+
+def _around(axes: Any, thing: Thing, pixel: float) -> Box:
+    """The square round a thing, in pixels of the figure."""
+    across, up = axes.transData.transform((thing.x, thing.y))
+    radius = thing.radius / pixel
+    return (across - radius, up - radius, across + radius, up + radius)
+
+
+def _fonts() -> list[str]:
+    from matplotlib import font_manager
+
+    known = {font.name for font in font_manager.fontManager.ttflist}
+    return [name for name in FONTS if name in known]
+
+
+def _halo(text: Any) -> None:
+    from matplotlib import patheffects
+
+    text.set_path_effects([patheffects.withStroke(linewidth=2.4, foreground="white", alpha=0.8)])

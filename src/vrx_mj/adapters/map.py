@@ -1,0 +1,172 @@
+"""What a world looks like from above. `MapScene` is plain data; the drawing itself is in `chart`."""
+
+import colorsys
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import VrxError
+
+__all__ = ["MapBoat", "MapDock", "MapObject", "MapScene", "MapWave", "MapWind", "draw_map", "map_of"]
+
+FloatArray = npt.NDArray[np.float64]
+Rgb = tuple[float, float, float]
+
+FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+"""Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
+BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
+DOCK_CELL = 2.0
+"""Edge of a dock's cell [m] (VRX's dock_block)."""
+
+
+@dataclass(frozen=True)
+class MapDock:
+    """A dock: the centres of its cells (n, 2) [m] in the world frame, and its yaw [rad]."""
+
+    name: str
+    cells: FloatArray
+    yaw: float
+
+
+@dataclass(frozen=True)
+class MapObject:
+    """A buoy, a post, ... at (x, y) [m]; `size` is its width as seen from above [m]."""
+
+    name: str
+    model: str
+    x: float
+    y: float
+    color: Rgb
+    size: float
+
+
+@dataclass(frozen=True)
+class MapBoat:
+    """A boat at (x, y) [m] that heads to `yaw` [rad]; any colour matplotlib knows."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    color: str | Rgb
+
+
+@dataclass(frozen=True)
+class MapWind:
+    """Direction of travel [deg, counter-clockwise from east] and mean speed [m/s]."""
+
+    direction: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class MapWave:
+    """Direction of travel (a vector), peak period [s] and significant height [m]."""
+
+    direction: tuple[float, float]
+    period: float
+    height: float
+
+
+@dataclass(frozen=True)
+class MapScene:
+    """All that a map shows. Lengths in m, world frame (east, north)."""
+
+    title: str
+    shore: tuple[FloatArray, ...] = ()
+    """Rings (n, 2), the land on their left."""
+    docks: tuple[MapDock, ...] = ()
+    objects: tuple[MapObject, ...] = ()
+    boats: tuple[MapBoat, ...] = ()
+    waypoints: tuple[tuple[float, float, float], ...] = ()
+    """Places x, y and headings [rad], in their order."""
+    wind: MapWind | None = None
+    wave: MapWave | None = None
+
+
+def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
+    """Draw a scene as PNG, PDF or SVG, as the path's suffix says. A PNG is the same bytes every time.
+
+    Args:
+        scene: what to draw.
+        path: the picture to write; its folder is made if need be.
+        size: width and height [px].
+    """
+    from vrx_mj.adapters.chart import chart
+
+    file = Path(path)
+    if file.suffix.lower() not in FORMATS:
+        raise VrxError(f"a map cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    chart(scene, size).savefig(file, metadata=FORMATS[file.suffix.lower()])
+
+
+def map_of(world: World) -> MapScene:
+    """The map of a compiled world at its start."""
+    values = world.parameters
+    fleet = f" with {values['fleet']}" if values["fleet"] else ""
+    wind, sea = values["wind"], values["sea"]
+    toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
+    return MapScene(
+        title=f"{values['name']}{fleet}",
+        shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values["shoreline"]),
+        docks=tuple(_dock(dock) for dock in values["docks"]),
+        objects=_objects(world),
+        boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
+        waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
+        wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
+        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"])
+        if sea["waves"]
+        else None,
+    )
+
+
+def _dock(entry: Any) -> MapDock:
+    x, y, *_, yaw = entry["pose"]
+    local = DOCK_CELL * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
+    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    return MapDock(entry["name"], local @ turn.T + [x, y], yaw)
+
+
+def _boat(entry: Any, index: int) -> MapBoat:
+    x, y, *_, yaw = entry["pose"]
+    color = tuple(entry["color"][:3]) if entry["color"] else BOAT_COLORS[index % len(BOAT_COLORS)]
+    return MapBoat(entry["name"], x, y, yaw, color)
+
+
+def _objects(world: World) -> tuple[MapObject, ...]:
+    """The objects with the colours and widths of what is seen of them, which the MJCF holds."""
+    import mujoco
+
+    entries = world.parameters["objects"]
+    if not entries:
+        return ()
+    model = mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
+    looks = [_look(model, model.body(entry["body"]).id) for entry in entries]
+    return tuple(
+        MapObject(entry["name"], entry["model"], entry["pose"][0], entry["pose"][1], color, size)
+        for entry, (color, size) in zip(entries, looks, strict=True)
+    )
+
+
+def _look(model: Any, body: int) -> tuple[Rgb, float]:
+    """The colour that shows most of a body, vivid ones first, and the body's width [m]."""
+    first, count = model.body_geomadr[body], model.body_geomnum[body]
+    seen = [i for i in range(first, first + count) if model.geom_group[i] < 3 and model.geom_rgba[i, 3] > 0.1]
+    shares: dict[Rgb, float] = {}
+    width = 0.5
+    for i in seen:
+        half = model.geom_aabb[i, 3:]
+        red, green, blue = (float(share) for share in model.geom_rgba[i, :3])
+        color = (red, green, blue)
+        vivid = 0.2 + colorsys.rgb_to_hsv(*color)[1]
+        shares[color] = shares.get(color, 0.0) + vivid * float(
+            half[0] * half[1] + half[1] * half[2] + half[2] * half[0]
+        )
+        width = max(width, 2.0 * float(sorted(half)[1]))
+    return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width

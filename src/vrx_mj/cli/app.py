@@ -1,0 +1,179 @@
+"""The command line: what each command takes, and how errors and warnings reach the screen.
+
+Exit codes: 0 done, 1 a run failed, 2 wrong input.
+"""
+
+import json
+import sys
+import warnings
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrx_mj.cli.files import NEW_KINDS, copy_start_file, listing
+from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
+from vrx_mj.errors import CommandError, ConfigError, DivergedError, RecordError, UnknownNameError, VrxError
+
+app = typer.Typer(
+    name="vrx-mj",
+    help="Simulates unmanned surface vessels: the worlds, boats and habits of VRX, without ROS and Gazebo.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
+Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
+
+
+def main() -> None:
+    """Run the command line; every error that a user can cause is one message, without a traceback."""
+    warnings.showwarning = show_warning
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    try:
+        app()
+    except (DivergedError, RecordError) as error:
+        console.print(f"vrx-mj: {error}", style="red", markup=False, highlight=False)
+        raise SystemExit(1) from None
+    except (ConfigError, UnknownNameError, CommandError, VrxError) as error:
+        console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
+        raise SystemExit(2) from None
+
+
+@app.command("compile")
+def compile_(world: World, output: Output, fleet: Fleet = None, seed: int | None = None) -> None:
+    """Compile a world to MJCF that plain MuJoCo opens, with the assets it needs beside it.
+
+    Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
+    """
+    from vrx_mj.compiler.compile import compile_world
+
+    folder = output.parent if output.suffix == ".xml" else output
+    scene = compile_world(world, fleet=fleet, seed=seed).save(folder)
+    if output.suffix == ".xml" and scene.name != output.name:
+        scene = scene.replace(output)
+    typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{folder}') sails it")
+
+
+@app.command()
+def run(
+    world: World,
+    fleet: Fleet = None,
+    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 60.0,
+    seed: Annotated[int | None, typer.Option(help="Instead of the world's seed.")] = None,
+    record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
+    control: Annotated[str | None, typer.Option(help="module:function, called 10 times a second.")] = None,
+    thrust: Annotated[str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5.")] = None,
+    summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
+) -> None:
+    """Sail a world, and tell at the end where the boats are.
+
+    Example: vrx-mj run example_course --fleet trio --duration 60 --seed 7 --record run.rrd
+    """
+    from vrx_mj.cli.sailing import sail
+
+    result = sail(
+        world,
+        fleet,
+        duration=duration,
+        seed=seed,
+        path=record,
+        control=control,
+        thrust=thrust,
+        progress=progress_bar(duration),
+    )
+    print_summary(result)
+    if summary is not None:
+        summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+    if record is not None:
+        typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+    if result.interrupted:
+        raise SystemExit(1)
+
+
+@app.command()
+def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")]) -> None:
+    """Open a recording in rerun's viewer.
+
+    Example: vrx-mj replay run.rrd
+    """
+    from vrx_mj.adapters.record import open_viewer
+
+    if not recording.is_file():
+        raise RecordError(f"no file {recording}")
+    raise SystemExit(open_viewer(recording))
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    second: Annotated[Path, typer.Argument(help="Another one.")],
+) -> None:
+    """Say whether two recordings hold the same motion to the last bit, or when and where they part.
+
+    Example: vrx-mj compare monday.rrd tuesday.rrd
+    """
+    from vrx_mj.adapters.record import compare as compare_records
+
+    result = compare_records(first, second)
+    typer.echo(str(result))
+    if not result.equal:
+        raise SystemExit(1)
+
+
+@app.command("list")
+def list_(
+    kind: Annotated[str, typer.Argument(help="worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
+) -> None:
+    """List what has a name: what is installed, and what VRX_MJ_PATH and the current folder add.
+
+    Example: vrx-mj list objects
+    """
+    for line in listing(kind):
+        typer.echo(line)
+
+
+@app.command("map")
+def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None) -> None:
+    """Draw what a world looks like from above: shore, docks, objects, boats, waypoints, wind and waves.
+
+    Example: vrx-mj map example_course --fleet trio -o map.png
+    """
+    from vrx_mj.adapters.map import draw_map, map_of
+    from vrx_mj.compiler.compile import compile_world
+
+    draw_map(map_of(compile_world(world, fleet=fleet)), output)
+    typer.echo(f"map: {output}")
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)}.")],
+    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix.")],
+) -> None:
+    """Copy a commented start file into the current folder.
+
+    Example: vrx-mj new world my_bay
+    """
+    typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
+
+
+@app.command()
+def bench(
+    json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
+) -> None:
+    """Measure what this machine does, against the budgets. Takes about a minute.
+
+    Example: vrx-mj bench --json bench.json
+    """
+    from vrx_mj.cli.bench import measure, print_rows
+
+    rows = measure()
+    print_rows(rows)
+    if json_ is not None:
+        json_.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

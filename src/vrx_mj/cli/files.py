@@ -1,0 +1,47 @@
+"""`vrx-mj list` and `vrx-mj new`."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.resources import root
+
+TASKS = ("stationkeeping", "wayfinding")
+"""Types of tasks that a world's file may name; this version shows their goals and does not score them."""
+
+NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
+"""What `new` can make, and the start file it copies."""
+
+
+def listing(kind: str) -> Iterator[str]:
+    """A line for each name of a kind, with its file where that is not one of ours.
+
+    Raises:
+        UnknownNameError: there is no such kind.
+    """
+    if kind == "tasks":
+        yield from TASKS
+        return
+    if kind not in KINDS:
+        raise UnknownNameError("kind of file", kind, (*KINDS, "tasks"))
+    for name, file in catalogue(kind).items():
+        ours = file.resolve().is_relative_to(root().resolve())
+        yield name if ours else f"{name}  ({file})"
+
+
+def copy_start_file(kind: str, name: str) -> Path:
+    """Copy the start file of a kind into the current folder under a new name.
+
+    Raises:
+        UnknownNameError: there is no such kind.
+        VrxError: the file is there already.
+    """
+    if kind not in NEW_KINDS:
+        raise UnknownNameError("start file", kind, NEW_KINDS)
+    source = root() / "assets" / "start" / NEW_KINDS[kind]
+    target = Path(name).with_suffix(source.suffix)
+    if target.exists():
+        raise VrxError(f"{target} is there already: choose another name, or remove it")
+    target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
+    return target

@@ -1,0 +1,67 @@
+"""`vrx-mj run`: from the words of the command line to a run and its summary."""
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.errors import CommandError
+from vrx_mj.runtime.run import Controller, Summary, load_controller, run, steady
+from vrx_mj.runtime.simulation import Simulation
+
+Progress = AbstractContextManager[Callable[[float], None]]
+
+
+def sail(
+    world: str,
+    fleet: str | Path | None,
+    *,
+    duration: float,
+    seed: int | None,
+    path: Path | None,
+    control: str | None,
+    thrust: str | None,
+    progress: Progress,
+) -> Summary:
+    """Compile, sail and record as asked."""
+    if control and thrust:
+        raise CommandError("--control and --thrust both command the boats: give one of them")
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
+    controller = _controller(sim, control, thrust)
+    sim.steps_in(duration)
+    with _recording(sim, path), progress as tick:
+        return run(sim, duration, controller=controller, progress=tick)
+
+
+def _recording(sim: Simulation, path: Path | None) -> AbstractContextManager[object]:
+    if path is None:
+        return nullcontext()
+    from vrx_mj.adapters.record import record
+
+    return record(sim, path)
+
+
+def _controller(sim: Simulation, control: str | None, thrust: str | None) -> Controller | None:
+    if control:
+        sys.path.insert(0, str(Path.cwd()))
+        return load_controller(control, sim.seed)
+    return steady(sim, parse_thrust(thrust)) if thrust else None
+
+
+def parse_thrust(text: str) -> Mapping[str, float]:
+    """Commands from `left=0.5,right=0.5`.
+
+    Raises:
+        CommandError: it is not of that form.
+    """
+    commands = {}
+    for part in text.split(","):
+        name, equals, value = part.partition("=")
+        try:
+            commands[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise CommandError(f"--thrust '{text}': '{part}' is no name=number, as in left=0.5,right=0.5")
+    return commands

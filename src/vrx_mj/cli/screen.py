@@ -1,0 +1,68 @@
+"""What appears on the screen: progress, the summary table, warnings."""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING, TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.run import Summary
+
+console = Console(stderr=True)
+"""Messages go to stderr; what other programs may want goes to stdout."""
+
+
+def show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning as one line, without the place in our code."""
+    console.print(f"warning: {message}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+
+def progress_bar(duration: float) -> AbstractContextManager[Callable[[float], None]]:
+    """A progress bar over simulated time [s]."""
+
+    @contextmanager
+    def bar() -> Iterator[Callable[[float], None]]:
+        columns = (
+            TextColumn("sailing"),
+            BarColumn(),
+            TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+            TimeRemainingColumn(),
+        )
+        with Progress(*columns, console=console, transient=True) as progress:
+            task = progress.add_task("sailing", total=duration)
+            yield lambda time: progress.update(task, completed=time)
+
+    return bar()
+
+
+def print_summary(summary: "Summary") -> None:
+    """The table at the end of a run."""
+    head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
+    table = Table(title=head + (" (interrupted)" if summary.interrupted else ""))
+    for name, justify in (("boat", "left"), ("east [m]", "right"), ("north [m]", "right"), ("up [m]", "right")):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    table.add_column("heading [deg]", justify="right")
+    table.add_column("way [m]", justify="right")
+    for name, boat in summary.boats.items():
+        x, y, z = boat.position
+        heading = math.degrees(boat.heading)
+        table.add_row(name, f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{heading:.1f}", f"{boat.distance:.1f}")
+    out = Console()
+    out.print(table)
+    out.print(
+        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {summary.real_time_factor:.0f} x real time, "
+        f"{summary.steps} steps",
+        highlight=False,
+    )
+    out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)

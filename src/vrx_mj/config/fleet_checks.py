@@ -1,0 +1,119 @@
+"""Reading a fleet for a world: clashing names, boats on top of one another, a fleet far from everything."""
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+
+from vrx_mj.config.fleet import FleetConfig, Located
+from vrx_mj.config.loading import Loading, Source, file_of, read_source, validated
+from vrx_mj.config.objects import Placed, Placement, load_object
+from vrx_mj.config.report import problem_at
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.tree import Section
+from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
+
+__all__ = ["load_fleet"]
+
+CLOSEST = 0.5
+"""Least horizontal distance [m] between two boats' origins."""
+FAR = 300.0
+"""Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
+
+Fault = tuple[tuple[str | int, ...], str]
+
+
+def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
+    """The fleet of a name, a path or a dict, checked in a world; None: one boat at the world's spawn pose."""
+    section, stem = _source(source)
+    fleet = validated(FleetConfig, section, Loading(), name=stem)
+    boats = fleet.located(world)
+    found = [*_name_faults(boats, world), *_thruster_faults(boats), *_distance_faults(boats)]
+    problems = [problem_at(section, loc, message) for loc, message in found] + _wind_problems(world, boats)
+    if problems:
+        raise ConfigError(dict.fromkeys(problems))
+    if not fleet.is_empty:
+        _warn_if_far(fleet, boats, world)
+        warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
+    return fleet
+
+
+def _source(source: Source | None) -> tuple[Section, str]:
+    if source is None or isinstance(source, Mapping):
+        return read_source("fleets", source or {}), "fleet" if source else "single"
+    file = file_of("fleets", source)
+    return read_source("fleets", file), file.stem
+
+
+def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault]:
+    placed: list[Placed] = [*world.objects, *world.docks]
+    taken = {thing.name: f"an object of world {world.name}" for thing in placed}
+    for boat, where, own in boats:
+        if boat.name in taken:
+            loc = (*own, "name") if own else where
+            yield loc, f"'{boat.name}' is the name of {taken[boat.name]} already"
+        taken[boat.name] = "another boat"
+
+
+def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
+    """Layouts of thrusters that a boat's kind does not have, where one of them is from elsewhere."""
+    for boat, _, own in boats:
+        try:
+            check_thrusters(boat.robot, boat.thrusters, boat.folder)
+        except UnknownNameError as error:
+            yield (*own, "thrusters"), str(error)
+
+
+def _distance_faults(boats: Sequence[Located]) -> Iterator[Fault]:
+    """Boats too close to one before them. Boats are sorted along x, so that only neighbours are compared."""
+    order = sorted(range(len(boats)), key=lambda index: boats[index].boat.pose[0])
+    found: dict[int, Fault] = {}
+    for rank, first in enumerate(order):
+        for second in order[rank + 1 :]:
+            one, other = (boats[index].boat for index in sorted((first, second)))
+            if abs(one.pose[0] - other.pose[0]) >= CLOSEST:
+                break
+            apart = math.dist(one.pose[:2], other.pose[:2])
+            if apart < CLOSEST:
+                text = f"{apart:.2g} m from '{one.name}'; boats are at least {CLOSEST} m apart"
+                later = max(first, second)
+                found.setdefault(later, (boats[later].where, f"'{other.name}' is {text}"))
+    yield from (found[index] for index in sorted(found))
+
+
+def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
+    """Wind on things that are neither boats, nor kinds of boats, nor objects of the world or their models."""
+    listed = world.wind.objects if world.wind else ()
+    if not listed:
+        return []
+    known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))
+    known |= set(_names(world.objects, ""))
+    return [
+        Problem(f"world {world.name}", None, None, f"wind.objects[{index}].model", str(error))
+        for index, thing in enumerate(listed)
+        if thing.model not in known
+        for error in [UnknownNameError("boat, object or robot", thing.model, sorted(known))]
+    ]
+
+
+def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
+    for thing in placements:
+        yield from (prefix + thing.name, thing.model)
+        yield from _names(load_object(thing.model, thing.folder).objects, f"{prefix}{thing.name}/")
+
+
+def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> None:
+    things: list[Placed] = [*world.objects, *world.docks]
+    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in things)]
+    distance, nearest = min(
+        (math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places
+    )
+    if distance > FAR:
+        text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
+        advice = f"over {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
+        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
+
+
+def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:
+    origin = [("origin", fleet.origin[2:])] if isinstance(fleet.origin, tuple) else []
+    return [*origin, *((entry.name or "boats", entry.pose[3:]) for entry in fleet.boats if entry.pose)]

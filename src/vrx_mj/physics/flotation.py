@@ -1,0 +1,249 @@
+"""Floating objects: buoyancy and drag of spheres, boxes and cylinders on one link, as VRX has them.
+
+Element e of a link, with submerged volume V_e, pushes at its submerged centroid with
+    (0, 0, rho V_e g) - k_e (v - (0, 0, rise)),     k_e = c_lin m V_e / V_shape,
+whose vertical component is 0 at least, and turns the link with -kappa_e omega, kappa_e = m V_e / V_shape c_ang L^2.
+v is the velocity of the link's *origin*, `rise` the vertical velocity of the water there, and m the link's
+mass.
+
+VRX takes v and omega as they are, which at 10 ms diverges: a dock block's drag stops it within a
+millisecond, and a marker's centre of mass hangs 2 m below the float. Here drag is that of the velocities at
+the end of the step, v + dt a and omega + dt alpha, and a and alpha come from Newton's and Euler's equations
+of the link as a free body (about its centre of mass at r from the origin):
+    m (a + alpha x r + omega x (omega x r)) = F(a) + m g,      I alpha + omega x I omega = T(a, alpha).
+F is diagonal in a; with a eliminated, three equations for alpha remain. MuJoCo, given the wrench
+(F, T), comes to the same a and alpha while nothing touches the link. As dt goes to 0 it is VRX's formula.
+"""
+
+import math
+from typing import NamedTuple
+
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
+from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.volumes import submerged
+
+__all__ = ["flotation", "water_rise"]
+
+_TINY = 1.0e-6
+"""Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
+
+
+class Sums(NamedTuple):
+    """What the wet elements add up to; levers s lead from the link's centre of mass, world axes.
+
+    `lift` [N] and the moments `lift_x`, `lift_y` [N m] are of buoyancy; `k` [N s/m], `sx`, `sy`, `sz` [N s] are sums of k_e
+    and k_e s_e. `kz`, `zx`, `zy` are those of k_e and k_e s_e over the elements that push upward:
+    they alone have vertical drag and buoyancy. `kappa` [N m s]. `limit` [m/s]: the lowest upward speed relative to the
+    water at which one of those would pull down.
+    """
+
+    lift: float
+    lift_x: float
+    lift_y: float
+    k: float
+    sx: float
+    sy: float
+    sz: float
+    kz: float
+    zx: float
+    zy: float
+    kappa: float
+    limit: float
+
+
+class Inertia(NamedTuple):
+    """A symmetric matrix [kg m2], world axes."""
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float
+    xz: float
+    yz: float
+
+
+@kernel
+def water_rise(state: Record, height: float, dt: float) -> float:
+    """Return the water's vertical speed [m/s] at the link since the step before, and keep `height` [m].
+
+    `height` is `waves.surface_height` at the link's origin.
+    """
+    rise = (height - state.height) / dt
+    state.height = height
+    return float(rise)
+
+
+@kernel
+def flotation(
+    body: Record, elements: Table, motion: Motion, height: float, rise: float, dt: float, external: Wrench
+) -> Wrench:
+    """Return buoyancy and drag: world axes, about the link's centre of mass, without weight.
+
+    `height` [m] and `rise` [m/s] are the water's at the link's origin. `external` is every other wrench on
+    the link but weight, world axes about its centre of mass (`zero_wrench()` for none). `dt` = 0 gives VRX's
+    explicit force.
+    """
+    lever = rotate(motion, body.com[0], body.com[1], body.com[2])
+    inertia = _world_inertia(body, motion)
+    velocity = rotate(motion, motion.u, motion.v, motion.w)
+    spin = rotate(motion, motion.p, motion.q, motion.r)
+    slip = (velocity[0], velocity[1], velocity[2] - rise)
+    lowest = -math.inf
+    for _ in range(body.element_count + 1):
+        sums = _sums(body, elements, motion, lever, height + body.level, lowest)
+        a, alpha = _accelerations(body, sums, inertia, lever, slip, spin, dt, external)
+        if slip[2] + dt * a[2] <= sums.limit:
+            break
+        lowest = sums.limit  # elements that would pull down let go, and more of them may follow
+    end = (slip[0] + dt * a[0], slip[1] + dt * a[1], slip[2] + dt * a[2])
+    end_spin = (spin[0] + dt * alpha[0], spin[1] + dt * alpha[1], spin[2] + dt * alpha[2])
+    return _wrench(sums, end, end_spin)
+
+
+@kernel
+def _sums(
+    body: Record, elements: Table, motion: Motion, lever: Vector, level: float, lowest: float
+) -> Sums:
+    """Return the sums over the elements; those with a limit up to `lowest` do not push upward."""
+    lift, lift_x, lift_y, k, sx, sy, sz, kz, zx, zy, kappa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    nearest = math.inf
+    x0, y0, z0 = motion.x + lever[0], motion.y + lever[1], motion.z + lever[2]
+    for i in range(body.element_start, body.element_start + body.element_count):
+        element = elements[i]
+        wet = submerged(element, motion, level)
+        if wet.volume <= _TINY:
+            continue
+        moving = body.mass * wet.volume / element.volume
+        drag = body.linear_drag * moving
+        x, y, z = wet.x - x0, wet.y - y0, wet.z - z0
+        k, sx, sy, sz = k + drag, sx + drag * x, sy + drag * y, sz + drag * z
+        kappa += moving * body.angular_drag * element.mean_dimension * element.mean_dimension
+        limit = _pull_speed(body, element)
+        if limit > lowest:
+            buoyancy = body.density * wet.volume * body.gravity
+            lift, lift_x, lift_y = lift + buoyancy, lift_x + y * buoyancy, lift_y - x * buoyancy
+            kz, zx, zy = kz + drag, zx + drag * x, zy + drag * y
+            nearest = min(nearest, limit)
+    return Sums(lift, lift_x, lift_y, k, sx, sy, sz, kz, zx, zy, kappa, nearest)
+
+
+@kernel
+def _pull_speed(body: Record, element: Record) -> float:
+    """Return the upward speed [m/s] relative to the water at which drag equals an element's buoyancy.
+
+    Both are proportional to the submerged volume, so it does not depend on that.
+    """
+    if body.linear_drag <= 0.0:
+        return math.inf
+    return float(body.density * body.gravity * element.volume / (body.linear_drag * body.mass))
+
+
+@kernel
+def _wrench(sums: Sums, slip: Vector, spin: Vector) -> Wrench:
+    """Return buoyancy and drag at the velocity `slip` [m/s] through the water and the rate `spin` [rad/s]."""
+    x, y, z = slip
+    s = sums
+    return Wrench(
+        -s.k * x,
+        -s.k * y,
+        s.lift - s.kz * z,
+        s.lift_x - (s.zy * z - s.sz * y) - s.kappa * spin[0],
+        s.lift_y - (s.sz * x - s.zx * z) - s.kappa * spin[1],
+        -(s.sx * y - s.sy * x) - s.kappa * spin[2],
+    )
+
+
+@kernel
+def _accelerations(
+    body: Record,
+    sums: Sums,
+    inertia: Inertia,
+    r: Vector,
+    slip: Vector,
+    spin: Vector,
+    dt: float,
+    external: Wrench,
+) -> tuple[Vector, Vector]:
+    """Return the accelerations a [m/s2] of the link's origin and alpha [rad/s2], world axes.
+
+    With F = f - dt k a, k diagonal: a = (f + m [r x] alpha) / (m + dt k). With T = h - dt P a - dt kappa alpha,
+    P a the drag's torque: (I + dt kappa + dt m P D [r x]) alpha = h - dt P D f, D = 1 / (m + dt k).
+    """
+    m, s, i = body.mass, sums, inertia
+    now = _wrench(sums, slip, spin)
+    wx, wy, wz = spin
+    wr = wx * r[0] + wy * r[1] + wz * r[2]
+    ww = wx * wx + wy * wy + wz * wz
+    fx = now.fx + external.fx - m * (wx * wr - ww * r[0])
+    fy = now.fy + external.fy - m * (wy * wr - ww * r[1])
+    fz = now.fz + external.fz - m * (wz * wr - ww * r[2]) - m * body.gravity
+    lx, ly, lz = _times(i, spin)
+    d, dz = 1.0 / (m + dt * s.k), 1.0 / (m + dt * s.kz)
+    hx = now.tx + external.tx - (wy * lz - wz * ly) - dt * (s.zy * dz * fz - s.sz * d * fy)
+    hy = now.ty + external.ty - (wz * lx - wx * lz) - dt * (s.sz * d * fx - s.zx * dz * fz)
+    hz = now.tz + external.tz - (wx * ly - wy * lx) - dt * (s.sx * d * fy - s.sy * d * fx)
+    alpha = _solve(_effective_inertia(m, s, i, r, d, dz, dt), (hx, hy, hz))
+    ax = d * (fx + m * (r[1] * alpha[2] - r[2] * alpha[1]))
+    ay = d * (fy + m * (r[2] * alpha[0] - r[0] * alpha[2]))
+    az = dz * (fz + m * (r[0] * alpha[1] - r[1] * alpha[0]))
+    return (ax, ay, az), alpha
+
+
+@kernel
+def _effective_inertia(
+    m: float, s: Sums, i: Inertia, r: Vector, d: float, dz: float, dt: float
+) -> tuple[Vector, Vector, Vector]:
+    """Return the rows of I + dt kappa + dt m P D [r x] [kg m2]."""
+    x, y, z = r
+    g, gz, turn = dt * m * d, dt * m * dz, dt * s.kappa
+    return (
+        (i.xx + turn - gz * s.zy * y - g * s.sz * z, i.xy + gz * s.zy * x, i.xz + g * s.sz * x),
+        (i.xy + gz * s.zx * y, i.yy + turn - g * s.sz * z - gz * s.zx * x, i.yz + g * s.sz * y),
+        (i.xz + g * s.sx * z, i.yz + g * s.sy * z, i.zz + turn - g * (s.sx * x + s.sy * y)),
+    )
+
+
+@kernel
+def _solve(rows: tuple[Vector, Vector, Vector], h: Vector) -> Vector:
+    """Return the solution of three linear equations (Cramer's rule)."""
+    a, b, c = rows
+    bc = _cross(b, c)
+    det = a[0] * bc[0] + a[1] * bc[1] + a[2] * bc[2]
+    ca, ab = _cross(c, a), _cross(a, b)
+    return (
+        (bc[0] * h[0] + ca[0] * h[1] + ab[0] * h[2]) / det,
+        (bc[1] * h[0] + ca[1] * h[1] + ab[1] * h[2]) / det,
+        (bc[2] * h[0] + ca[2] * h[1] + ab[2] * h[2]) / det,
+    )
+
+
+@kernel
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def _world_inertia(body: Record, motion: Motion) -> Inertia:
+    """Return R I R^T, the link's inertia about its centre of mass in world axes."""
+    b = body.inertia
+    i = Inertia(b[0], b[1], b[2], b[3], b[4], b[5])
+    m = motion
+    x, y, z = (m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22)
+    ix, iy, iz = _times(i, x), _times(i, y), _times(i, z)
+    return Inertia(_dot(x, ix), _dot(y, iy), _dot(z, iz), _dot(x, iy), _dot(x, iz), _dot(y, iz))
+
+
+@kernel
+def _times(i: Inertia, v: Vector) -> Vector:
+    """Return the product of a symmetric matrix and a vector."""
+    return (
+        i.xx * v[0] + i.xy * v[1] + i.xz * v[2],
+        i.xy * v[0] + i.yy * v[1] + i.yz * v[2],
+        i.xz * v[0] + i.yz * v[1] + i.zz * v[2],
+    )
+
+
+@kernel
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,160 @@
+"""How text becomes keys and values: YAML 1.2 scalars, look-alikes, places, and never a foreign exception."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from vrx_mj.config.characters import find_lookalikes
+from vrx_mj.config.tree import File, Section, locate
+from vrx_mj.config.world import load_world
+from vrx_mj.config.yaml_text import parse, read_lines
+from vrx_mj.errors import VrxError
+
+
+def section(text):
+    return parse(File("t.yaml", None, tuple(text.split("\n"))))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-3", 0.001),
+        ("1E3", 1000.0),
+        ("-.5", -0.5),
+        ("5.", 5.0),
+        ("+7", 7),
+        ("010", 10),
+        ("0o17", "0o17"),
+        ("1_000", "1_000"),
+        ("1:30", "1:30"),
+        ("2022-08-17", "2022-08-17"),
+        ("yes", "yes"),
+        ("off", "off"),
+        ("true", True),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("'5'", "5"),
+        ("=", "="),
+    ],
+)
+def test_scalars_read_as_yaml_1_2(text, value):
+    read = section(f"key: {text}")["key"]
+    assert (read, type(read)) == (value, type(value))
+
+
+def test_not_a_number_stays_one_until_a_model_refuses_it():
+    assert math.isnan(section("key: .nan")["key"])
+
+
+def test_yes_and_no_can_be_keys():
+    assert section("yes: 1\nno: 2\ny: 3") == {"yes": 1, "no": 2, "y": 3}
+
+
+def test_every_value_knows_its_line_and_column():
+    root = section("sea:\n  gain: 1\nobjects:\n  - {name: a}\n  - name: b\n    pose: [0, 1]\n")
+    places = [locate(root, loc)[0] for loc in (("sea", "gain"), ("objects", 0, "name"), ("objects", 1, "pose", 1))]
+    assert [(place.line, place.column) for place in places] == [(2, 9), (4, 12), (6, 15)]
+
+
+def test_an_alias_repeats_its_anchor():
+    assert section("a: &x [1, 2]\nb: *x") == {"a": (1, 2), "b": (1, 2)}
+
+
+@pytest.mark.parametrize("data", [b"\xef\xbb\xbfsea:\r\n  gain: 0.2\r\n", b"sea:\r  gain: 0.2", b"sea: {gain: 0.2}"])
+def test_byte_order_mark_and_line_ends_do_not_matter(data, tmp_path):
+    file = tmp_path / "测试 boats.yaml"
+    file.write_bytes(data)
+    assert parse(File("t", None, read_lines(file))) == {"sea": {"gain": 0.2}}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "description: 你好，世界：“可以”",
+        "description: |\n  全角：可以\n\n  这里，也可以\nseed: 1",
+        "objects:\n  - description: 浮标：红\n    name: a",
+        "a: {description: 红，蓝, b: 1}",
+        "a: {description: '红，蓝：', b: 1}",
+        "# 注释：\nseed: 1  # 全角，冒号：",
+        "file: 网格/浮标.obj",
+        "file: мой/дом.obj",
+        "a: don't  # это комментарий：",
+    ],
+)
+def test_free_text_comments_and_foreign_words_may_hold_anything(text):
+    assert not list(find_lookalikes(text.split("\n")))
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [("a: 'x # y'，", 11), ("name： 1", 5), ('a: "b" ； c', 8), ("description： x", 12), ("a: сор", 4)],
+)
+def test_lookalikes_are_found_at_their_column(text, column):
+    assert next(find_lookalikes([text])).column == column
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))))
+@example(data=b"? " * 200)
+@example(data=b"- " * 2000)
+@example(data=b"{" * 2000)
+@example(data=b"!!float 1")
+@example(data=b"%YAML 1.9\n---\na: 1")
+@example(data=b"a: !<x> 1")
+@example(data=b"\x00")
+@example(data=b'a: "\\ud800"')
+@example(data=b'"\\xff": 1')
+@example(data=b"seed: " + b"1" * 5000)
+def test_any_bytes_give_a_world_or_a_vrx_error(data, tmp_path):
+    file = tmp_path / "world.yaml"
+    file.write_bytes(data)
+    try:
+        load_world(file)
+    except VrxError as error:
+        assert str(error)
+
+
+WORDS = st.sampled_from(
+    "sea wind scene objects docks name model layout pose extends ball X X [ ] { } : - , | > & * ! ? # ' \" \n \n   1 0.5 "
+    "1e9 nan .nan true null ~ @ ： ， a b positions fog sky clouds spawn robot task goal georeference".split(" ")
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(words=st.lists(WORDS, max_size=40))
+def test_any_words_give_a_world_or_a_vrx_error(words, tmp_path):
+    file = tmp_path / "world.yaml"
+    file.write_text(" ".join(words), encoding="utf-8")
+    try:
+        load_world(file)
+    except VrxError as error:
+        assert str(error)
+
+
+PLAIN = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8)),
+    lambda inner: st.one_of(st.lists(inner, max_size=6), st.dictionaries(st.text(max_size=8), inner, max_size=4)),
+    max_leaves=12,
+)
+KEYS = st.sampled_from(
+    ["sea", "wind", "scene", "objects", "docks", "spawn", "task", "georeference", "camera", "seed", "extends", "terrain"]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(source=st.dictionaries(KEYS, PLAIN, max_size=4))
+def test_any_dict_gives_a_world_or_a_vrx_error(source):
+    try:
+        load_world(source)
+    except VrxError as error:
+        assert str(error)
+
+
+def test_a_section_knows_the_folder_of_its_file():
+    assert section("a: {b: 1}")["a"].folder is None
+    assert isinstance(section("a: {b: 1}")["a"], Section)
+    assert parse(File("t", Path("x"), ("a: {}",)))["a"].folder == Path("x")
