@@ -1,7 +1,6 @@
 """The drawing of a map with matplotlib: a plan, and a panel with compass, legend and overview beside it."""
 
 import math
-import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,11 @@ WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
 WIND_COLOR, WAVE_COLOR = "#c2571a", "#1b6f94"
 HULL_LENGTH, HULL_BEAM = 4.9, 2.4
 """Outline of a WAM-V [m]."""
-LEGEND_ROWS = 14
+LONELY = 80.0
+"""An object with nothing within this distance [m] is far from everything."""
+LEGEND_ROWS = 16
+SMALL_COURSE = 70.0
+"""A course of less than this many pixels gets one name for all its parts."""
 
 
 def chart(scene: "MapScene", size: tuple[int, int]) -> Any:
@@ -35,16 +38,12 @@ def chart(scene: "MapScene", size: tuple[int, int]) -> Any:
     canvas = FigureCanvasAgg(figure)
     plan = figure.add_axes((0.055, 0.06, 0.685, 0.875))
     view = _view(scene, plan.get_window_extent().width / plan.get_window_extent().height)
-    with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", message="Glyph .* missing from font"
-        )  # no font for a name: boxes, no noise
-        _plan(plan, scene, view)
-        write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
-        _compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
-        _legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
-        _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
-        canvas.draw()
+    _plan(plan, scene, view)
+    write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
+    _compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
+    _legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
+    _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
+    canvas.draw()
     return figure
 
 
@@ -55,16 +54,26 @@ def nice_length(most: float) -> float:
 
 
 def _view(scene: "MapScene", aspect: float) -> Box:
-    """West, south, east and north of the plan [m]: what matters, with a margin, in the shape of the picture."""
-    spots = [(item.x, item.y) for item in scene.objects] + [(boat.x, boat.y) for boat in scene.boats]
-    spots += [(x, y) for x, y, _ in scene.waypoints]
+    """West, south, east and north of the plan [m]: what matters, and a margin, in the picture's shape."""
+    spots = [(boat.x, boat.y) for boat in scene.boats] + [(x, y) for x, y, _ in scene.waypoints]
     spots += [(x, y) for dock in scene.docks for x, y in dock.cells.tolist()]
+    objects = [(item.x, item.y) for item in scene.objects]
+    spots += [
+        spot
+        for i, spot in enumerate(objects)
+        if not spots or _has_company(spot, objects[:i] + objects[i + 1 :] + spots)
+    ]
     spots = spots or [(x, y) for ring in scene.shore for x, y in ring.tolist()] or [(0.0, 0.0)]
     low, high = np.min(spots, axis=0), np.max(spots, axis=0)
     east, north = (low + high) / 2.0
     width, height = np.maximum((high - low) * 1.16 + 8.0, 40.0)
     width, height = max(width, height * aspect), max(height, width / aspect)
     return (east - width / 2, north - height / 2, east + width / 2, north + height / 2)
+
+
+def _has_company(spot: tuple[float, float], others: list[tuple[float, float]]) -> bool:
+    """Whether anything is near: an object that lies far from everything does not widen the plan."""
+    return any(math.dist(spot, other) < LONELY for other in others)
 
 
 def _plan(axes: Any, scene: "MapScene", view: Box) -> None:
@@ -79,7 +88,7 @@ def _plan(axes: Any, scene: "MapScene", view: Box) -> None:
     axes.set_ylabel("north [m]", fontsize=10, color=SOFT)
     pixel = (view[2] - view[0]) / axes.get_window_extent().width  # [m]
     _docks(axes, scene)
-    for item in scene.objects:
+    for item in sorted(scene.objects, key=lambda item: -item.size):
         _disc(axes, item.x, item.y, max(item.size / 2.0, 4.5 * pixel), item.color)
     for number, (x, y, yaw) in enumerate(scene.waypoints, start=1):
         _waypoint(axes, x, y, yaw, str(number) if len(scene.waypoints) > 1 else "goal", 13.0 * pixel)
@@ -186,9 +195,29 @@ def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
         yield Thing("", x + 20.0 * pixel * math.cos(yaw), y + 20.0 * pixel * math.sin(yaw), 6.0 * pixel)
     for dock in scene.docks:
         x, y = dock.cells.mean(axis=0).tolist()
-        yield Thing(dock.name, x, y, 0.0, must=True)
+        yield Thing(dock.name.split("/")[0], x, y, 0.0, must=True)
+    for item, name in zip(scene.objects, _object_names(scene, pixel), strict=True):
+        yield Thing(name, item.x, item.y, max(item.size / 2.0, 4.5 * pixel))
+
+
+def _object_names(scene: "MapScene", pixel: float) -> list[str]:
+    """What to write beside each object: its own name, or that of a course too small to see its parts."""
+    groups: dict[str, list[tuple[float, float]]] = {}
     for item in scene.objects:
-        yield Thing(item.name, item.x, item.y, max(item.size / 2.0, 4.5 * pixel))
+        groups.setdefault(item.name.split("/")[0], []).append((item.x, item.y))
+    small = {
+        group
+        for group, spots in groups.items()
+        if len(spots) > 1 and np.max(np.ptp(spots, axis=0)) < SMALL_COURSE * pixel
+    }
+    written = {dock.name.split("/")[0] for dock in scene.docks}
+    names = []
+    for item in scene.objects:
+        group, _, part = item.name.partition("/")
+        shared = "" if group in written else group
+        names.append(shared if group in small else part.split("/")[-1] or group)
+        written |= {group} & small
+    return names
 
 
 def _compass(axes: Any, scene: "MapScene") -> None:
@@ -247,12 +276,12 @@ def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
 
 
 def _legend(axes: Any, scene: "MapScene") -> None:
-    """Boats in number, then each kind of object with its colour and how many there are."""
+    """Boats, then each kind of object with its colour and how many there are, what floats first."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
     counts: dict[tuple[str, Any], int] = {}
-    for item in scene.objects:
+    for item in sorted(scene.objects, key=lambda item: not item.floating):
         counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
     rows: list[tuple[Any, Any, str]] = [
         ("o", color, f"{model} × {count}") for (model, color), count in counts.items()
@@ -294,6 +323,9 @@ def _overview(axes: Any, scene: "MapScene", view: Box) -> None:
         zorder=5,
     )
     axes.add_patch(frame)
+    for things, color in ((scene.objects, INK), (scene.boats, "#d1495b")):
+        places = np.array([(thing.x, thing.y) for thing in things]).reshape(-1, 2)
+        axes.plot(*places.T, linestyle="", marker="o", markersize=1.6, color=color, zorder=4)
     length = nice_length(float(high[0] - low[0]) / 3.0)
     axes.set_title(
         f"whole terrain, {high[0] - low[0]:.0f} m × {high[1] - low[1]:.0f} m", fontsize=9, color=SOFT

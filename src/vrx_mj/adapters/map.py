@@ -2,6 +2,7 @@
 
 import colorsys
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ Rgb = tuple[float, float, float]
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
 BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
+NO_FLEET = "single"
+"""What the compiler calls the one boat of a world without a fleet."""
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m] (VRX's dock_block)."""
 
@@ -43,6 +46,7 @@ class MapObject:
     y: float
     color: Rgb
     size: float
+    floating: bool = True
 
 
 @dataclass(frozen=True)
@@ -103,13 +107,17 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
     if file.suffix.lower() not in FORMATS:
         raise VrxError(f"a map cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
     file.parent.mkdir(parents=True, exist_ok=True)
-    chart(scene, size).savefig(file, metadata=FORMATS[file.suffix.lower()])
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="Glyph .* missing from font"
+        )  # no font for a name: boxes, no noise
+        chart(scene, size).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 
 def map_of(world: World) -> MapScene:
     """The map of a compiled world at its start."""
     values = world.parameters
-    fleet = f" with {values['fleet']}" if values["fleet"] else ""
+    fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
     wind, sea = values["wind"], values["sea"]
     toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
     return MapScene(
@@ -147,11 +155,13 @@ def _objects(world: World) -> tuple[MapObject, ...]:
     if not entries:
         return ()
     model = mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
-    looks = [_look(model, model.body(entry["body"]).id) for entry in entries]
-    return tuple(
-        MapObject(entry["name"], entry["model"], entry["pose"][0], entry["pose"][1], color, size)
-        for entry, (color, size) in zip(entries, looks, strict=True)
-    )
+    return tuple(_object(model, entry) for entry in entries)
+
+
+def _object(model: Any, entry: Any) -> MapObject:
+    color, size = _look(model, model.body(entry["body"]).id)
+    x, y = entry["pose"][:2]
+    return MapObject(entry["name"], entry["model"], x, y, color, size, entry["kind"] == "floating")
 
 
 def _look(model: Any, body: int) -> tuple[Rgb, float]:

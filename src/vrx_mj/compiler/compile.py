@@ -1,6 +1,7 @@
 """From a world and a fleet to a `World`: pieces are rendered, attached under their names, and saved."""
 
 import json
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,13 @@ from vrx_mj.compiler.poses import Pose, quaternion
 from vrx_mj.compiler.robots import hull_row, robot_mjcf, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
 from vrx_mj.compiler.templates import render
-from vrx_mj.compiler.terrain import shoreline, terrain_mjcf
+from vrx_mj.compiler.terrain import on_land, shoreline, terrain_mjcf
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError
+from vrx_mj.errors import CompileError, VrxWarning
 
 Source = str | Path | Mapping[str, Any]
 
@@ -49,8 +50,8 @@ class _Assembly:
         self.config = config
         self.fleet = fleet
         self.boats = boats
-        self.objects = tuple(place_objects(config.objects, config.folder))
-        self.docks = tuple(place_docks(config.docks, config.objects, config.folder))
+        self.objects = tuple(place_objects(config.objects))
+        self.docks = tuple(place_docks(config.docks, config.objects))
         self.sea = sea_parameters(config.sea)
         self.assets: dict[str, bytes] = {}
         self.pieces: dict[Any, tuple[str, dict[str, bytes]]] = {}
@@ -62,6 +63,7 @@ class _Assembly:
         }
 
     def world(self, seed: int) -> World:
+        self._warn_of_land()
         spec = mujoco.MjSpec.from_string(self._frame())
         spec.compiler.savecompiled = spec.compiler.savecanonical = False
         if self.config.terrain:
@@ -74,6 +76,13 @@ class _Assembly:
         for boat in self.boats:
             self._add_boat(spec, boat)
         return make_world(self._text(spec), self.assets, self._parameters(seed))
+
+    def _warn_of_land(self) -> None:
+        terrain = self.config.terrain
+        ashore = [boat.name for boat in self.boats if terrain and on_land(terrain, *boat.pose[:2])]
+        if ashore:
+            text = f"on land in {self.config.name}: {', '.join(ashore)}; the shore is that of {terrain}"
+            warnings.warn(text, VrxWarning, stacklevel=3)
 
     def _frame(self) -> str:
         config = self.config
@@ -92,9 +101,10 @@ class _Assembly:
         )
 
     def _add_object(self, spec: mujoco.MjSpec, item: PlacedObject) -> None:
-        if item.model not in self.pieces:
-            self.pieces[item.model] = object_mjcf(item.config)
-        self._attach(spec, item.name, self.pieces[item.model], item.pose)
+        kind = (item.model, item.config.folder)
+        if kind not in self.pieces:
+            self.pieces[kind] = object_mjcf(item.config)
+        self._attach(spec, item.name, self.pieces[kind], item.pose)
         if item.config.kind == "floating":
             row, elements = float_row(item, self.config.wind, self.config.physics.gravity)
             row["element_start"], row["element_count"] = len(self.rows["elements"]), len(elements)
@@ -103,7 +113,7 @@ class _Assembly:
 
     def _add_boat(self, spec: mujoco.MjSpec, boat: BoatConfig) -> None:
         robot = load_robot(boat.robot, boat.folder)
-        kind = (boat.robot, boat.thrusters, boat.engines, boat.color)
+        kind = (boat.robot, boat.folder, boat.thrusters, boat.engines, boat.color)
         if kind not in self.pieces:
             model = robot_mjcf(robot, boat.thrusters, boat.engines, boat.color)
             self.pieces[kind] = (model.mjcf, model.assets)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from vrx_mj.compiler.poses import Pose, compose
 from vrx_mj.config.docks import DockLayout, load_dock
@@ -32,31 +31,27 @@ class PlacedDock:
 
 
 def place_objects(
-    placements: Sequence[Placement], near: Path | None, at: Pose = ORIGIN, prefix: str = ""
+    placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = ""
 ) -> Iterator[PlacedObject]:
-    """Every single object of the placements, courses taken apart; `near` is the naming file's folder."""
+    """Every single object of the placements, courses taken apart."""
     for item in placements:
-        config = load_object(item.model, near)
+        config = load_object(item.model, item.folder)
         pose = compose(at, item.pose)
         name = prefix + item.name
         if config.kind == "composite":
-            yield from place_objects(config.objects, config.folder, pose, f"{name}/")
+            yield from place_objects(config.objects, pose, f"{name}/")
         else:
             yield PlacedObject(name, item.model, config, pose)
 
 
 def place_docks(
-    docks: Sequence[DockPlacement],
-    placements: Sequence[Placement],
-    near: Path | None,
-    at: Pose = ORIGIN,
-    prefix: str = "",
+    docks: Sequence[DockPlacement], placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = ""
 ) -> Iterator[PlacedDock]:
     """Every dock: those of the world itself, then those inside its composite objects."""
     for dock in docks:
-        yield PlacedDock(prefix + dock.name, load_dock(dock.layout, near), compose(at, dock.pose))
+        yield PlacedDock(prefix + dock.name, load_dock(dock.layout, dock.folder), compose(at, dock.pose))
     for item in placements:
-        config = load_object(item.model, near)
+        config = load_object(item.model, item.folder)
         if config.kind == "composite":
             inner, name = compose(at, item.pose), f"{prefix}{item.name}/"
-            yield from place_docks(config.docks, config.objects, config.folder, inner, name)
+            yield from place_docks(config.docks, config.objects, inner, name)

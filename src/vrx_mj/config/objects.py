@@ -204,13 +204,7 @@ def repeated(**groups: Iterable[Placed]) -> list[Fault]:
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
     file = referenced("objects", name, near)
-    return _validated(file, Loading((file.resolve(),)))
-
-
-def _validated(file: Path, loading: Loading) -> ObjectConfig:
-    thing = validated(ObjectConfig, read_source("objects", file), loading)
-    _warn_if_it_sinks(thing, file)
-    return thing
+    return validated(ObjectConfig, read_source("objects", file), Loading((file.resolve(),)))
 
 
 def _count(file: Path, whole: Loading) -> None:
@@ -224,7 +218,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _validated(file, part)
+        _warn_if_it_sinks(validated(ObjectConfig, read_source("objects", file), part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:

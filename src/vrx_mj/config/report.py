@@ -92,10 +92,8 @@ def _message(details: ErrorDetails) -> str:
 
 def _limit(words: str, key: str) -> Callable[[Any, Mapping[str, Any]], str]:
     def say(value: Any, context: Mapping[str, Any]) -> str:
-        limit = context[key]
-        return (
-            f"must be {words} {limit if isinstance(limit, int) else format(limit, '.15g')}, got {shown(value)}"
-        )
+        limit = context[key] if isinstance(context[key], int) else format(context[key], ".15g")
+        return f"must be {words} {limit}, got {shown(value)}"
 
     return say
 

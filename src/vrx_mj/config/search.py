@@ -55,10 +55,10 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
-def find_terrain(name: str) -> Path:
+def find_terrain(name: str, near: Path | None = None) -> Path:
     """The file of a terrain, which is of any type, in `assets/terrain` along the search path."""
     known: dict[str, Path] = {}
-    for folder in _folders(None):
+    for folder in _folders(near):
         for place in (folder / "terrain", folder / "assets" / "terrain"):
             for file in sorted(place.glob("*.*")):
                 known.setdefault(file.stem, file)

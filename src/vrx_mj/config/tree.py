@@ -86,16 +86,16 @@ def of_python(value: Any, file: File, depth: int = 0) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def merged(base: Section, over: Section) -> Section:
-    """`over` on top of `base`: mappings key by key, objects and docks appended, anything else replaced."""
+def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> Section:
+    """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced."""
     values, entries = {**base, **over}, {**base.entries, **over.entries}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
-            values[key] = merged(old, new)
-        elif key in APPENDED and new is None:
+            values[key] = merged(old, new, ())
+        elif key in appended and new is None:
             values[key] = old
-        elif key in APPENDED and isinstance(old, Items) and isinstance(new, Items):
+        elif key in appended and isinstance(old, Items) and isinstance(new, Items):
             values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
     return Section(values, over.place, entries)
 

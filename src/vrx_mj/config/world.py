@@ -227,7 +227,7 @@ class WorldConfig(Config):
     @classmethod
     def _exists(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None:
-            check(info, lambda: find_terrain(value))
+            check(info, lambda: find_terrain(value, info.data.get("folder")))
         return value
 
     @model_validator(mode="after")

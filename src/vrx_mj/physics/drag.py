@@ -43,8 +43,8 @@ def added_inertia(hull: Record, motion: Motion, out: npt.NDArray[np.float64]) ->
     As the force acts at c = `hull.link_com` and not at the origin, its torque about the origin has a
     part -c x A R^T a that no symmetric inertia can hold. It is left out here (`added_moment`
     is that part): with VRX's boats c is above the origin and A acts in heave only, so that it is
-    zero, or 0.0004 kg m times the acceleration with sensors on board. A symmetric form that keeps half of it would no
-    longer be positive for every M_A.
+    zero, or 0.0004 kg m times the acceleration with sensors on board. A symmetric form that keeps
+    half of it would no longer be positive for every M_A.
     """
     a, m = hull.added_mass, motion
     rows = ((m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22))

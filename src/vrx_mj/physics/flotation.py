@@ -2,9 +2,10 @@
 
 Element e of a link, with submerged volume V_e, pushes at its submerged centroid with
     (0, 0, rho V_e g) - k_e (v - (0, 0, rise)),     k_e = c_lin m V_e / V_shape,
-whose vertical component is 0 at least, and turns the link with -kappa_e omega, kappa_e = m V_e / V_shape c_ang L^2.
+whose vertical component is 0 at least, and turns the link with -kappa_e omega,
+    kappa_e = m V_e / V_shape c_ang L^2.
 v is the velocity of the link's *origin*, `rise` the vertical velocity of the water there, and m the link's
-mass.
+mass. g is the world's 9.8 m/s2, not the 9.815 m/s2 of hulls.
 
 VRX takes v and omega as they are, which at 10 ms diverges: a dock block's drag stops it within a
 millisecond, and a marker's centre of mass hangs 2 m below the float. Here drag is that of the velocities at
@@ -32,10 +33,10 @@ _TINY = 1.0e-6
 class Sums(NamedTuple):
     """What the wet elements add up to; levers s lead from the link's centre of mass, world axes.
 
-    `lift` [N] and the moments `lift_x`, `lift_y` [N m] are of buoyancy; `k` [N s/m], `sx`, `sy`, `sz` [N s] are sums of k_e
-    and k_e s_e. `kz`, `zx`, `zy` are those of k_e and k_e s_e over the elements that push upward:
-    they alone have vertical drag and buoyancy. `kappa` [N m s]. `limit` [m/s]: the lowest upward speed relative to the
-    water at which one of those would pull down.
+    `lift` [N] and the moments `lift_x`, `lift_y` [N m] are of buoyancy; `k` [N s/m], `sx`, `sy`, `sz` [N s]
+    are sums of k_e and k_e s_e. `kz`, `zx`, `zy` are those over the elements that push upward: they alone
+    have vertical drag and buoyancy. `kappa` [N m s]. `limit` [m/s]: the lowest upward speed relative to
+    the water at which one of those would pull down.
     """
 
     lift: float
@@ -102,11 +103,9 @@ def flotation(
 
 
 @kernel
-def _sums(
-    body: Record, elements: Table, motion: Motion, lever: Vector, level: float, lowest: float
-) -> Sums:
+def _sums(body: Record, elements: Table, motion: Motion, lever: Vector, level: float, lowest: float) -> Sums:
     """Return the sums over the elements; those with a limit up to `lowest` do not push upward."""
-    lift, lift_x, lift_y, k, sx, sy, sz, kz, zx, zy, kappa = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    lift = lift_x = lift_y = k = sx = sy = sz = kz = zx = zy = kappa = 0.0
     nearest = math.inf
     x0, y0, z0 = motion.x + lever[0], motion.y + lever[1], motion.z + lever[2]
     for i in range(body.element_start, body.element_start + body.element_count):
@@ -167,8 +166,8 @@ def _accelerations(
 ) -> tuple[Vector, Vector]:
     """Return the accelerations a [m/s2] of the link's origin and alpha [rad/s2], world axes.
 
-    With F = f - dt k a, k diagonal: a = (f + m [r x] alpha) / (m + dt k). With T = h - dt P a - dt kappa alpha,
-    P a the drag's torque: (I + dt kappa + dt m P D [r x]) alpha = h - dt P D f, D = 1 / (m + dt k).
+    With F = f - dt k a, k diagonal: a = (f + m [r x] alpha) / (m + dt k). With T = h - dt P a - dt kappa
+    alpha, P a the drag's torque: (I + dt kappa + dt m P D [r x]) alpha = h - dt P D f, D = 1 / (m + dt k).
     """
     m, s, i = body.mass, sums, inertia
     now = _wrench(sums, slip, spin)

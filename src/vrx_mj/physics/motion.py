@@ -8,7 +8,8 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "shift", "unrotate", "zero_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "shift", "unrotate",
+    "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -53,7 +54,9 @@ class Wrench(NamedTuple):
 
 
 @kernel
-def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int) -> Motion:
+def motion(
+    qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int
+) -> Motion:
     """Return the motion of the link on the free joint at `qpos_adr` and `dof_adr`.
 
     MuJoCo's free joint has the origin's position and a quaternion (w, x, y, z) in `qpos`, and in

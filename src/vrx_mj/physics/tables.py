@@ -149,6 +149,8 @@ THRUSTER_STATE = np.dtype(
         ("angle", _f),  # steering angle [rad]
         ("rate", _f),  # [rad/s]
         ("thrust", _f),  # applied in the last step [N]
+        ("applied", _f),  # the command that `thrust` belongs to
+        ("fresh", _i),  # 0 until `thrust` has been computed once
     ],
     align=True,
 )

@@ -6,7 +6,6 @@ import numpy as np
 
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, rotated_wrench
-from vrx_mj.physics.phasor import phasor
 from vrx_mj.physics.tables import LINEAR, Record
 
 __all__ = [
@@ -77,7 +76,7 @@ def thruster_wrench(thruster: Record, hull: Record, motion: Motion, force: float
 
     `motion` is the hull's; `angle` [rad] is the steering angle, positive counter-clockwise from above.
     """
-    c, s = phasor(thruster.yaw + angle)
+    c, s = math.cos(thruster.yaw + angle), math.sin(thruster.yaw + angle)
     p = thruster.propeller
     x = thruster.position[0] + c * p[0] - s * p[1] - hull.link_com[0]
     y = thruster.position[1] + s * p[0] + c * p[1] - hull.link_com[1]
@@ -92,7 +91,7 @@ def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float) 
 
     `motion` is the hull's, and the engine's frame is the hull's turned by yaw and `angle` [rad].
     """
-    c, s = phasor(thruster.yaw + angle)
+    c, s = math.cos(thruster.yaw + angle), math.sin(thruster.yaw + angle)
     y = thruster.propeller[1] - thruster.body_com[1]
     z = thruster.propeller[2] - thruster.body_com[2]
     fx, fy = c * force, s * force

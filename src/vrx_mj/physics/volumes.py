@@ -2,7 +2,7 @@
 
 VRX clips polyhedra of triangles by the plane (Catto, Game Programming Gems 6); the same solids are
 clipped here face by face, after Gauss: with z measured from the plane, the integrals of z n_z, x z n_z,
-y z n_z and z^2/2 n_z over the wet faces are the volume and its moments, and the water plane itself adds nothing.
+y z n_z and z^2/2 n_z over the wet faces are the volume and its moments, and the plane itself adds nothing.
 """
 
 import math
@@ -21,12 +21,27 @@ CYLINDER_SIDES = 20
 """VRX's cylinder is a regular prism of 20 sides, the first corner on +y: 1.64 % smaller than a cylinder."""
 
 _TINY = 1.0e-6
-"""Volumes [m3] and depths [m] up to this count as dry, centroid coordinates [m] below it as 0: VRX polyhedron_volume.cc."""
+"""Volumes [m3] and depths [m] up to this are dry, centroid coordinates [m] below it are 0.
 
-_STEP = 2.0 * math.pi / CYLINDER_SIDES
-_BOX_RING = np.array([(0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)])
-_CYLINDER_RING = np.array([(-math.sin(i * _STEP), math.cos(i * _STEP)) for i in range(CYLINDER_SIDES)])
-"""Corners of the cross section, counter-clockwise, to be multiplied by its two sizes."""
+VRX polyhedron_volume.cc. The coordinates are those in the world.
+"""
+
+
+def _ring(corners: list[tuple[float, float]]) -> npt.NDArray[np.float64]:
+    """Return the corners of a section, counter-clockwise about its middle, and a row with area and moment.
+
+    Sections are symmetric, so that one second moment, that of the first coordinate, is enough.
+    """
+    area = moment = 0.0
+    for (a, b), (c, d) in zip(corners, corners[1:] + corners[:1], strict=True):
+        area += 0.5 * (a * d - b * c)
+        moment += (a * d - b * c) * (a * a + a * c + c * c) / 12.0
+    return np.array([*corners, (area, moment)])
+
+
+_TURN = 2.0 * math.pi / CYLINDER_SIDES
+_BOX_RING = _ring([(0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)])
+_CYLINDER_RING = _ring([(-math.sin(i * _TURN), math.cos(i * _TURN)) for i in range(CYLINDER_SIDES)])
 
 
 class Submerged(NamedTuple):
@@ -39,9 +54,9 @@ class Submerged(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The vectors [m] of a prism's two half axes across and of its half axis, world axes, from its centre.
+    """The vectors [m] of a prism's two axes across and of its half axis along it, world axes.
 
-    A corner (i, j) of the ring at the upper end is centre + i (ax, ay, az) + j (bx, by, bz) + (cx, cy, cz).
+    A corner (i, j) of the ring at the upper end is i (ax, ay, az) + j (bx, by, bz) + (cx, cy, cz).
     """
 
     ax: float
@@ -64,6 +79,15 @@ class Moments(NamedTuple):
     z: float
 
 
+class Fan(NamedTuple):
+    """Triangles that share a corner: their moments, that corner, the newest one, how many corners."""
+
+    moments: Moments
+    first: Vector
+    newest: Vector
+    corners: int
+
+
 @kernel
 def sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerged:
     """Return what a sphere with centre (x, y, z) has below the plane z = `level`: exact."""
@@ -82,23 +106,54 @@ def prism(
 ) -> Submerged:
     """Return what a prism with centre (x, y, z) has below the plane z = `level`.
 
-    `ring` (n, 2) holds the corners of its section in units of the first two half axes in `edges`.
+    `ring` (n, 2) holds the corners of its section in units of the first two vectors in `edges`, and in
+    its last row, which is no corner, the section's area and second moment.
     """
     depth = level - z
-    reach = _reach(ring, edges)
+    across = _reach(ring, edges)
+    reach = across + abs(edges.cz)
     if depth <= _TINY - reach:
         return Submerged(0.0, 0.0, 0.0, 0.0)
     if depth >= reach:
-        return Submerged(_prism_volume(ring, edges), _snapped(x), _snapped(y), _snapped(z))
-    total = Moments(0.0, 0.0, 0.0, 0.0)
-    total = _sum(total, _cap(ring, edges, -1.0, -depth))
-    total = _sum(total, _cap(ring, edges, 1.0, -depth))
-    for i in range(ring.shape[0]):
-        total = _sum(total, _side(ring, edges, i, -depth))
-    v = total.volume
+        whole = 2.0 * ring[-1, 0] * _triple(edges)
+        return Submerged(whole, _snapped(x), _snapped(y), _snapped(z))
+    through_sides = abs(depth) + across < abs(edges.cz)
+    wet = _column(ring, edges, depth) if through_sides else _clipped(ring, edges, depth)
+    v = wet.volume
     if v <= _TINY:
         return Submerged(0.0, 0.0, 0.0, 0.0)
-    return Submerged(v, _snapped(x + total.x / v), _snapped(y + total.y / v), _snapped(level + total.z / v))
+    return Submerged(v, _snapped(x + wet.x / v), _snapped(y + wet.y / v), _snapped(z + wet.z / v))
+
+
+@kernel
+def _column(ring: npt.NDArray[np.float64], e: Edges, depth: float) -> Moments:
+    """Return volume and moments about the centre of a prism with one end under water and one above.
+
+    At (i, j) of the section it is wet from the lower end, -1, up to (depth - i az - j bz) / cz. Sections have
+    no first moments and equal second ones.
+    """
+    area, second = ring[-1, 0], ring[-1, 1]
+    sign = 1.0 if e.cz > 0.0 else -1.0
+    slope_a, slope_b, middle = e.az / e.cz * sign, e.bz / e.cz * sign, depth / e.cz * sign
+    i, j = -slope_a * second, -slope_b * second
+    k = 0.5 * (area * (middle * middle - 1.0) + (slope_a * slope_a + slope_b * slope_b) * second) * sign
+    scale = _triple(e)
+    return Moments(
+        scale * area * (1.0 + middle),
+        scale * (i * e.ax + j * e.bx + k * e.cx),
+        scale * (i * e.ay + j * e.by + k * e.cy),
+        scale * (i * e.az + j * e.bz + k * e.cz),
+    )
+
+
+@kernel
+def _clipped(ring: npt.NDArray[np.float64], edges: Edges, depth: float) -> Moments:
+    """Return volume and moments about the centre of any prism, face by face."""
+    volume = x = y = z = 0.0
+    for face in range(1 + ring.shape[0]):
+        part = _face(ring, edges, face, -depth)
+        volume, x, y, z = volume + part.volume, x + part.x, y + part.y, z + part.z
+    return Moments(volume, x, y, z + depth * volume)
 
 
 @kernel
@@ -107,37 +162,36 @@ def _snapped(coordinate: float) -> float:
 
 
 @kernel
-def _sum(a: Moments, b: Moments) -> Moments:
-    return Moments(a.volume + b.volume, a.x + b.x, a.y + b.y, a.z + b.z)
-
-
-@kernel
 def _reach(ring: npt.NDArray[np.float64], edges: Edges) -> float:
-    """Return how far [m] the highest corner is above the centre; the lowest is as far below it."""
+    """Return how far [m] a section's highest corner is above its middle; the lowest is as far below it."""
     highest = 0.0
-    for i in range(ring.shape[0]):
+    for i in range(ring.shape[0] - 1):
         highest = max(highest, ring[i, 0] * edges.az + ring[i, 1] * edges.bz)
-    return highest + abs(edges.cz)
+    return highest
 
 
 @kernel
-def _prism_volume(ring: npt.NDArray[np.float64], edges: Edges) -> float:
-    """Return the whole volume: twice the half axes' triple product times the ring's area."""
-    area = 0.0
-    for i in range(ring.shape[0]):
-        area += 0.5 * (ring[i - 1, 0] * ring[i, 1] - ring[i, 0] * ring[i - 1, 1])
-    e = edges
-    triple = (
+def _triple(e: Edges) -> float:
+    """Return the volume [m3] that the three vectors span."""
+    return abs(
         e.cx * (e.ay * e.bz - e.az * e.by)
         + e.cy * (e.az * e.bx - e.ax * e.bz)
         + e.cz * (e.ax * e.by - e.ay * e.bx)
     )
-    return abs(2.0 * area * triple)
 
 
 @kernel
-def _corner(ring: npt.NDArray[np.float64], e: Edges, i: int, end: float, z: float) -> Vector:
-    """Return corner `i` of the ring at an `end` (-1 lower, 1 upper), from the centre, `z` added to its height."""
+def _corner(ring: npt.NDArray[np.float64], e: Edges, face: int, k: int, z: float) -> Vector:
+    """Return corner `k` of a face, from the centre, with `z` added to its height.
+
+    Faces: lower end (0), upper end (1), sides (2 and up). Seen from outside corners go round
+    counter-clockwise.
+    """
+    if face < 2:
+        i, end = (k, 1.0) if face == 1 else (ring.shape[0] - 2 - k, -1.0)
+    else:
+        i, end = face - 2 if 0 < k < 3 else face - 3, 1.0 if k > 1 else -1.0
+        i = ring.shape[0] - 2 if i < 0 else i
     a, b = ring[i, 0], ring[i, 1]
     return (
         a * e.ax + b * e.bx + end * e.cx,
@@ -147,49 +201,32 @@ def _corner(ring: npt.NDArray[np.float64], e: Edges, i: int, end: float, z: floa
 
 
 @kernel
-def _cap(ring: npt.NDArray[np.float64], edges: Edges, end: float, z: float) -> Moments:
-    """Return the part of the face at an `end`; seen from outside its corners go round counter-clockwise."""
-    n = ring.shape[0]
-    apex = _corner(ring, edges, 0, end, z)
-    total, leave, enter = Moments(0.0, 0.0, 0.0, 0.0), apex, apex
-    start = apex
-    for i in range(1, n + 1):
-        stop = _corner(ring, edges, i % n if end > 0.0 else (n - i) % n, end, z)
-        total, leave, enter = _edge(total, leave, enter, apex, start, stop)
+def _face(ring: npt.NDArray[np.float64], edges: Edges, face: int, z: float) -> Moments:
+    """Return a face's part: its wet outline, cut into triangles that share the outline's first corner."""
+    corners = ring.shape[0] - 1 if face < 2 else 4
+    none = (0.0, 0.0, 0.0)
+    fan = Fan(Moments(0.0, 0.0, 0.0, 0.0), none, none, 0)
+    start = _corner(ring, edges, face, 0, z)
+    for k in range(1, corners + 1):
+        stop = _corner(ring, edges, face, k if k < corners else 0, z)
+        if start[2] < 0.0:
+            fan = _extended(fan, start)
+        if (start[2] < 0.0) != (stop[2] < 0.0):
+            fan = _extended(fan, _surface_point(start, stop))
         start = stop
-    return _sum(total, _triangle(apex, leave, enter))
+    return fan.moments
 
 
 @kernel
-def _side(ring: npt.NDArray[np.float64], edges: Edges, i: int, z: float) -> Moments:
-    """Return the part of the rectangle between corners `i` - 1 and `i`."""
-    a, b = _corner(ring, edges, i - 1, -1.0, z), _corner(ring, edges, i, -1.0, z)
-    c, d = _corner(ring, edges, i, 1.0, z), _corner(ring, edges, i - 1, 1.0, z)
-    total, leave, enter = Moments(0.0, 0.0, 0.0, 0.0), a, a
-    total, leave, enter = _edge(total, leave, enter, a, a, b)
-    total, leave, enter = _edge(total, leave, enter, a, b, c)
-    total, leave, enter = _edge(total, leave, enter, a, c, d)
-    total, leave, enter = _edge(total, leave, enter, a, d, a)
-    return _sum(total, _triangle(a, leave, enter))
-
-
-@kernel
-def _edge(
-    total: Moments, leave: Vector, enter: Vector, apex: Vector, start: Vector, stop: Vector
-) -> tuple[Moments, Vector, Vector]:
-    """Add the wet part of a face's edge, and note where the outline leaves the water and enters it.
-
-    An edge adds the triangle between it and `apex`, any point in the face's plane; triangles
-    outside of the face cancel.
-    """
-    if start[2] >= 0.0 and stop[2] >= 0.0:
-        return total, leave, enter
-    if start[2] < 0.0 and stop[2] < 0.0:
-        return _sum(total, _triangle(apex, start, stop)), leave, enter
-    cut = _surface_point(start, stop)
-    if start[2] < 0.0:
-        return _sum(total, _triangle(apex, start, cut)), cut, enter
-    return _sum(total, _triangle(apex, cut, stop)), leave, cut
+def _extended(fan: Fan, corner: Vector) -> Fan:
+    """Return the fan with one more corner."""
+    if fan.corners == 0:
+        return Fan(fan.moments, corner, corner, 1)
+    if fan.corners == 1:
+        return Fan(fan.moments, fan.first, corner, 2)
+    m, part = fan.moments, _triangle(fan.first, fan.newest, corner)
+    moments = Moments(m.volume + part.volume, m.x + part.x, m.y + part.y, m.z + part.z)
+    return Fan(moments, fan.first, corner, fan.corners + 1)
 
 
 @kernel
@@ -201,7 +238,7 @@ def _surface_point(a: Vector, b: Vector) -> Vector:
 
 @kernel
 def _triangle(a: Vector, b: Vector, c: Vector) -> Moments:
-    """Return the integrals of z n_z, x z n_z, y z n_z and z^2 / 2 n_z over a triangle, counter-clockwise from outside."""
+    """Return a triangle's part of volume and moments; from outside it goes round counter-clockwise."""
     area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
     x, y, z = a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]
     xz = x * z + a[0] * a[2] + b[0] * b[2] + c[0] * c[2]
@@ -229,5 +266,7 @@ def submerged(element: Record, motion: Motion, level: float) -> Submerged:
     if element.shape == SPHERE:
         return sphere(size[0], x, y, z, level)
     if element.shape == BOX:
-        return prism(_BOX_RING, _edges(element, motion, size[0], size[1], 0.5 * size[2]), x, y, z, level)
-    return prism(_CYLINDER_RING, _edges(element, motion, size[0], size[0], 0.5 * size[1]), x, y, z, level)
+        ring, across, half_length = _BOX_RING, size[1], 0.5 * size[2]
+    else:
+        ring, across, half_length = _CYLINDER_RING, size[0], 0.5 * size[1]
+    return prism(ring, _edges(element, motion, size[0], across, half_length), x, y, z, level)

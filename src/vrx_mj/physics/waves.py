@@ -7,13 +7,14 @@ calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
+from vrx_mj.physics.cosine import cosine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.phasor import phasor
 from vrx_mj.physics.tables import Record, Table
 
 __all__ = ["cwr_components", "elevation", "pms_components", "ramp", "surface_height", "surface_heights"]
@@ -21,12 +22,18 @@ __all__ = ["cwr_components", "elevation", "pms_components", "ramp", "surface_hei
 PHILLIPS = 0.0081
 """Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
 
-Component = dict[str, object]
+Component = dict[str, Any]
 """A row of `tables.WAVE`."""
 
 
 def pms_components(
-    number: int, scale: float, angle: float, steepness: float, gain: float, period: float, direction: Sequence[float]
+    number: int,
+    scale: float,
+    angle: float,
+    steepness: float,
+    gain: float,
+    period: float,
+    direction: Sequence[float],
 ) -> list[Component]:
     """Return up to three waves that sample the Pierson-Moskowitz spectrum, as VRX does.
 
@@ -44,7 +51,8 @@ def pms_components(
         order = index - 1
         frequency = peak * scale**order
         amplitude = gain * math.sqrt(2.0 * _spectrum(frequency, peak) * widths[index])
-        rows.append(_component(amplitude, frequency, _turned(direction, order * angle), steepness / number))
+        towards = _turned(direction, order * angle)
+        rows.append(_component(amplitude, frequency, towards, steepness / number))
     return rows
 
 
@@ -57,7 +65,7 @@ def cwr_components(
     period: float,
     direction: Sequence[float],
 ) -> list[Component]:
-    """Return waves that all have the same ratio of length to amplitude ("constant wavelength-amplitude ratio").
+    """Return waves that all have the same ratio of length to amplitude, VRX's model "CWR".
 
     `period` [s] and `amplitude` [m] are those of the middle wave; lengths and amplitudes are its own
     times powers of `scale`, so the first wave is the shortest. Each is turned by `angle` [rad] from
@@ -68,7 +76,8 @@ def cwr_components(
     for order in range(-(number // 2), number - number // 2):
         size = scale**order
         frequency = math.sqrt(WAVE_GRAVITY * middle / size)
-        rows.append(_component(size * amplitude, frequency, _turned(direction, order * angle), steepness / number))
+        towards = _turned(direction, order * angle)
+        rows.append(_component(size * amplitude, frequency, towards, steepness / number))
     return rows
 
 
@@ -84,8 +93,10 @@ def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> Component:
-    """Return the row of a deep-water wave; `steepness` is the share of the steepest trochoid's it asks for."""
+def _component(
+    amplitude: float, frequency: float, direction: tuple[float, float], steepness: float
+) -> Component:
+    """Return the row of a deep-water wave; `steepness` is a k q as long as q stays below 1."""
     wavenumber = frequency**2 / WAVE_GRAVITY
     factor = min(1.0, steepness / (amplitude * wavenumber)) if amplitude else 0.0
     return {
@@ -112,7 +123,7 @@ def elevation(waves: Table, x: float, y: float, t: float) -> float:
     for i in range(waves.size):
         wave = waves[i]
         along = wave.direction[0] * x + wave.direction[1] * y
-        height += wave.amplitude * phasor(wave.wavenumber * along - wave.frequency * t)[0]
+        height += wave.amplitude * cosine(wave.wavenumber * along - wave.frequency * t)
     return height
 
 

@@ -4,14 +4,11 @@ The functions are those of the library that the `mujoco` package loaded. They ta
 model and its data (`model._address`, `data._address`), release the GIL inside a kernel, and cache.
 """
 
-import ctypes
 import sys
 from pathlib import Path
 
 import llvmlite.binding
 import mujoco
-import numpy as np
-import numpy.typing as npt
 from numba import types
 
 _LIBRARY = {"win32": "mujoco.dll", "darwin": "libmujoco*.dylib"}.get(sys.platform, "libmujoco.so*")
@@ -32,7 +29,7 @@ def _stage(name: str) -> types.ExternalFunction:
     return types.ExternalFunction(name, types.void(types.uintp, types.uintp))
 
 
-mj_step = _stage("mj_step")
+mj_kinematics = _stage("mj_kinematics")
 mj_check_pos = _stage("mj_checkPos")
 mj_check_vel = _stage("mj_checkVel")
 mj_check_acc = _stage("mj_checkAcc")
@@ -47,18 +44,3 @@ mj_fwd_acceleration = _stage("mj_fwdAcceleration")
 mj_fwd_constraint = _stage("mj_fwdConstraint")
 mj_euler = _stage("mj_Euler")
 
-
-def disable_flags(model: mujoco.MjModel) -> npt.NDArray[np.int32]:
-    """The model's `opt.disableflags`, as an array (1,) that shares its memory.
-
-    It stands nine integers behind `opt.o_friction` in MuJoCo 4's `mjOption`; a look at its value
-    confirms that.
-    """
-    address = model.opt.o_friction.ctypes.data + model.opt.o_friction.nbytes + 8 * 4
-    flags = np.ctypeslib.as_array((ctypes.c_int32 * 1).from_address(address))
-    before = model.opt.disableflags
-    model.opt.disableflags = before ^ int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
-    shared = int(flags[0]) == model.opt.disableflags
-    model.opt.disableflags = before
-    assert shared, "mjOption of this MuJoCo is laid out in another way"
-    return flags

@@ -24,7 +24,7 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 from vrx_mj.runtime import engine
-from vrx_mj.runtime.proximity import CONTACT, apart
+from vrx_mj.runtime.proximity import apart
 
 __all__ = ["HUGE", "advance"]
 
@@ -38,20 +38,21 @@ mj_fwd_position, mj_factor_m = engine.mj_fwd_position, engine.mj_factor_m
 mj_sensor_pos, mj_sensor_vel, mj_sensor_acc = engine.mj_sensor_pos, engine.mj_sensor_vel, engine.mj_sensor_acc
 mj_fwd_velocity, mj_fwd_actuation = engine.mj_fwd_velocity, engine.mj_fwd_actuation
 mj_fwd_acceleration, mj_fwd_constraint = engine.mj_fwd_acceleration, engine.mj_fwd_constraint
-mj_euler = engine.mj_euler
+mj_euler, mj_kinematics = engine.mj_euler, engine.mj_kinematics
 
 
 @kernel
 def advance(
-    model, data, flags, qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row,
+    model, quiet, data, qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row,
     sea, waves, wind, wind_state, hulls, thrusters, thruster_state, floats, elements, float_state,
     movers, obstacles, clearance, sampling, samples, time, dt, steps,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
-    Returns the number of steps done: fewer when the sample buffer is full, -1 when the state has diverged.
+    `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
+    done: fewer when the sample buffer is full, -1 when the state has diverged.
     """
-    user_flags = flags[0]
+    added = np.empty((6, 6))
     done = 0
     while done < steps:
         if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
@@ -83,21 +84,20 @@ def advance(
             rise = water_rise(float_state[i], height, dt)
             wrench = add(flotation(item, elements, body, height, rise, dt, load), load)
             apply(xfrc_applied, item.body, wrench)
-        flags[0] = user_flags | CONTACT if apart(movers, obstacles, qpos, clearance) else user_flags
-        move(model, data, qpos, qvel, inertia, inertia_row, hulls)
+        stepping = quiet if apart(movers, obstacles, qpos, clearance) else model
+        move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added)
         done += 1
-    flags[0] = user_flags
+    mj_kinematics(model, data)
     return done
 
 
 @kernel
-def move(model, data, qpos, qvel, inertia, inertia_row, hulls):  # type: ignore[no-untyped-def]
+def move(model, data, qpos, qvel, inertia, inertia_row, hulls, added):  # type: ignore[no-untyped-def]
     """`mj_step`, stage by stage, with the hulls' added mass put into the inertia on the way."""
     mj_check_pos(model, data)
     mj_check_vel(model, data)
     mj_fwd_position(model, data)
     if hulls.size:
-        added = np.empty((6, 6))
         for i in range(hulls.size):
             hull = hulls[i]
             added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
@@ -125,11 +125,14 @@ def thrust(
     wrench = zero_wrench()
     for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
         thruster, own = thrusters[k], state[k]
-        force = thrust_force(thruster, effective_command(own, time))
-        own.thrust = force
+        command = effective_command(own, time)
+        if command != own.applied or own.fresh == 0:
+            own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
+        force = own.thrust
         target = steering_target(thruster, own.angle_target)
         if thruster.dof < 0:
-            own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
+            if own.angle != target or own.rate != 0.0:
+                own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
             wrench = add(wrench, thruster_wrench(thruster, hull, body, force, own.angle))
         else:
             own.angle, own.rate = qpos[thruster.qpos], qvel[thruster.dof]
@@ -185,5 +188,7 @@ def sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time):  # 
     for k in range(count):
         row[2 + k], row[2 + count + k] = thruster_state[k].thrust, thruster_state[k].angle
     start = 2 + 2 * count
-    row[start : start + qpos.size] = qpos
-    row[start + qpos.size :] = qvel
+    for k in range(qpos.size):
+        row[start + k] = qpos[k]
+    for k in range(qvel.size):
+        row[start + qpos.size + k] = qvel[k]

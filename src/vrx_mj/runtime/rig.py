@@ -11,8 +11,17 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.runtime.engine import disable_flags
 from vrx_mj.runtime.proximity import movers, obstacles
+
+OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
+           "disableflags", "enableflags")  # fmt: skip
+"""Options of the model that a user may change between runs."""
+MODEL_ARRAYS = (
+    "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_subtreemass", "body_inertia",
+    "body_invweight0", "jnt_pos", "jnt_axis", "jnt_range", "jnt_stiffness", "dof_armature", "dof_damping",
+    "dof_frictionloss", "dof_invweight0", "dof_M0", "eq_data", "eq_solref", "eq_solimp", "qpos0",
+)  # fmt: skip
+"""Arrays of the model that a user may change between runs."""
 
 Row = Mapping[str, Any]
 NO_JOINT = -1
@@ -28,10 +37,18 @@ def drawing_model(world: World) -> mujoco.MjModel:
     return _compiled(world, visual=True)
 
 
-def _compiled(world: World, *, visual: bool) -> mujoco.MjModel:
+def quiet_model(world: World) -> mujoco.MjModel:
+    """The stepping model without any shapes; it steps the same data while nothing can touch anything."""
+    return _compiled(world, visual=False, shapes=False)
+
+
+def _compiled(world: World, *, visual: bool, shapes: bool = True) -> mujoco.MjModel:
     try:
         spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
         spec.compiler.discardvisual = not visual
+        if not shapes:
+            for geom in list(spec.geoms):
+                spec.delete(geom)
         return spec.compile()
     except ValueError as error:
         raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
@@ -60,7 +77,7 @@ class Rig:
         self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
-        self.flags = disable_flags(model)
+        self.quiet = quiet_model(world)
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.clearance = np.zeros(1)
 
@@ -76,6 +93,13 @@ class Rig:
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
         self.thruster_state["expires"] = -np.inf
+
+    def refresh(self) -> None:
+        """Carry what was changed in the model over to its twin without shapes."""
+        for name in OPTIONS:
+            setattr(self.quiet.opt, name, getattr(self.model.opt, name))
+        for name in MODEL_ARRAYS:
+            getattr(self.quiet, name)[:] = getattr(self.model, name)
 
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams; the wind's own seed is part of its key."""
@@ -102,8 +126,8 @@ class Rig:
         model, data = self.model, self.data
         return (
             model._address,
+            self.quiet._address,
             data._address,
-            self.flags,
             data.qpos,
             data.qvel,
             data.xfrc_applied,

@@ -19,6 +19,7 @@ from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig, drawing_model, stepping_model
 from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.state import STATE_VERSION, State, check_version
+from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 
 Observation = dict[str, BoatObservation]
@@ -49,6 +50,8 @@ class Simulation:
         self._drawing: mujoco.MjModel | None = None
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         self.reset(seed)
+        with announced(advance):
+            advance(*self._arguments, self.time, self.timestep, 0)
 
     @classmethod
     def load(cls, folder: str | Path) -> "Simulation":
@@ -68,7 +71,7 @@ class Simulation:
 
     @property
     def model(self) -> mujoco.MjModel:
-        """MuJoCo's model of what steps; it has no visual geoms."""
+        """MuJoCo's model of what steps; it has no visual geoms. Changes act from the next `reset` or `set_state`."""
         return self._model
 
     @property
@@ -318,6 +321,7 @@ class Simulation:
 
     def _settle(self) -> None:
         """Make derived quantities follow a state that was set, and keep it as the last good one."""
+        self._rig.refresh()
         mujoco.mj_forward(self._model, self._data)
         self._renew_arguments()
         self._keep()

@@ -5,7 +5,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from vrx_mj.adapters.chart import nice_length
+from vrx_mj.adapters.chart import chart, nice_length
 from vrx_mj.adapters.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
@@ -42,7 +42,13 @@ WORLD = World(
             "sea": {"direction": [1.0, 0.0], "period": 5.0, "significant_height": 0.2, "waves": [{}]},
             "waypoints": [[1.0, 2.0, 0.5]],
             "objects": [
-                {"name": "buoy", "model": "round", "body": "buoy/link", "pose": [3.0, 4.0, 0, 0, 0, 0]}
+                {
+                    "name": "buoy",
+                    "model": "round",
+                    "kind": "floating",
+                    "body": "buoy/link",
+                    "pose": [3.0, 4.0, 0, 0, 0, 0],
+                }
             ],
             "docks": [{"name": "pier", "cells": [[0, 0], [1, 0]], "pose": [10.0, 0.0, 0, 0, 0, math.pi / 2]}],
             "boats": [
@@ -90,6 +96,26 @@ def test_every_scene_can_be_drawn(tmp_path, scene):
     assert (tmp_path / "map.png").stat().st_size > 5_000
 
 
+def test_small_courses_are_named_once_and_wide_ones_part_by_part(tmp_path, monkeypatch):
+    names = []
+
+    def noted(axes, things, pixel):
+        names.extend(thing.name for thing in things if thing.name)
+
+    monkeypatch.setattr("vrx_mj.adapters.chart.label", noted)
+    parts = [
+        ("tent/chair", 0.0),
+        ("tent/table", 1.0),
+        ("course/a/gate", 0.0),
+        ("course/b", 300.0),
+        ("pier/sign", 9.0),
+    ]
+    objects = tuple(MapObject(name, "x", x, 5.0, (0, 0, 0), 1.0) for name, x in parts)
+    dock = MapDock("pier/base", np.zeros((1, 2)), 0.0)
+    draw_map(MapScene("names", objects=objects, docks=(dock,)), tmp_path / "map.png")
+    assert names == ["pier", "tent", "gate", "b", "sign"]
+
+
 @pytest.mark.parametrize("suffix", ["svg", "pdf"])
 def test_a_map_can_be_a_drawing(tmp_path, suffix):
     draw_map(SCENE, tmp_path / f"map.{suffix}")
@@ -129,3 +155,14 @@ def test_still_air_and_a_calm_sea_have_no_arrows():
 @pytest.mark.parametrize(("most", "length"), [(1.0, 1.0), (1.99, 1.0), (4.9, 2.0), (70.0, 50.0), (0.3, 0.2)])
 def test_scale_bars_have_round_lengths(most, length):
     assert nice_length(most) == pytest.approx(length)
+
+
+def test_an_object_far_from_everything_does_not_widen_the_plan():
+    near, far = (
+        MapObject("near", "x", 20.0, 0.0, (0, 0, 0), 1.0),
+        MapObject("far", "x", 500.0, 0.0, (0, 0, 0), 1.0),
+    )
+    boat = MapBoat("wamv", 0.0, 0.0, 0.0, "red")
+    west, east = chart(MapScene("s", objects=(near, far), boats=(boat,)), (800, 600)).axes[0].get_xlim()
+    assert west < 0.0
+    assert 20.0 < east < 100.0

@@ -39,7 +39,7 @@ def geoms_of(model, group):
 
 
 def placed(name):
-    return list(place_objects((Placement(name="it", model=name),), None))
+    return list(place_objects((Placement(name="it", model=name),)))
 
 
 def section_area(element, height):
@@ -156,7 +156,7 @@ def test_a_course_has_all_its_objects(name):
     parts = placed(name)
     assert len(parts) == COURSES[name]
     assert len({part.name for part in parts}) == len(parts)
-    docks = list(place_docks((), (Placement(name="it", model=name),), None))
+    docks = list(place_docks((), (Placement(name="it", model=name),)))
     assert len(docks) == name.startswith("dock_")
 
 

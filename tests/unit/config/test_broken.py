@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config import search
 from vrx_mj.config.docks import load_dock
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.objects import load_object
@@ -31,12 +30,6 @@ CASES = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def _own_assets(monkeypatch):
-    monkeypatch.setattr(search, "root", lambda: BROKEN / "ours")
-    monkeypatch.delenv("VRX_MJ_PATH", raising=False)
-
-
 def message(kind, name):
     """What loading a broken file says."""
     with pytest.raises(VrxError) as caught:
@@ -45,6 +38,7 @@ def message(kind, name):
 
 
 @pytest.mark.parametrize(("kind", "name"), CASES, ids=[f"{kind}-{Path(name).stem}" for kind, name in CASES])
+@pytest.mark.usefixtures("ours")
 def test_a_broken_file_says_what_and_where(kind, name, monkeypatch):
     monkeypatch.chdir(BROKEN / kind)
     expected = (BROKEN / kind / name).with_suffix(".expected").read_text(encoding="utf-8")
@@ -57,5 +51,14 @@ def test_there_are_enough_broken_files():
 
 def test_no_message_speaks_of_pydantic_or_yaml_internals():
     text = "\n".join(file.read_text(encoding="utf-8") for file in BROKEN.glob("*/*.expected"))
-    for word in ("pydantic", "http", "Input should", "Value error", "type=", "block mapping", "scalar", "tuple"):
+    for word in (
+        "pydantic",
+        "http",
+        "Input should",
+        "Value error",
+        "type=",
+        "block mapping",
+        "scalar",
+        "tuple",
+    ):
         assert word not in text

@@ -80,7 +80,7 @@ def layout(scene: RecordScene) -> rrb.Blueprint:
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, followed from behind and above."""
     middle, reach = fleet_circle(scene)
-    away = max(15.0, 2.1 * reach)
+    away = 9.0 + 1.35 * reach
     eye = middle + away * np.array([-0.72, -0.72, 0.42])
     return rrb.Spatial3DView(
         name="Sea",

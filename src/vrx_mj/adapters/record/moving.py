@@ -37,6 +37,8 @@ ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
 ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
+FARTHEST = 1e6
+"""Largest number that is shown: a run may diverge, a picture of it should not."""
 WIND_HEIGHT = 6.0
 """Height of the wind arrow over the fleet [m]."""
 ARROW_PER_WIND = 0.8
@@ -91,8 +93,9 @@ class MovingChunks:
         self._angle = np.full(len(scene.thrusters), np.nan)
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
-        """Chunks of (n, columns) rows, n > 0, the exact rows first."""
+        """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
         yield exact_rows(rows)
+        rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         yield from self._poses(rows)
         if self._boats:
             yield from self._fleet(rows)

@@ -58,7 +58,8 @@ def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
 def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
     """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
     toward_north, toward_east = np.gradient(z, cell)
-    light = 0.38 - 3.0 * (SUN[0] * toward_east + SUN[1] * toward_north) + 0.4 * z
+    tilt = SUN[0] * toward_east + SUN[1] * toward_north
+    light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
     light[[0, -1], :] = light[:, [0, -1]] = 0.38
     return (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
 

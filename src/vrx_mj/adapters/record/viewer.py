@@ -7,10 +7,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vrx_mj.adapters.record.reader import read_record
+from vrx_mj.adapters.record.reader import Record, read_record
 from vrx_mj.errors import RecordError
 
-__all__ = ["join_views", "open_viewer", "viewer_binary"]
+__all__ = ["has_views", "join_views", "open_viewer", "viewer_binary"]
 
 JOIN_SECONDS = 600.0
 """Longest that joining may take."""
@@ -44,13 +44,20 @@ def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> N
 def open_viewer(path: str | Path) -> int:
     """Open a recording in the viewer, which listens to this machine only; the viewer's exit code.
 
-    The recording of a killed run has no blueprint yet: it is opened with the one that it carries.
+    The file of a killed run has no blueprint yet: it is opened with the one that the recording carries.
     """
     record = read_record(path)
     command = [str(viewer_binary()), "--bind", "127.0.0.1", str(record.path)]
-    if record.complete:
+    if has_views(record):
         return subprocess.run(command, check=False).returncode
     with tempfile.TemporaryDirectory() as folder:
         blueprint = Path(folder) / "views.rbl"
         blueprint.write_bytes(record.views)
         return subprocess.run([*command, str(blueprint)], check=False).returncode
+
+
+def has_views(record: Record) -> bool:
+    """Whether the file of a recording opens with its views."""
+    from rerun.chunk import RrdReader
+
+    return record.complete and bool(RrdReader(record.path).blueprints())

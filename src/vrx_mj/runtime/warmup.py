@@ -1,0 +1,54 @@
+"""The first use on a machine compiles the kernels: said on stderr, with progress."""
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from numba.core import event
+
+from vrx_mj.physics.kernel import cached
+
+KERNELS = 45
+"""About how many kernels the loop is made of: for the progress only."""
+
+
+@contextlib.contextmanager
+def announced(first_call: Callable[..., Any]) -> Iterator[None]:
+    """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on."""
+    if cached(first_call):
+        yield
+        return
+    counter = _Counter()
+    sys.stderr.write("vrx_mj: compiling the physics for this machine, once; it takes about 15 s\n")
+    sys.stderr.flush()
+    event.register("numba:compile", counter)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", counter)
+        counter.end()
+
+
+class _Counter(event.Listener):  # type: ignore[misc]
+    """Counts kernels as numba finishes them; draws a line only where somebody watches."""
+
+    def __init__(self) -> None:
+        self.done = 0
+        self.watched = sys.stderr.isatty()
+
+    def on_start(self, event: Any) -> None:
+        """A kernel begins; nothing to tell yet."""
+
+    def on_end(self, event: Any) -> None:
+        """A kernel is done."""
+        self.done += 1
+        if self.watched:
+            share = min(1.0, self.done / KERNELS)
+            sys.stderr.write(f"\r  [{'#' * round(30 * share):<30}] {self.done} kernels")
+            sys.stderr.flush()
+
+    def end(self) -> None:
+        """All are done."""
+        sys.stderr.write(f"{chr(13) if self.watched else ''}vrx_mj: compiled {self.done} kernels{' ' * 30}\n")
+        sys.stderr.flush()

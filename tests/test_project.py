@@ -1,0 +1,150 @@
+"""Rules of the whole project that no linter checks (CONTRIBUTING.md, "How code should read")."""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).resolve().parents[1]
+SOURCES = sorted((REPO / "src").rglob("*.py"))
+TESTS = sorted((REPO / "tests").rglob("*.py"))
+PROSE = sorted([*REPO.glob("*.md"), *(REPO / "docs").rglob("*.md"), REPO / "assets" / "README.md"])
+MODULE_LINES = 400
+FUNCTION_LINES = 40
+UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
+PHYSICS_IMPORTS = {"numpy", "numba", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
+LIGHT = "import sys, vrx_mj; print([m for m in sys.modules if m.split('.')[0] in set(sys.argv[1:])])"
+HEAVY = (
+    "numpy",
+    "mujoco",
+    "numba",
+    "pydantic",
+    "yaml",
+    "matplotlib",
+    "rerun",
+    "trimesh",
+    "gymnasium",
+    "pettingzoo",
+)
+
+
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
+
+
+def shown(file: Path) -> str:
+    return file.relative_to(REPO).as_posix()
+
+
+def functions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+
+
+def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function, its docstring and decorators left out."""
+    first, last = function.body[0], function.end_lineno or function.lineno
+    documented = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    docstring = (first.end_lineno or 0) - first.lineno + 1 if documented else 0
+    return last - function.lineno + 1 - docstring
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or ""
+
+
+@pytest.mark.parametrize("file", [*SOURCES, *TESTS], ids=shown)
+def test_modules_and_functions_stay_short(file):
+    lines = len(file.read_text(encoding="utf-8").splitlines())
+    assert lines <= MODULE_LINES, f"{shown(file)} has {lines} lines; split it at {MODULE_LINES}"
+    long = {f.name: code_lines(f) for f in functions(parsed(file)) if code_lines(f) > FUNCTION_LINES}
+    assert not long, f"{shown(file)}: functions of more than {FUNCTION_LINES} lines: {long}"
+
+
+@pytest.mark.parametrize("file", [*SOURCES, *TESTS, *PROSE], ids=shown)
+def test_nothing_is_left_for_later(file):
+    if file == Path(__file__):
+        return
+    found = [line for line in file.read_text(encoding="utf-8").splitlines() if UNFINISHED.search(line)]
+    assert not found
+
+
+@pytest.mark.parametrize("file", sorted((REPO / "src/vrx_mj/physics").rglob("*.py")), ids=shown)
+def test_physics_imports_numpy_numba_and_the_standard_library_only(file):
+    names = set(imported(parsed(file)))
+    assert {name.split(".")[0] for name in names} <= PHYSICS_IMPORTS
+    ours = {name for name in names if name.startswith("vrx_mj")}
+    assert {name for name in ours if not re.match(r"vrx_mj\.(physics|constants)\b", name)} == set()
+
+
+def test_there_is_no_utils():
+    assert not [shown(file) for file in SOURCES if re.search(r"util|helper|misc|common", file.stem)]
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=shown)
+def test_public_names_exist(file):
+    tree = parsed(file)
+    lists = [
+        n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "__all__"
+    ]
+    if not lists or file.name == "__init__.py" or not isinstance(lists[0], ast.List):
+        return
+    defined = {ast.unparse(target) for n in tree.body if isinstance(n, ast.Assign) for target in n.targets}
+    defined |= {
+        n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
+    }
+    defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    defined |= {
+        part.strip() for name in defined if name.startswith("(") for part in name.strip("()").split(",")
+    }
+    defined |= {
+        alias.asname or alias.name
+        for n in ast.walk(tree)
+        if isinstance(n, ast.ImportFrom)
+        for alias in n.names
+    }
+    assert {ast.literal_eval(name) for name in lists[0].elts} <= defined
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    done = subprocess.run(
+        [sys.executable, "-c", LIGHT, *HEAVY], capture_output=True, encoding="utf-8", check=True, cwd=REPO
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_ci_runs_the_readmes_test_command():
+    readme = (REPO / "README.md").read_text(encoding="utf-8")
+    script = (REPO / ".ci" / "run").read_text(encoding="utf-8")
+    command = re.search(r"\.venv/bin/pytest.*?(?=\s*(?:#|$))", script, re.MULTILINE)
+    assert command is not None
+    assert command.group() in readme
+
+
+def test_the_version_is_one():
+    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (REPO / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"version: {project['version']}\n" in citation
+    package = (REPO / "src" / "vrx_mj" / "__init__.py").read_text(encoding="utf-8")
+    assert f'__version__ = "{project["version"]}"\n' in package
+
+
+@pytest.mark.parametrize("file", PROSE, ids=shown)
+def test_links_in_the_documents_lead_somewhere(file):
+    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", file.read_text(encoding="utf-8")):
+        if not re.match(r"[a-z]+:", target):
+            assert (file.parent / target).exists(), f"{shown(file)} points to {target}"
+
+
+def test_every_folder_of_assets_has_its_origin_written_down():
+    table = (REPO / "assets" / "README.md").read_text(encoding="utf-8")
+    folders = [entry.name for entry in sorted((REPO / "assets").iterdir()) if entry.is_dir()]
+    assert [name for name in folders if f"`{name}/" not in table] == []
