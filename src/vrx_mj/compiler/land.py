@@ -16,8 +16,8 @@ FloatArray = npt.NDArray[np.float64]
 
 SAND_TOP = 0.4
 """Where grass begins [m over the water]."""
-SAND_COLOR = (0.80, 0.72, 0.52, 1.0)
-GRASS_COLOR = (0.36, 0.52, 0.26, 1.0)
+SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
+GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
 

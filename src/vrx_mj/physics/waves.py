@@ -110,10 +110,13 @@ def _component(
 
 @kernel
 def ramp(sea: Record, t: float) -> float:
-    """Return the share 1 - exp(-t / tau) to which the sea has grown by time `t` [s]; 1 for tau <= 0."""
-    if t >= 40.0 * sea.tau:  # the exponential is below half a unit in the last place of 1
+    """Return the share 1 - exp(-t / tau) to which the sea has grown by time `t` [s]; 1 for tau <= 0.
+
+    It is flat calm before time 0.
+    """
+    if sea.tau <= 0.0 or t >= 40.0 * sea.tau:  # then the exponential is lost beside 1
         return 1.0
-    return 1.0 - math.exp(-t / sea.tau)
+    return 1.0 - math.exp(-max(t, 0.0) / sea.tau)
 
 
 @kernel

@@ -45,7 +45,7 @@ mj_euler, mj_kinematics = engine.mj_euler, engine.mj_kinematics
 def advance(
     model, quiet, data, qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row,
     sea, waves, wind, wind_state, hulls, thrusters, thruster_state, floats, elements, float_state,
-    movers, obstacles, clearance, sampling, samples, time, dt, steps,
+    movers, obstacles, look, sampling, samples, time, dt, steps,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
@@ -84,7 +84,7 @@ def advance(
             rise = water_rise(float_state[i], height, dt)
             wrench = add(flotation(item, elements, body, height, rise, dt, load), load)
             apply(xfrc_applied, item.body, wrench)
-        stepping = quiet if apart(movers, obstacles, qpos, clearance) else model
+        stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
         move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added)
         done += 1
     mj_kinematics(model, data)

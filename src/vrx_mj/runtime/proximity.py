@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 
-__all__ = ["MOVER", "OBSTACLE", "apart", "movers", "obstacles"]
+__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles"]
 
 SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
@@ -24,8 +24,14 @@ REACH = 20.0
 
 MOVER = np.dtype([("qpos", np.int64), ("radius", np.float64), ("seen", np.float64, (3,))], align=True)
 """A tree of bodies on a free joint: its address, bounding radius [m], and where it was at the last look."""
-OBSTACLE = np.dtype([("center", np.float64, (3,)), ("half", np.float64, (3,))], align=True)
-"""An axis-aligned box in the world around a static shape [m]."""
+OBSTACLE = np.dtype(
+    [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
+)
+"""A box around a static shape: centre and half edges [m], and its axes in the world, a row each."""
+LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64)], align=True)
+"""What the last look found: the least distance [m], and how many steps to wait for another if that was none."""
+WAIT = 25
+"""Steps between looks while something is near."""
 
 
 def movers(model: mujoco.MjModel) -> Table:
@@ -58,7 +64,8 @@ def obstacles(model: mujoco.MjModel) -> Table:
     for row, geom in enumerate(fixed):
         turn = data.geom_xmat[geom].reshape(3, 3)
         table["center"][row] = data.geom_xpos[geom] + turn @ model.geom_aabb[geom, :3]
-        table["half"][row] = np.abs(turn) @ model.geom_aabb[geom, 3:]
+        table["half"][row] = model.geom_aabb[geom, 3:]
+        table["axes"][row] = turn.T
         moves = model.body_weldid[model.geom_bodyid[geom]] != 0
         if moves or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
             table["half"][row] = np.inf
@@ -70,20 +77,24 @@ def _colliding(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
 
 
 @kernel
-def apart(movers, obstacles, qpos, clearance):  # type: ignore[no-untyped-def]
-    """Tell whether nothing can touch anything at `qpos`; `clearance` (1,) [m] is kept between calls."""
+def apart(movers, obstacles, qpos, look):  # type: ignore[no-untyped-def]
+    """Tell whether nothing can touch anything at `qpos`; `look`, a row of LOOK, is kept between calls."""
+    if look.wait > 0:
+        look.wait -= 1
+        return False
     moved = 0.0
     for mover in movers:
         x, y, z = qpos[mover.qpos], qpos[mover.qpos + 1], qpos[mover.qpos + 2]
         dx, dy, dz = x - mover.seen[0], y - mover.seen[1], z - mover.seen[2]
         moved = max(moved, dx * dx + dy * dy + dz * dz)
-    if clearance[0] > 0.0 and 4.0 * moved < clearance[0] * clearance[0]:
+    if look.clearance > 0.0 and 4.0 * moved < look.clearance * look.clearance:
         return True
     for mover in movers:
         for k in range(3):
             mover.seen[k] = qpos[mover.qpos + k]
-    clearance[0] = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
-    return clearance[0] > 0.0
+    look.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
+    look.wait = 0 if look.clearance > 0.0 else WAIT
+    return look.clearance > 0.0
 
 
 @kernel
@@ -120,8 +131,14 @@ def _from_obstacles(movers, obstacles):  # type: ignore[no-untyped-def]
     for mover in movers:
         for box in obstacles:
             square = 0.0
+            dx, dy, dz = (
+                mover.seen[0] - box.center[0],
+                mover.seen[1] - box.center[1],
+                mover.seen[2] - box.center[2],
+            )
             for k in range(3):
-                gap = max(0.0, abs(mover.seen[k] - box.center[k]) - box.half[k])
+                along = box.axes[k, 0] * dx + box.axes[k, 1] * dy + box.axes[k, 2] * dz
+                gap = max(0.0, abs(along) - box.half[k])
                 square += gap * gap
             least = min(least, math.sqrt(square) - mover.radius)
             if least <= 0.0:

@@ -5,7 +5,8 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from vrx_mj.adapters.chart import chart, nice_length
+from vrx_mj.adapters.chart import chart
+from vrx_mj.adapters.chart.ground import nice_length
 from vrx_mj.adapters.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
@@ -102,7 +103,7 @@ def test_small_courses_are_named_once_and_wide_ones_part_by_part(tmp_path, monke
     def noted(axes, things, pixel):
         names.extend(thing.name for thing in things if thing.name)
 
-    monkeypatch.setattr("vrx_mj.adapters.chart.label", noted)
+    monkeypatch.setattr("vrx_mj.adapters.chart.plan.label", noted)
     parts = [
         ("tent/chair", 0.0),
         ("tent/table", 1.0),

@@ -1,4 +1,4 @@
-"""The drawing of a map with matplotlib: a plan, and a panel with compass, legend and overview beside it."""
+"""The plan: shore, docks, objects, waypoints and boats of the part of the world that matters."""
 
 import math
 from collections.abc import Iterator
@@ -7,53 +7,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.chart_labels import INK, Thing, label, write
+from vrx_mj.adapters.chart.ground import SOFT, Box, ground, nice_length
+from vrx_mj.adapters.chart.labels import INK, Thing, label, write
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.map import MapBoat, MapScene
 
-__all__ = ["chart", "nice_length"]
+__all__ = ["draw_plan", "view_of"]
 
 FloatArray = npt.NDArray[np.float64]
-Box = tuple[float, float, float, float]
 
-DPI = 100
-WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
-WIND_COLOR, WAVE_COLOR = "#c2571a", "#1b6f94"
 HULL_LENGTH, HULL_BEAM = 4.9, 2.4
 """Outline of a WAM-V [m]."""
 LONELY = 80.0
 """An object with nothing within this distance [m] is far from everything."""
-LEGEND_ROWS = 16
 SMALL_COURSE = 70.0
 """A course of less than this many pixels gets one name for all its parts."""
 
 
-def chart(scene: "MapScene", size: tuple[int, int]) -> Any:
-    """The map as a matplotlib figure of `size` pixels."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    plan = figure.add_axes((0.055, 0.06, 0.685, 0.875))
-    view = _view(scene, plan.get_window_extent().width / plan.get_window_extent().height)
-    _plan(plan, scene, view)
-    write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
-    _compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
-    _legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
-    _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
-    canvas.draw()
-    return figure
-
-
-def nice_length(most: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is at most `most`."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
-
-
-def _view(scene: "MapScene", aspect: float) -> Box:
+def view_of(scene: "MapScene", aspect: float) -> Box:
     """West, south, east and north of the plan [m]: what matters, and a margin, in the picture's shape."""
     spots = [(boat.x, boat.y) for boat in scene.boats] + [(x, y) for x, y, _ in scene.waypoints]
     spots += [(x, y) for dock in scene.docks for x, y in dock.cells.tolist()]
@@ -76,8 +48,9 @@ def _has_company(spot: tuple[float, float], others: list[tuple[float, float]]) -
     return any(math.dist(spot, other) < LONELY for other in others)
 
 
-def _plan(axes: Any, scene: "MapScene", view: Box) -> None:
-    _ground(axes, scene, view)
+def draw_plan(axes: Any, scene: "MapScene", view: Box) -> None:
+    """Draw the part `view` of the world into `axes`."""
+    ground(axes, scene, view)
     step = nice_length((view[2] - view[0]) / 7.0)
     axes.set_xticks(np.arange(math.ceil(view[0] / step), math.floor(view[2] / step) + 1) * step)
     axes.set_yticks(np.arange(math.ceil(view[1] / step), math.floor(view[3] / step) + 1) * step)
@@ -96,26 +69,6 @@ def _plan(axes: Any, scene: "MapScene", view: Box) -> None:
         _boat(axes, boat, max(1.0, 24.0 * pixel / HULL_LENGTH))
     _scale_bar(axes, view)
     label(axes, list(_things(scene, pixel)), pixel)
-
-
-def _ground(axes: Any, scene: "MapScene", view: Box) -> None:
-    """Water, land and the frame of the axes."""
-    axes.set_facecolor(WATER)
-    axes.set_xlim(view[0], view[2])
-    axes.set_ylim(view[1], view[3])
-    axes.set_aspect("equal")
-    for side in axes.spines.values():
-        side.set_color(SOFT)
-    if not scene.shore:
-        return
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path as Outline
-
-    rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
-    land = PathPatch(
-        Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5
-    )
-    axes.add_patch(land)
 
 
 def _docks(axes: Any, scene: "MapScene") -> None:
@@ -218,129 +171,6 @@ def _object_names(scene: "MapScene", pixel: float) -> list[str]:
         names.append(shared if group in small else part.split("/")[-1] or group)
         written |= {group} & small
     return names
-
-
-def _compass(axes: Any, scene: "MapScene") -> None:
-    """Where north is, and where wind and waves go."""
-    from matplotlib.patches import Circle
-
-    axes.set_axis_off()
-    axes.set_xlim(-2.0, 2.0)
-    axes.set_ylim(-2.55, 1.55)
-    axes.set_aspect("equal", anchor="N")
-    axes.add_patch(Circle((0, 0), 1.0, facecolor="#f4f8fa", edgecolor=SOFT, linewidth=1.0))
-    for name, x, y in (("N", 0.0, 1.24), ("E", 1.24, 0.0), ("S", 0.0, -1.24), ("W", -1.24, 0.0)):
-        write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
-    lines = [("calm sea", SOFT), ("no wind", SOFT)]
-    if scene.wave:
-        toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
-        _arrow(axes, toward, WAVE_COLOR, 4.0)
-        lines[0] = (
-            f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, toward {toward:.0f}°",
-            WAVE_COLOR,
-        )
-    if scene.wind:
-        _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
-        lines[1] = (
-            f"wind {scene.wind.speed:.1f} m/s, toward {scene.wind.direction % 360.0:.0f}°",
-            WIND_COLOR,
-        )
-    for row, (text, color) in enumerate(lines):
-        write(
-            axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold"
-        )
-    if scene.wind or scene.wave:
-        write(
-            axes,
-            0.0,
-            -2.34,
-            "degrees counter-clockwise from east",
-            size=8,
-            color=SOFT,
-            ha="center",
-            va="center",
-        )
-
-
-def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
-    x, y = math.cos(math.radians(toward)), math.sin(math.radians(toward))
-    style = {
-        "arrowstyle": "-|>",
-        "color": color,
-        "linewidth": width,
-        "mutation_scale": 20,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
-    axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
-
-
-def _legend(axes: Any, scene: "MapScene") -> None:
-    """Boats, then each kind of object with its colour and how many there are, what floats first."""
-    axes.set_axis_off()
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
-    counts: dict[tuple[str, Any], int] = {}
-    for item in sorted(scene.objects, key=lambda item: not item.floating):
-        counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
-    rows: list[tuple[Any, Any, str]] = [
-        ("o", color, f"{model} × {count}") for (model, color), count in counts.items()
-    ]
-    rows[:0] = [("s", "#9aa3ab", "dock")] if scene.docks else []
-    rows[:0] = [("D", "white", "waypoint")] if scene.waypoints else []
-    rows[:0] = [((5, 0, 0), boat.color, boat.name) for boat in scene.boats] if len(scene.boats) <= 4 else []
-    left_out = len(rows) - LEGEND_ROWS
-    for row, (marker, color, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
-        axes.plot(
-            [0.04], [-row], marker=marker, markersize=8, color=color, markeredgecolor=INK, markeredgewidth=0.8
-        )
-        write(axes, 0.11, -row, text, size=9.5, va="center")
-    if left_out > 0:
-        write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
-
-
-def _overview(axes: Any, scene: "MapScene", view: Box) -> None:
-    """The whole terrain, with the plan's frame in it."""
-    from matplotlib.patches import Rectangle
-
-    if not scene.shore:
-        axes.set_axis_off()
-        return
-    points = np.vstack([*scene.shore, np.reshape(view, (2, 2))])
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = 0.04 * float(np.max(high - low))
-    _ground(axes, scene, (low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin))
-    axes.set_aspect("equal", anchor="S")
-    axes.set_xticks([])
-    axes.set_yticks([])
-    frame = Rectangle(
-        view[:2],
-        view[2] - view[0],
-        view[3] - view[1],
-        facecolor="none",
-        edgecolor="#d1495b",
-        lw=1.6,
-        zorder=5,
-    )
-    axes.add_patch(frame)
-    for things, color in ((scene.objects, INK), (scene.boats, "#d1495b")):
-        places = np.array([(thing.x, thing.y) for thing in things]).reshape(-1, 2)
-        axes.plot(*places.T, linestyle="", marker="o", markersize=1.6, color=color, zorder=4)
-    length = nice_length(float(high[0] - low[0]) / 3.0)
-    axes.set_title(
-        f"whole terrain, {high[0] - low[0]:.0f} m × {high[1] - low[1]:.0f} m", fontsize=9, color=SOFT
-    )
-    axes.plot([low[0], low[0] + length], [low[1], low[1]], color=INK, linewidth=2)
-    write(
-        axes,
-        low[0] + length / 2,
-        low[1] + margin / 2,
-        f"{length:g} m",
-        size=8,
-        ha="center",
-        va="bottom",
-        zorder=6,
-    )
 
 
 def _turn(yaw: float) -> FloatArray:

@@ -1,0 +1,209 @@
+"""`vrx-mj bench`: the budgets of the design, measured here and now.
+
+Everything is warmed up first; ratios alternate their two sides and take medians.
+"""
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from rich.console import Console
+from rich.table import Table
+
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.runtime.simulation import Simulation
+
+Row = dict[str, Any]
+ROUNDS = 15
+DT = 0.01
+
+SEA = {
+    "sea": {"scale": 2.5},
+    "wind": {
+        "mean_velocity": 5.0,
+        "var_gain": 1.0,
+        "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
+    },
+}
+"""Open water with the sea of VRX's Sydney worlds and a gusty wind."""
+
+BARE_BOAT = """
+<body name="boat{i}" pos="{x} {y} 0"><freejoint/>
+  <inertial pos="-0.286 0 0.146" mass="258" diaginertia="217 566 683"/>
+  <geom type="cylinder" size="0.2 2" pos="-0.4 1.03 0.2" euler="0 1.57 0"/>
+  <geom type="cylinder" size="0.2 2" pos="-0.4 -1.03 0.2" euler="0 1.57 0"/>
+  <geom type="box" size="0.925 0.5 0.05" pos="0 0 1.25"/>
+</body>"""
+BARE_WORLD = """
+<mujoco><compiler angle="radian"/>
+  <option timestep="0.01" gravity="0 0 0" solver="Newton" jacobian="sparse">
+    <flag warmstart="disable" autoreset="disable"/>
+  </option>
+  <worldbody>{boats}</worldbody>
+</mujoco>"""
+
+
+def measure() -> list[Row]:
+    """Every row: name, value, unit, budget, and whether it is inside."""
+    rows = [
+        _row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5),
+        _row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5),
+        _row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True),
+        _row("record_overhead", record_overhead(), "of the run", 0.05),
+        _row("import_s", import_seconds(), "s", 0.1),
+        _row("compile_100_s", compile_seconds(100), "s", 3.0),
+        _row("rss_3_mb", resident_megabytes(), "MB", 350.0),
+        _row("rtf_1", real_time_factor(), "x real time", None),
+    ]
+    return rows
+
+
+def print_rows(rows: list[Row]) -> None:
+    """The rows as a table."""
+    table = Table(title="vrx-mj bench")
+    for name in ("name", "value", "unit", "budget", "ok"):
+        table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
+    for row in rows:
+        budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
+        table.add_row(
+            row["name"], f"{row['value']:.4g}", row["unit"], budget, "yes" if row["ok"] else "[red]no[/]"
+        )
+    Console().print(table)
+
+
+def _row(name: str, value: float, unit: str, budget: float | None, *, at_least: bool = False) -> Row:
+    ok = budget is None or (value >= budget if at_least else value <= budget)
+    return {
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "budget": budget,
+        "limit": "at least" if at_least else "at most",
+        "ok": ok,
+    }
+
+
+def fleet(count: int) -> Mapping[str, Any]:
+    """Boats with two fixed engines each, 12 m apart in rows of 25."""
+    places = [{"x": 12.0 * (i % 25), "y": 12.0 * (i // 25)} for i in range(count)]
+    return {"usv_count": count, "thrusters": "H", "positions": places}
+
+
+def sailing(count: int) -> Simulation:
+    """Boats under way in the sea, warmed up."""
+    sim = Simulation(compile_world(SEA, fleet=fleet(count)))
+    sim.step({boat: {"left": 0.1, "right": 0.1} for boat in sim.boats}, duration=2.0)
+    return sim
+
+
+def bare(count: int) -> Callable[[int], None]:
+    """`mj_step` of the same boats as free bodies with three geoms each."""
+    boats = "".join(BARE_BOAT.format(i=i, x=12 * (i % 25), y=12 * (i // 25)) for i in range(count))
+    model = mujoco.MjModel.from_xml_string(BARE_WORLD.format(boats=boats))
+    data = mujoco.MjData(model)
+
+    def step(steps: int) -> None:
+        mujoco.mj_step(model, data, nstep=steps)
+
+    return step
+
+
+def ratio(ours: Callable[[], object], theirs: Callable[[], object]) -> float:
+    """Median of ours / theirs, alternating."""
+    seconds: dict[Any, list[float]] = {ours: [], theirs: []}
+    for number in range(ROUNDS + 2):
+        for side in (theirs, ours):
+            begun = time.perf_counter()
+            side()
+            if number >= 2:
+                seconds[side].append(time.perf_counter() - begun)
+    return statistics.median(a / b for a, b in zip(seconds[ours], seconds[theirs], strict=True))
+
+
+def step_ratio(count: int, steps: int) -> float:
+    """Cost of our step, sea and wind and all, over that of a bare one."""
+    sim, step = sailing(count), bare(count)
+    return ratio(lambda: sim.advance(steps), lambda: step(steps))
+
+
+def boats_in_real_time(count: int) -> float:
+    """How many boats one core carries at 10 ms, from the cost of `count` of them."""
+    sim = sailing(count)
+    seconds = []
+    for _ in range(ROUNDS):
+        begun = time.perf_counter()
+        sim.advance(20)
+        seconds.append((time.perf_counter() - begun) / 20)
+    return count * DT / statistics.median(seconds)
+
+
+def record_overhead() -> float:
+    """Share that recording adds to a minute of the README's run, writing included."""
+    from vrx_mj.adapters.record import record
+
+    sim = Simulation(compile_world("example_course", fleet="trio"))
+    minute = sim.steps_in(60.0)
+
+    def plain() -> None:
+        sim.reset()
+        sim.advance(minute)
+
+    with tempfile.TemporaryDirectory() as folder:
+
+        def recorded() -> None:
+            sim.reset()
+            with record(sim, Path(folder) / "run.rrd"):
+                sim.advance(minute)
+
+        return ratio(recorded, plain) - 1.0
+
+
+def import_seconds() -> float:
+    """What `import vrx_mj` takes in a fresh interpreter."""
+    code = "import time; t = time.perf_counter(); import vrx_mj; print(time.perf_counter() - t)"
+    runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, check=True) for _ in range(5)]
+    return statistics.median(float(run.stdout) for run in runs)
+
+
+def compile_seconds(count: int) -> float:
+    """From a fleet to a model that MuJoCo has loaded."""
+    seconds = []
+    for _ in range(3):
+        begun = time.perf_counter()
+        world = compile_world(SEA, fleet=fleet(count))
+        mujoco.MjModel.from_xml_string(world.mjcf, dict(world.assets))
+        seconds.append(time.perf_counter() - begun)
+    return statistics.median(seconds)
+
+
+MEMORY_CODE = """
+import sys, vrx_mj
+sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
+sim.step(duration=1.0)
+if sys.platform == "linux":
+    pages = int(open("/proc/self/statm", encoding="ascii").read().split()[1])
+    import os
+    print(pages * os.sysconf("SC_PAGE_SIZE") / 1e6)
+else:
+    print("nan")
+"""
+
+
+def resident_megabytes() -> float:
+    """Memory of a process that sails three boats, without cameras; not known but on Linux."""
+    done = subprocess.run([sys.executable, "-c", MEMORY_CODE], capture_output=True, check=True)
+    return float(done.stdout)
+
+
+def real_time_factor() -> float:
+    """Simulated over wall time of one boat on the example course."""
+    sim = Simulation(compile_world("example_course"))
+    begun = time.perf_counter()
+    sim.step({"wamv": {"left": 0.5, "right": 0.4}}, duration=60.0)
+    return 60.0 / (time.perf_counter() - begun)

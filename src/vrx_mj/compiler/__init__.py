@@ -1,0 +1,1 @@
+"""From YAML models to MJCF."""

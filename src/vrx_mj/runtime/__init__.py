@@ -1,0 +1,1 @@
+"""Everything that runs: the compiled loop and the Simulation around it."""
