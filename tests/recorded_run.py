@@ -37,17 +37,13 @@ def moved(mesh, *where):
 
 
 def boat_surfaces():
-    hulls = [
-        moved(trimesh.creation.capsule(height=3.6, radius=0.21, transform=None), 0, 0, 0) for _ in range(2)
-    ]
+    hulls = [moved(trimesh.creation.capsule(height=3.6, radius=0.21, transform=None), 0, 0, 0) for _ in range(2)]
     turn = trimesh.transformations.rotation_matrix(math.pi / 2, [0, 1, 0])
     for hull, side in zip(hulls, (1.03, -1.03), strict=True):
         hull.apply_transform(turn)
         moved(hull, -1.8, side, 0.15)
     deck = moved(trimesh.creation.box((1.7, 1.2, 0.12)), 0, 0, 1.2)
-    legs = [
-        moved(trimesh.creation.box((0.08, 0.08, 1.0)), x, y, 0.7) for x in (-0.7, 0.7) for y in (-1.0, 1.0)
-    ]
+    legs = [moved(trimesh.creation.box((0.08, 0.08, 1.0)), x, y, 0.7) for x in (-0.7, 0.7) for y in (-1.0, 1.0)]
     return (
         *(surface(hull, (0.92, 0.92, 0.9, 1.0)) for hull in hulls),
         surface(deck, (0.25, 0.27, 0.3, 1.0)),

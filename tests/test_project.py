@@ -92,24 +92,15 @@ def test_there_is_no_utils():
 @pytest.mark.parametrize("file", SOURCES, ids=shown)
 def test_public_names_exist(file):
     tree = parsed(file)
-    lists = [
-        n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "__all__"
-    ]
+    lists = [n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "__all__"]
     if not lists or file.name == "__init__.py" or not isinstance(lists[0], ast.List):
         return
     defined = {ast.unparse(target) for n in tree.body if isinstance(n, ast.Assign) for target in n.targets}
-    defined |= {
-        n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
-    }
+    defined |= {n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
     defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    defined |= {part.strip() for name in defined if name.startswith("(") for part in name.strip("()").split(",")}
     defined |= {
-        part.strip() for name in defined if name.startswith("(") for part in name.strip("()").split(",")
-    }
-    defined |= {
-        alias.asname or alias.name
-        for n in ast.walk(tree)
-        if isinstance(n, ast.ImportFrom)
-        for alias in n.names
+        alias.asname or alias.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names
     }
     assert {ast.literal_eval(name) for name in lists[0].elts} <= defined
 

@@ -130,9 +130,7 @@ def rod(start: Vector, end: Vector, radius: float, sides: int = 12) -> Trimesh:
     return tube(np.array([start, end], dtype=np.float64), radius, sides)
 
 
-def turned(
-    profile: Sequence[tuple[float, float]], center: Vector, axis: str = "x", sides: int = 14
-) -> Trimesh:
+def turned(profile: Sequence[tuple[float, float]], center: Vector, axis: str = "x", sides: int = 14) -> Trimesh:
     """Body of revolution about the x or z axis through `center`; profile: (place along the axis, radius)."""
     ring = circle(sides)
     rings = np.array([np.column_stack([np.full(sides, place), radius * ring]) for place, radius in profile])

@@ -108,9 +108,7 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
         raise VrxError(f"a map cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
     file.parent.mkdir(parents=True, exist_ok=True)
     with warnings.catch_warnings():
-        warnings.filterwarnings(
-            "ignore", message="Glyph .* missing from font"
-        )  # no font for a name: boxes, no noise
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # no font for a name: boxes, no noise
         chart(scene, size).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 
@@ -128,9 +126,7 @@ def map_of(world: World) -> MapScene:
         boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
         waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
         wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
-        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"])
-        if sea["waves"]
-        else None,
+        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"]) if sea["waves"] else None,
     )
 
 

@@ -50,7 +50,12 @@ def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=head + (" (interrupted)" if summary.interrupted else ""))
-    for name, justify in (("boat", "left"), ("east [m]", "right"), ("north [m]", "right"), ("up [m]", "right")):
+    for name, justify in (
+        ("boat", "left"),
+        ("east [m]", "right"),
+        ("north [m]", "right"),
+        ("up [m]", "right"),
+    ):
         table.add_column(name, justify=justify)  # type: ignore[arg-type]
     table.add_column("heading [deg]", justify="right")
     table.add_column("way [m]", justify="right")

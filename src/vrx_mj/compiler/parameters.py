@@ -20,12 +20,12 @@ SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
 def sea_parameters(sea: SeaConfig) -> Row:
     """Wave components and start-up ramp; `model: none` is a sea without components."""
     along = tuple(sea.direction)
-    common = {"number": sea.number, "scale": sea.scale, "angle": sea.angle, "steepness": sea.steepness}
+    shape = (sea.number, sea.scale, sea.angle, sea.steepness)
     waves: Sequence[Row] = ()
     if sea.model == "pms":
-        waves = pms_components(period=sea.period, gain=sea.gain, direction=along, **common)
+        waves = pms_components(*shape, gain=sea.gain, period=sea.period, direction=along)
     elif sea.model == "cwr":
-        waves = cwr_components(period=sea.period, amplitude=sea.amplitude, direction=along, **common)
+        waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=along)
     afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
     return {
@@ -66,6 +66,7 @@ def float_row(item: PlacedObject, wind: WindConfig | None, gravity: float) -> tu
     config = item.config
     buoyancy = config.buoyancy
     assert buoyancy is not None, f"{item.model} does not float"
+    assert config.inertia is not None, f"{item.model} has no inertia"
     ixx, iyy, izz = config.inertia
     row = {
         "body": f"{item.name}/{config.link}",

@@ -30,9 +30,7 @@ class PlacedDock:
     pose: Pose
 
 
-def place_objects(
-    placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = ""
-) -> Iterator[PlacedObject]:
+def place_objects(placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = "") -> Iterator[PlacedObject]:
     """Every single object of the placements, courses taken apart."""
     for item in placements:
         config = load_object(item.model, item.folder)

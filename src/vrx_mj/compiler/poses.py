@@ -54,6 +54,6 @@ def compose(outer: Pose, inner: Pose) -> Pose:
     """Pose in the world of something at `inner` in a frame that is at `outer`."""
     turn = rotation(*outer[3:])
     x, y, z = (a + b for a, b in zip(outer[:3], apply(turn, inner[:3]), strict=True))
-    columns = [apply(turn, column) for column in zip(*rotation(*inner[3:]), strict=True)]
-    roll, pitch, yaw = angles(tuple(zip(*columns, strict=True)))
+    a, b, c = (apply(turn, column) for column in zip(*rotation(*inner[3:]), strict=True))
+    roll, pitch, yaw = angles(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
     return x, y, z, roll, pitch, yaw

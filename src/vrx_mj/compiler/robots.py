@@ -89,9 +89,7 @@ def mounts(config: RobotConfig, layout: str) -> tuple[Mount, ...]:
     return config.layouts[layout]
 
 
-def robot_mjcf(
-    config: RobotConfig, layout: str, engines: Engines = "fixed", color: Color | None = None
-) -> RobotModel:
+def robot_mjcf(config: RobotConfig, layout: str, engines: Engines = "fixed", color: Color | None = None) -> RobotModel:
     """The boat as a MuJoCo model of its own, to be attached under a prefix.
 
     Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.

@@ -201,9 +201,7 @@ Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
 Principal = Annotated[tuple[Positive, Positive, Positive], numbers("ixx iyy izz"), AfterValidator(_possible)]
 """Moments of inertia of a body about its centre of mass [kg m2]."""
 
-Pose = Annotated[
-    tuple[Coordinate, Coordinate, Coordinate, float, float, float], numbers("x y z roll pitch yaw")
-]
+Pose = Annotated[tuple[Coordinate, Coordinate, Coordinate, float, float, float], numbers("x y z roll pitch yaw")]
 """x, y, z [m], roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll), body to world."""
 
 Color = Annotated[tuple[Share, Share, Share, Share], BeforeValidator(_rgba)]

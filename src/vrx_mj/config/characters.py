@@ -134,9 +134,7 @@ def _in_code(code: str) -> Iterator[tuple[int, str]]:
     for word in _WORD.finditer(code):
         if _mixed(word[0]):
             hits += [
-                (word.start() + index, _advice(letter))
-                for index, letter in enumerate(word[0])
-                if letter in LETTERS
+                (word.start() + index, _advice(letter)) for index, letter in enumerate(word[0]) if letter in LETTERS
             ]
     yield from sorted(hits)
 

@@ -70,9 +70,7 @@ def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
         if hit and not any(line == i for line, _ in found):
             hint = _HINTS.get(hit[0], "only X and blank")
             found[i, hit.start() + 1] = f"{shown(hit[0])} in a dock; {hint}"
-    return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][
-        :_MAX_FAULTS
-    ]
+    return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
 def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:

@@ -204,8 +204,7 @@ def _numbered(fleet: FleetConfig) -> list[Pose]:
     if fleet.layout == "circle":
         radius, step = fleet.radius or RADIUS, 2 * math.pi / max(count, 1)
         return [
-            (radius * math.sin(step * i), radius * math.cos(step * i), 0.1, 0.0, 0.0, -step * i)
-            for i in range(count)
+            (radius * math.sin(step * i), radius * math.cos(step * i), 0.1, 0.0, 0.0, -step * i) for i in range(count)
         ]
     spacing = fleet.spacing or SPACING
     return [(0.0, spacing * ((count - 1) / 2 - i), 0.1, 0.0, 0.0, 0.0) for i in range(count)]
@@ -264,9 +263,7 @@ def _entry_faults(fleet: FleetConfig) -> list[tuple[Loc, str]]:
     for index, entry in enumerate(fleet.boats):
         slot = _slot_of(entry, index, count)
         if slot is None and entry.pose is None:
-            found.append(
-                (("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones")
-            )
+            found.append((("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"))
         elif slot in taken:
             found.append((("boats", index), f"about wamv{(slot or 0) + 1}, as an entry before it"))
         if slot is not None:
@@ -292,9 +289,7 @@ def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     return x0 + cos * x - sin * y, y0 + sin * x + cos * y, z, roll, pitch, yaw + turn
 
 
-def _boat(
-    fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: BoatEntry | None
-) -> BoatConfig:
+def _boat(fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: BoatEntry | None) -> BoatConfig:
     """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's."""
     levels = [level for level in (entry, fleet) if level is not None]
     owner = next((level for level in levels if level.robot), world.spawn)

@@ -105,9 +105,7 @@ def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
 def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> None:
     things: list[Placed] = [*world.objects, *world.docks]
     places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in things)]
-    distance, nearest = min(
-        (math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places
-    )
+    distance, nearest = min((math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places)
     if distance > FAR:
         text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
         advice = f"over {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"

@@ -77,9 +77,7 @@ def read_source(kind: str, source: Path | Mapping[str, Any]) -> Section:
     try:
         section = of_python(source, file)
     except RecursionError:
-        raise ConfigError(
-            [Problem(file.name, None, None, "", "nested too deeply, or inside itself")]
-        ) from None
+        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")]) from None
     return _extended(kind, section, None, ())
 
 
@@ -87,9 +85,7 @@ def _read(file: Path) -> Section:
     try:
         stat = file.stat()
     except OSError as error:
-        raise ConfigError(
-            [Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]
-        ) from None
+        raise ConfigError([Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]) from None
     return _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
 
 
@@ -125,9 +121,7 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
     return base
 
 
-def validated(
-    model: type[ConfigT], section: Section, loading: Loading, *, name: str | None = None
-) -> ConfigT:
+def validated(model: type[ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> ConfigT:
     """The model of a section; `name` is for a model that has one and whose file gives none."""
     if name is not None and "name" not in section:
         section = Section({**section, "name": name}, section.place, section.entries)

@@ -179,9 +179,7 @@ def _composite(thing: ObjectConfig) -> list[Fault]:
 
 
 def _static(thing: ObjectConfig) -> list[Fault]:
-    return (
-        [(("buoyancy",), "a static object does not float; remove this or `static`")] if thing.buoyancy else []
-    )
+    return [(("buoyancy",), "a static object does not float; remove this or `static`")] if thing.buoyancy else []
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
@@ -230,7 +228,5 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
         return
     displaced = thing.buoyancy.fluid_density * sum(element.volume for element in thing.buoyancy.elements)
     if thing.mass > displaced:
-        text = (
-            f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
-        )
+        text = f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)

@@ -18,9 +18,7 @@ __all__ = ["problem_at", "problems_of"]
 def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
     found = [_problem(details, model, section) for details in error.errors(include_url=False)]
-    return sorted(
-        dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0)
-    )
+    return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
 
 
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:

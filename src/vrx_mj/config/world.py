@@ -143,9 +143,7 @@ class Georeference(Config):
     heading: float = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
-    def to_enu(
-        self, latitude: float, longitude: float, altitude: float | None = None
-    ) -> tuple[float, float, float]:
+    def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
         """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
         import pymap3d
 
@@ -193,9 +191,7 @@ class TaskConfig(Config):
     def _has_somewhere_to_go(self) -> Self:
         wanted, other = ("goal", "waypoints") if self.type == "stationkeeping" else ("waypoints", "goal")
         found = [] if getattr(self, wanted) else [((wanted,), f"a {self.type} task needs it")]
-        found += (
-            [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
-        )
+        found += [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
         if found:
             raise faults(*found)
         return self
@@ -234,9 +230,7 @@ class WorldConfig(Config):
     def _is_consistent(self) -> Self:
         found = repeated(objects=self.objects, docks=self.docks)
         if self.task and not self.georeference:
-            found.append(
-                (("task",), "its latitudes and longitudes need a `georeference`, and the world has none")
-            )
+            found.append((("task",), "its latitudes and longitudes need a `georeference`, and the world has none"))
         if found:
             raise faults(*found)
         return self

@@ -63,15 +63,11 @@ def read_lines(path: Path) -> tuple[str, ...]:
     """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
     name = display(path)
     try:
-        data = (
-            path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
-        )
+        data = path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
     except OSError as error:
         raise ConfigError([Problem(name, None, None, "", f"cannot be read: {error.strerror}")]) from None
     if len(data) > MAX_BYTES:
-        raise ConfigError(
-            [Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")]
-        )
+        raise ConfigError([Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")])
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

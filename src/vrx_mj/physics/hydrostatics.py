@@ -19,14 +19,16 @@ __all__ = ["hydrostatics", "section_area", "station_force"]
 def section_area(radius: float, depth: float) -> float:
     """Return the area [m2] of a circle's segment of height `depth` [m], 0 at least and `radius` at most.
 
-    A = R^2 acos((R - h) / R) - (R - h) sqrt(2 R h - h^2).
+    A = R^2 acos((R - h) / R) - (R - h) sqrt(2 R h - h^2); half the arc cosine is asin(sqrt(h / 2 R)),
+    which keeps what is small.
     """
     if depth <= 0.0:
         return 0.0
     if depth >= radius:
         return 0.5 * math.pi * radius * radius
-    above = radius - depth
-    return radius * radius * math.acos(above / radius) - above * math.sqrt(depth * (2.0 * radius - depth))
+    share = depth / (2.0 * radius)
+    half_chord = 2.0 * radius * math.sqrt(share * (1.0 - share))
+    return 2.0 * radius * radius * math.asin(math.sqrt(share)) - (radius - depth) * half_chord
 
 
 @kernel

@@ -54,9 +54,7 @@ class Wrench(NamedTuple):
 
 
 @kernel
-def motion(
-    qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int
-) -> Motion:
+def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int) -> Motion:
     """Return the motion of the link on the free joint at `qpos_adr` and `dof_adr`.
 
     MuJoCo's free joint has the origin's position and a quaternion (w, x, y, z) in `qpos`, and in
@@ -124,9 +122,7 @@ def shift(wrench: Wrench, lever: Vector) -> Wrench:
 
 
 @kernel
-def carry(
-    wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]
-) -> Wrench:
+def carry(wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]) -> Wrench:
     """Return `wrench`, which is about the link's point `start`, about its point `end`.
 
     Both points [m] in body axes from the link's origin, (3,).

@@ -14,9 +14,10 @@ __all__ = [
 ]  # fmt: skip
 
 
-def _curve(*coefficients: float) -> tuple[float, ...]:
-    """Return (A, K, B, nu, C, M) as VRX holds them: rounded to 32-bit floats."""
-    return tuple(float(np.float32(value)) for value in coefficients)
+def _curve(a: float, k: float, b: float, nu: float, c: float, m: float) -> tuple[float, ...]:
+    """Return (A, K - A, B, 1 / nu, C, M); VRX rounds the six and K - A to 32-bit floats, 1 / nu not."""
+    low, high, rate, shape, base, middle = (np.float32(value) for value in (a, k, b, nu, c, m))
+    return float(low), float(high - low), float(rate), 1.0 / float(shape), float(base), float(middle)
 
 
 _AHEAD = _curve(0.01, 59.82, 5.0, 0.38, 0.56, 0.28)
@@ -48,8 +49,8 @@ def thrust_force(thruster: Record, command: float) -> float:
 @kernel
 def _logistic(curve: tuple[float, ...], x: float) -> float:
     """Return A + (K - A) / (C + exp(-B (x - M)))^(1 / nu)."""
-    a, k, b, nu, c, m = curve
-    return float(a + (k - a) / (c + math.exp(-b * (x - m))) ** (1.0 / nu))
+    a, span, b, power, c, m = curve
+    return float(a + span / (c + math.exp(-b * (x - m))) ** power)
 
 
 @kernel

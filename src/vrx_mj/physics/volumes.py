@@ -101,9 +101,7 @@ def sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerg
 
 
 @kernel
-def prism(
-    ring: npt.NDArray[np.float64], edges: Edges, x: float, y: float, z: float, level: float
-) -> Submerged:
+def prism(ring: npt.NDArray[np.float64], edges: Edges, x: float, y: float, z: float, level: float) -> Submerged:
     """Return what a prism with centre (x, y, z) has below the plane z = `level`.
 
     `ring` (n, 2) holds the corners of its section in units of the first two vectors in `edges`, and in
@@ -174,9 +172,7 @@ def _reach(ring: npt.NDArray[np.float64], edges: Edges) -> float:
 def _triple(e: Edges) -> float:
     """Return the volume [m3] that the three vectors span."""
     return abs(
-        e.cx * (e.ay * e.bz - e.az * e.by)
-        + e.cy * (e.az * e.bx - e.ax * e.bz)
-        + e.cz * (e.ax * e.by - e.ay * e.bx)
+        e.cx * (e.ay * e.bz - e.az * e.by) + e.cy * (e.az * e.bx - e.ax * e.bz) + e.cz * (e.ax * e.by - e.ay * e.bx)
     )
 
 

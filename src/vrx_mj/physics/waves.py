@@ -93,9 +93,7 @@ def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-def _component(
-    amplitude: float, frequency: float, direction: tuple[float, float], steepness: float
-) -> Component:
+def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> Component:
     """Return the row of a deep-water wave; `steepness` is a k q as long as q stays below 1."""
     wavenumber = frequency**2 / WAVE_GRAVITY
     factor = min(1.0, steepness / (amplitude * wavenumber)) if amplitude else 0.0

@@ -37,9 +37,7 @@ def wind_velocity(wind: Record, state: Record) -> tuple[float, float]:
 
 
 @kernel
-def wind_load(
-    coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]
-) -> Wrench:
+def wind_load(coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the wind's wrench: world axes, about the link's centre of mass.
 
     In body axes X = cx u |u|, Y = cy v |v|, N = -2 cz u v, with (u, v) the wind [m/s] and `coefficients`

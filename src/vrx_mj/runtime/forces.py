@@ -10,7 +10,13 @@ from vrx_mj.physics.drag import added_bias, added_inertia, drag
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import Motion, Wrench, motion, shift
 from vrx_mj.physics.tables import Record
-from vrx_mj.physics.thrust import effective_command, servo_step, steering_target, thrust_force, thruster_wrench
+from vrx_mj.physics.thrust import (
+    effective_command,
+    servo_step,
+    steering_target,
+    thrust_force,
+    thruster_wrench,
+)
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 from vrx_mj.runtime.observation import rotation_matrix
 from vrx_mj.runtime.rig import Rig
@@ -29,7 +35,8 @@ class Forces(dict[str, FloatArray]):
     @property
     def total(self) -> FloatArray:
         """(6,): the sum of all that acts from outside."""
-        return np.sum(list(self.values()), axis=0)
+        total: FloatArray = np.sum(list(self.values()), axis=0)
+        return total
 
 
 def boat_forces(rig: Rig, index: int, time: float) -> Forces:

@@ -6,12 +6,14 @@ velocity that the last step left, and to the time at which this one ends.
 """
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.physics.drag import added_bias, added_inertia, drag
 from vrx_mj.physics.flotation import flotation, water_rise
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import add, carry, motion, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
+from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -34,24 +36,37 @@ HUGE = 1e7
 _STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
 
 mj_check_pos, mj_check_vel, mj_check_acc = engine.mj_check_pos, engine.mj_check_vel, engine.mj_check_acc
-mj_fwd_position, mj_factor_m = engine.mj_fwd_position, engine.mj_factor_m
+mj_fwd_kinematics, mj_make_m, mj_factor_m = engine.mj_fwd_kinematics, engine.mj_make_m, engine.mj_factor_m
+mj_collision, mj_make_constraint, mj_island = engine.mj_collision, engine.mj_make_constraint, engine.mj_island
+mj_project_constraint, mj_transmission = engine.mj_project_constraint, engine.mj_transmission
 mj_sensor_pos, mj_sensor_vel, mj_sensor_acc = engine.mj_sensor_pos, engine.mj_sensor_vel, engine.mj_sensor_acc
 mj_fwd_velocity, mj_fwd_actuation = engine.mj_fwd_velocity, engine.mj_fwd_actuation
 mj_fwd_acceleration, mj_fwd_constraint = engine.mj_fwd_acceleration, engine.mj_fwd_constraint
 mj_euler, mj_kinematics = engine.mj_euler, engine.mj_kinematics
 
+Address = int
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.integer]
 
+
+# fmt: off
 @kernel
 def advance(
-    model, quiet, data, qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row,
-    sea, waves, wind, wind_state, hulls, thrusters, thruster_state, floats, elements, float_state,
-    movers, obstacles, look, sampling, samples, time, dt, steps,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+    model: Address, quiet: Address, data: Address,
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
+    sea: Table, waves: Table, wind: Table, wind_state: Table,
+    hulls: Table, thrusters: Table, thruster_state: Table,
+    floats: Table, elements: Table, float_state: Table,
+    movers: Table, obstacles: Table, look: Table,
+    sampling: Ints, samples: Floats,
+    time: float, dt: float, steps: int,
+) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
     `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
     done: fewer when the sample buffer is full, -1 when the state has diverged.
     """
+    # fmt: on
     added = np.empty((6, 6))
     done = 0
     while done < steps:
@@ -71,10 +86,8 @@ def advance(
             wrench = add(wrench, drag(hull, body))
             wrench = add(wrench, added_bias(hull, body))
             wrench = add(wrench, wind_load(hull.wind, body, air))
-            wrench = add(
-                wrench,
-                thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt),
-            )
+            push = thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
+            wrench = add(wrench, push)
             apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
         for i in range(floats.size):
             item = floats[i]
@@ -82,8 +95,7 @@ def advance(
             load = wind_load(item.wind, body, air)
             height = surface_height(waves, sea[0], body.x, body.y, time)
             rise = water_rise(float_state[i], height, dt)
-            wrench = add(flotation(item, elements, body, height, rise, dt, load), load)
-            apply(xfrc_applied, item.body, wrench)
+            apply(xfrc_applied, item.body, add(load, flotation(item, elements, body, height, rise, dt, load)))
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
         move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added)
         done += 1
@@ -92,17 +104,25 @@ def advance(
 
 
 @kernel
-def move(model, data, qpos, qvel, inertia, inertia_row, hulls, added):  # type: ignore[no-untyped-def]
+def move(
+    model: Address, data: Address,
+    qpos: Floats, qvel: Floats, inertia: Floats, inertia_row: Ints, hulls: Table, added: Floats,
+) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass put into the inertia on the way."""
     mj_check_pos(model, data)
     mj_check_vel(model, data)
-    mj_fwd_position(model, data)
-    if hulls.size:
-        for i in range(hulls.size):
-            hull = hulls[i]
-            added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
-            add_to_inertia(inertia, inertia_row, hull.dof, added)
-        mj_factor_m(model, data)
+    mj_fwd_kinematics(model, data)
+    mj_make_m(model, data)
+    for i in range(hulls.size):
+        hull = hulls[i]
+        added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
+        add_to_inertia(inertia, inertia_row, hull.dof, added)
+    mj_factor_m(model, data)
+    mj_collision(model, data)
+    mj_make_constraint(model, data)
+    mj_island(model, data)
+    mj_project_constraint(model, data)
+    mj_transmission(model, data)
     mj_sensor_pos(model, data)
     mj_fwd_velocity(model, data)
     mj_sensor_vel(model, data)
@@ -116,8 +136,9 @@ def move(model, data, qpos, qvel, inertia, inertia_row, hulls, added):  # type: 
 
 @kernel
 def thrust(
-    hull, body, thrusters, state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt
-):  # type: ignore[no-untyped-def]
+    hull: Record, body: Motion, thrusters: Table, state: Table,
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, time: float, dt: float,
+) -> Wrench:  # fmt: skip
     """Steer the hull's engines and thrust with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
@@ -128,21 +149,20 @@ def thrust(
         command = effective_command(own, time)
         if command != own.applied or own.fresh == 0:
             own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
-        force = own.thrust
         target = steering_target(thruster, own.angle_target)
         if thruster.dof < 0:
             if own.angle != target or own.rate != 0.0:
                 own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-            wrench = add(wrench, thruster_wrench(thruster, hull, body, force, own.angle))
+            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle))
         else:
             own.angle, own.rate = qpos[thruster.qpos], qvel[thruster.dof]
             qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
-            apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, force, own.angle))
+            apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
     return wrench
 
 
 @kernel
-def apply(xfrc_applied, body, wrench):  # type: ignore[no-untyped-def]
+def apply(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
     """Write a wrench about a body's centre of mass into its row of `xfrc_applied`."""
     row = xfrc_applied[body]
     row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
@@ -150,7 +170,7 @@ def apply(xfrc_applied, body, wrench):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_to_inertia(inertia, inertia_row, dof, added):  # type: ignore[no-untyped-def]
+def add_to_inertia(inertia: Floats, inertia_row: Ints, dof: int, added: Floats) -> None:
     """Add a symmetric (6, 6) to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
 
     A row holds its ancestors' columns in order, and a free joint at the root has none but its own.
@@ -162,7 +182,7 @@ def add_to_inertia(inertia, inertia_row, dof, added):  # type: ignore[no-untyped
 
 
 @kernel
-def diverged(qpos, qvel):  # type: ignore[no-untyped-def]
+def diverged(qpos: Floats, qvel: Floats) -> bool:
     """Tell whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
     for value in qpos:
@@ -173,7 +193,9 @@ def diverged(qpos, qvel):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time):  # type: ignore[no-untyped-def]
+def sample(
+    qpos: Floats, qvel: Floats, wind_state: Table, thruster_state: Table, sampling: Ints, samples: Floats, time: float
+) -> None:  # fmt: skip
     """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel] if one is due."""
     if sampling[_STRIDE] == 0:
         return

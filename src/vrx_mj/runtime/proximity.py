@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.tables import Table
+from vrx_mj.physics.tables import Record, Table
 
 __all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles"]
 
@@ -77,7 +77,7 @@ def _colliding(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
 
 
 @kernel
-def apart(movers, obstacles, qpos, look):  # type: ignore[no-untyped-def]
+def apart(movers: Table, obstacles: Table, qpos: npt.NDArray[np.float64], look: Record) -> bool:
     """Tell whether nothing can touch anything at `qpos`; `look`, a row of LOOK, is kept between calls."""
     if look.wait > 0:
         look.wait -= 1
@@ -94,11 +94,11 @@ def apart(movers, obstacles, qpos, look):  # type: ignore[no-untyped-def]
             mover.seen[k] = qpos[mover.qpos + k]
     look.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
     look.wait = 0 if look.clearance > 0.0 else WAIT
-    return look.clearance > 0.0
+    return bool(look.clearance > 0.0)
 
 
 @kernel
-def _from_each_other(movers):  # type: ignore[no-untyped-def]
+def _from_each_other(movers: Table) -> float:
     """Return the least distance [m] between the movers' spheres; `REACH` at most."""
     least = REACH
     count = movers.size
@@ -120,12 +120,12 @@ def _from_each_other(movers):  # type: ignore[no-untyped-def]
             dx, dy, dz = a.seen[0] - b.seen[0], a.seen[1] - b.seen[1], a.seen[2] - b.seen[2]
             least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius)
             if least <= 0.0:
-                return least
-    return least
+                return float(least)
+    return float(least)
 
 
 @kernel
-def _from_obstacles(movers, obstacles):  # type: ignore[no-untyped-def]
+def _from_obstacles(movers: Table, obstacles: Table) -> float:
     """Return the least distance [m] between a mover's sphere and a static box; `REACH` at most."""
     least = REACH
     for mover in movers:
@@ -142,5 +142,5 @@ def _from_obstacles(movers, obstacles):  # type: ignore[no-untyped-def]
                 square += gap * gap
             least = min(least, math.sqrt(square) - mover.radius)
             if least <= 0.0:
-                return least
-    return least
+                return float(least)
+    return float(least)

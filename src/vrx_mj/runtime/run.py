@@ -1,12 +1,13 @@
 """A whole run: a controller at its rate, a duration, and the summary at the end."""
 
 import inspect
+import pathlib
 import platform
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module, metadata
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def run(
     """
     steps = sim.steps_in(duration)
     per_call = 1.0 / (control_rate * sim.timestep)
-    way = {boat: 0.0 for boat in sim.boats}
+    way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted = sim.observe(), clock.perf_counter(), False
     done = calls = 0
     try:
@@ -114,10 +115,10 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     except AttributeError as error:
         raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'") from error
-    controller: Controller = found() if inspect.isclass(found) else found
+    controller: Any = found() if inspect.isclass(found) else found
     if hasattr(controller, "reset"):
         controller.reset(seed)
-    return controller
+    return cast("Controller", controller)
 
 
 def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
@@ -138,7 +139,7 @@ def fingerprint() -> str:
 
 def _processor() -> str:
     try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
+        with pathlib.Path("/proc/cpuinfo").open(encoding="utf-8") as file:
             names = (line.partition(":")[2].strip() for line in file if line.startswith("model name"))
             return next(names, "") or platform.processor()
     except OSError:

@@ -3,7 +3,7 @@
 import math
 import tempfile
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import mujoco
@@ -25,6 +25,8 @@ from vrx_mj.runtime.weather import Sea, Wind
 Observation = dict[str, BoatObservation]
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
+LOOP: Callable[..., int] = advance
+"""The compiled loop; its many arguments are the rig's."""
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
@@ -51,7 +53,7 @@ class Simulation:
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         self.reset(seed)
         with announced(advance):
-            advance(*self._arguments, self.time, self.timestep, 0)
+            LOOP(*self._arguments, self.time, self.timestep, 0)
 
     @classmethod
     def load(cls, folder: str | Path) -> "Simulation":
@@ -198,7 +200,7 @@ class Simulation:
             second = self._to_next_second()
             count = min(left, second, max(1, int(SLICE / self._pace)))
             begun = clock.perf_counter()
-            done = int(advance(*self._arguments, self.time, self.timestep, count))
+            done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
                 self._diverged()
             if done:
@@ -249,8 +251,12 @@ class Simulation:
         pose: Sequence[float] | None = None,
         velocity: Sequence[float] | None = None,
     ) -> None:
-        """Put a boat somewhere: pose (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin and
-        velocity (u, v, w, p, q, r) [m/s, rad/s] of that origin in body axes. What is not given stays.
+        """Put a boat somewhere, or set it moving; what is not given stays.
+
+        Args:
+            name: the boat.
+            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
+            velocity: (u, v, w, p, q, r) [m/s, rad/s] of that origin, body axes.
 
         Raises:
             UnknownNameError: no boat has that name.

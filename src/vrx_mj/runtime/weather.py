@@ -22,9 +22,9 @@ class Sea:
         Vectorised: the arguments are broadcast against each other, and the result has their shape.
         """
         grid = np.broadcast_arrays(*(np.asarray(value, np.float64) for value in (x, y, t)))
-        flat = [np.ascontiguousarray(values).reshape(-1) for values in grid]
-        out = np.empty(flat[0].shape)
-        surface_heights(self._rig.waves, self._rig.sea[0], *flat, out)
+        east, north, when = (np.ascontiguousarray(values).reshape(-1) for values in grid)
+        out = np.empty(east.shape)
+        surface_heights(self._rig.waves, self._rig.sea[0], east, north, when, out)
         return out.reshape(grid[0].shape)
 
 

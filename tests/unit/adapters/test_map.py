@@ -136,9 +136,7 @@ def test_a_world_becomes_a_scene():
     assert scene.wind == MapWind(pytest.approx(90.0), 3.0)
     assert scene.wave == MapWave((1.0, 0.0), 5.0, 0.2)
     assert scene.waypoints == ((1.0, 2.0, 0.5),)
-    assert scene.objects == (
-        MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),
-    )
+    assert scene.objects == (MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),)
     assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2", 1.5)]
     assert scene.boats[1].color == (0.1, 0.2, 0.3)
     np.testing.assert_allclose(scene.docks[0].cells, [[10.0, 0.0], [10.0, 2.0]], atol=1e-12)

@@ -154,9 +154,7 @@ def test_recording_of_a_killed_run_reads_up_to_its_last_second(tmp_path):
     run.communicate()
     record = read_record(path)
     assert not record.complete
-    assert (
-        record.time[-1] >= said[-1] - 10.0
-    )  # a second of wall time is 5 s of this run; twice that, for slow machines
+    assert record.time[-1] >= said[-1] - 10.0  # a second of wall time is 5 s of this run; twice that, for slow machines
     rows = all_rows(record.time[-1])
     assert record.rows.tobytes() == rows.tobytes()
 
@@ -202,9 +200,7 @@ def test_rerun_file_of_something_else_is_an_error(tmp_path):
     LazyChunkStream.from_iter([chunk]).write_rrd(other, application_id="other", recording_id="1")
     with pytest.raises(RecordError) as caught:
         read_record(other)
-    assert (
-        str(caught.value) == f"'{other}' is not a recording of vrx_mj: it is a rerun file of something else"
-    )
+    assert str(caught.value) == f"'{other}' is not a recording of vrx_mj: it is a rerun file of something else"
 
 
 def test_folder_that_does_not_exist_is_an_error(tmp_path):
@@ -249,9 +245,7 @@ def test_scene_without_boats_sea_or_thrusters_records(tmp_path):
     full = recorded_run.scene()
     moving = full.layout().bodies[0]
     buoy = replace(full.bodies[3], qpos=moving.qpos, dof=moving.dof)
-    scene = replace(
-        full, nq=7, nv=6, bodies=(buoy,), thrusters=(), sea_height=None, waypoints=(), shoreline=()
-    )
+    scene = replace(full, nq=7, nv=6, bodies=(buoy,), thrusters=(), sea_height=None, waypoints=(), shoreline=())
     rows = np.arange(60.0).reshape(4, 15)
     with RecordWriter(tmp_path / "run.rrd", scene) as writer:
         writer.rows(rows)

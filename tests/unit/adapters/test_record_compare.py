@@ -55,9 +55,7 @@ def test_sign_of_zero_parts_two_runs_and_equal_nans_do_not(record):
 
 def test_shorter_run_is_told_apart(record):
     other = replace(record, rows=record.rows[:40])
-    assert str(compare(record, other)) == (
-        "rows: 61 and 40\nthe 40 rows that both have are equal to the last bit"
-    )
+    assert str(compare(record, other)) == ("rows: 61 and 40\nthe 40 rows that both have are equal to the last bit")
 
 
 def test_other_seed_and_other_bodies_are_told(record, tmp_path):

@@ -248,8 +248,7 @@ def test_a_joined_body_is_the_sum_of_its_parts():
     ]
     center = sum(mass * np.array(at) for mass, at, _ in parts) / 15
     inertia = sum(
-        np.diag(own) + mass * ((d := np.array(at) - center) @ d * np.eye(3) - np.outer(d, d))
-        for mass, at, own in parts
+        np.diag(own) + mass * ((d := np.array(at) - center) @ d * np.eye(3) - np.outer(d, d)) for mass, at, own in parts
     )
     config, turn = load_object("demo_joined"), np.array(rotation(0.587087348, 0, 0))
     assert config.mass == 15

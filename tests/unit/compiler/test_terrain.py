@@ -65,9 +65,7 @@ def height_of_ground(model, data, x, y, group):
 @pytest.mark.parametrize("name", TERRAINS)
 def test_boats_spawn_in_clear_water(name):
     assert not on_land(name, *SPAWN[name])
-    assert (
-        waterline_distance(name, *SPAWN[name]) > 2.45 + 1.0 + 0.5
-    )  # half a boat, the bank's foot, and room to turn
+    assert waterline_distance(name, *SPAWN[name]) > 2.45 + 1.0 + 0.5  # half a boat, the bank's foot, and room to turn
 
 
 @pytest.mark.parametrize("name", TERRAINS)
@@ -139,9 +137,7 @@ def test_a_boat_driven_at_the_bank_stops_on_it(heading):
     for _ in range(2000):
         up = data.xmat[boat].reshape(3, 3)[:, 2]
         data.xfrc_applied[boat, :3] = 300.0 * forward - 60.0 * data.qvel[:3]
-        data.xfrc_applied[boat, 2] -= (
-            3500.0 * min(data.qpos[2] - 0.1, 0.5) + 300.0 * data.qvel[2]
-        )  # it floats
+        data.xfrc_applied[boat, 2] -= 3500.0 * min(data.qpos[2] - 0.1, 0.5) + 300.0 * data.qvel[2]  # it floats
         data.xfrc_applied[boat, 3:] = 1500.0 * np.cross(up, [0.0, 0.0, 1.0]) - 400.0 * data.qvel[3:]
         mujoco.mj_step(model, data)
     assert data.ncon > 0
@@ -170,9 +166,7 @@ def test_six_digits_hold_the_blocks():
 
 
 def test_an_unknown_terrain_names_the_nearest():
-    with pytest.raises(
-        UnknownNameError, match=r"^no terrain named 'sydney_regata'; did you mean 'sydney_regatta'\?$"
-    ):
+    with pytest.raises(UnknownNameError, match=r"^no terrain named 'sydney_regata'; did you mean 'sydney_regatta'\?$"):
         terrain_mjcf("sydney_regata")
 
 

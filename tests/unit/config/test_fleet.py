@@ -50,9 +50,7 @@ def test_the_file_ships_as_published():
 
 
 def test_positions_can_be_relative_to_the_spawn_pose(world):
-    first, second = boats(
-        {"origin": "spawn", "positions": [{"x": 10, "y": 0}, {"x": 0, "y": 5, "Y": 90}]}, world
-    )
+    first, second = boats({"origin": "spawn", "positions": [{"x": 10, "y": 0}, {"x": 0, "y": 5, "Y": 90}]}, world)
     assert first.pose == pytest.approx((100, 60, 0.1, 0, 0, math.pi / 2))
     assert second.pose == pytest.approx((95, 50, 0.1, 0, 0, math.pi))
 

@@ -60,9 +60,7 @@ def test_courses_in_courses_cannot_blow_up(here):
     load_object("c4")
     with pytest.raises(ConfigError) as caught:
         load_object("c5")
-    assert (
-        str(caught.value) == "c5.yaml:3:23: objects[1].model: over 10000 objects, those in objects included"
-    )
+    assert str(caught.value) == "c5.yaml:3:23: objects[1].model: over 10000 objects, those in objects included"
 
 
 def test_one_scale_is_for_all_three_axes():
@@ -129,9 +127,7 @@ def test_names_are_found_along_the_search_path(here, ours, tmp_path, monkeypatch
 
 
 @pytest.mark.usefixtures("here")
-@pytest.mark.parametrize(
-    "name", ["", "..", "../ball", "a/../ball", "/ball", "c:ball", "a\\b", "a\0b", "x" * 300, "."]
-)
+@pytest.mark.parametrize("name", ["", "..", "../ball", "a/../ball", "/ball", "c:ball", "a\\b", "a\0b", "x" * 300, "."])
 def test_odd_names_are_only_unknown(name):
     with pytest.raises(UnknownNameError):
         find("objects", name)

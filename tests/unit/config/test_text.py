@@ -57,9 +57,7 @@ def test_yes_and_no_can_be_keys():
 
 def test_every_value_knows_its_line_and_column():
     root = section("sea:\n  gain: 1\nobjects:\n  - {name: a}\n  - name: b\n    pose: [0, 1]\n")
-    places = [
-        locate(root, loc)[0] for loc in (("sea", "gain"), ("objects", 0, "name"), ("objects", 1, "pose", 1))
-    ]
+    places = [locate(root, loc)[0] for loc in (("sea", "gain"), ("objects", 0, "name"), ("objects", 1, "pose", 1))]
     assert [(place.line, place.column) for place in places] == [(2, 9), (4, 12), (6, 15)]
 
 
@@ -67,9 +65,7 @@ def test_an_alias_repeats_its_anchor():
     assert section("a: &x [1, 2]\nb: *x") == {"a": (1, 2), "b": (1, 2)}
 
 
-@pytest.mark.parametrize(
-    "data", [b"\xef\xbb\xbfsea:\r\n  gain: 0.2\r\n", b"sea:\r  gain: 0.2", b"sea: {gain: 0.2}"]
-)
+@pytest.mark.parametrize("data", [b"\xef\xbb\xbfsea:\r\n  gain: 0.2\r\n", b"sea:\r  gain: 0.2", b"sea: {gain: 0.2}"])
 def test_byte_order_mark_and_line_ends_do_not_matter(data, tmp_path):
     file = tmp_path / "测试 boats.yaml"
     file.write_bytes(data)
@@ -103,11 +99,7 @@ def test_lookalikes_are_found_at_their_column(text, column):
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    data=st.one_of(
-        st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))
-    )
-)
+@given(data=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))))
 @example(data=b"? " * 200)
 @example(data=b"- " * 2000)
 @example(data=b"{" * 2000)
@@ -144,9 +136,7 @@ def test_any_words_give_a_world_or_a_vrx_error(words, tmp_path):
 
 PLAIN = st.recursive(
     st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8)),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=6), st.dictionaries(st.text(max_size=8), inner, max_size=4)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=6), st.dictionaries(st.text(max_size=8), inner, max_size=4)),
     max_leaves=12,
 )
 KEYS = st.sampled_from(

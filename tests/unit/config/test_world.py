@@ -77,9 +77,7 @@ def test_extends_merges_mappings_key_by_key_and_appends_objects(here):
 
 @pytest.mark.usefixtures("ours")
 def test_a_list_other_than_objects_and_docks_replaces_that_of_the_base(here):
-    world = load_world(
-        {"extends": "rough", "wind": {"objects": [{"model": "buoy", "coefficients": [1, 2, 3]}]}}
-    )
+    world = load_world({"extends": "rough", "wind": {"objects": [{"model": "buoy", "coefficients": [1, 2, 3]}]}})
     assert [(thing.model, thing.coefficients) for thing in world.wind.objects] == [("buoy", (1.0, 2.0, 3.0))]
 
 
@@ -109,9 +107,7 @@ def test_sections_may_be_empty(text, here):
 
 @pytest.mark.usefixtures("ours")
 def test_numbers_and_switches_as_people_write_them(here):
-    text = (
-        "sea: {gain: 1e-3, period: 5}\nscene: {grid: on, shadows: no, sky: yes}\nphysics: {timestep: 2E-3}\n"
-    )
+    text = "sea: {gain: 1e-3, period: 5}\nscene: {grid: on, shadows: no, sky: yes}\nphysics: {timestep: 2E-3}\n"
     world = load_world(write(here, "w.yaml", text))
     assert (world.sea.gain, world.sea.period, world.physics.timestep) == (0.001, 5.0, 0.002)
     assert (world.scene.grid, world.scene.shadows, world.scene.sky) == (True, False, True)
@@ -128,9 +124,7 @@ def test_the_sky_takes_sdf_keys(here):
 @pytest.mark.usefixtures("ours")
 def test_a_dict_may_hold_numpy_values(here):
     np = pytest.importorskip("numpy")
-    world = load_world(
-        {"seed": np.int64(3), "sea": {"gain": np.float32(0.5), "direction": np.array([0.0, 1.0])}}
-    )
+    world = load_world({"seed": np.int64(3), "sea": {"gain": np.float32(0.5), "direction": np.array([0.0, 1.0])}})
     assert (world.seed, world.sea.gain, world.sea.direction) == (3, 0.5, (0.0, 1.0))
 
 
@@ -151,9 +145,7 @@ def test_an_unknown_world_names_the_nearest(here):
 
 
 @pytest.mark.usefixtures("ours")
-@pytest.mark.parametrize(
-    ("source", "reason"), [("no/such.yaml", "no such file"), ("a.yaml", "a folder, not a file")]
-)
+@pytest.mark.parametrize(("source", "reason"), [("no/such.yaml", "no such file"), ("a.yaml", "a folder, not a file")])
 def test_a_path_without_a_file_is_an_error(source, reason, here):
     (here / "a.yaml").mkdir()
     with pytest.raises(ConfigError) as caught:

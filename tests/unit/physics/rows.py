@@ -65,7 +65,11 @@ def sea_of(name):
         return table(tables.WAVE, []), table(tables.SEA, [{"tau": 0.0, "level": 0.0}])[0]
     row = next(row for row in oracle("wave_sets") if row["wave_set"] == name)
     common = {"number": int(row["number"]), "scale": row["scale"], "angle": row["angle_rad"]}
-    common |= {"steepness": row["steepness"], "period": row["period_s"], "direction": (row["dir_x"], row["dir_y"])}
+    common |= {
+        "steepness": row["steepness"],
+        "period": row["period_s"],
+        "direction": (row["dir_x"], row["dir_y"]),
+    }
     if row["model"] == "PMS":
         waves = pms_components(gain=row["gain"], **common)
     else:
@@ -79,7 +83,8 @@ def hull(**changes):
         "body": 1, "qpos": 0, "dof": 0, "length": 4.9, "beam": 2.4, "radius": 0.213, "stations": 2,
         "density": 997.8, "gravity": 9.815, "level": 0.0,
         "added_mass": (0.0, 0.0, 0.1, 0.1, 0.1, 0.0),
-        "drag_linear": (51.3, 40.0, 500.0, 50.0, 50.0, 400.0), "drag_quadratic": (72.4, 0.0, 0.0, 0.0, 0.0, 0.0),
+        "drag_linear": (51.3, 40.0, 500.0, 50.0, 50.0, 400.0),
+        "drag_quadratic": (72.4, 0.0, 0.0, 0.0, 0.0, 0.0),
         "link_com": (0.0, 0.0, 0.12422907), "body_com": (-0.28629927, 0.0, 0.14556580), "mass": 258.0,
         "wind": (0.5, 0.5, 0.33), "thruster_start": 0, "thruster_count": 0,
     }  # fmt: skip
@@ -107,8 +112,8 @@ def thruster(**changes):
     row = {
         "hull": 0, "body": 1, "qpos": -1, "dof": -1, "position": (-2.373776, 1.027135, 0.318237), "yaw": 0.0,
         "propeller": PROPELLER, "body_com": (-0.01, 0.0, -0.02), "mapping": tables.GLF, "max_command": 1.0,
-        "max_forward": 250.0, "max_reverse": -100.0, "timeout": 1.0, "max_angle": math.pi / 2, "kp": 300.0, "kd": 20.0,
-        "effort": 10.0, "velocity": 10.0, "inertia": 0.131210,
+        "max_forward": 250.0, "max_reverse": -100.0, "timeout": 1.0, "max_angle": math.pi / 2,
+        "kp": 300.0, "kd": 20.0, "effort": 10.0, "velocity": 10.0, "inertia": 0.131210,
     }  # fmt: skip
     return table(tables.THRUSTER, [row | changes])[0]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from unit.physics.rows import hull, in_body_axes, matrix, moving
 
+from unit.physics.rows import hull, in_body_axes, matrix, moving
 from vrx_mj.physics.drag import added_bias, added_inertia, added_moment, drag
 
 numbers = st.floats(-3, 3)
@@ -38,8 +38,8 @@ def test_added_mass_resists_the_change_of_body_velocities(angle, linear, angular
     added_inertia(boat, body, inertia)
     turn, now = matrix(body), np.array([*linear, *angular])
     dt = 1e-7
-    turn_next = turn @ (np.eye(3) + dt * np.cross(np.eye(3), -np.array(angular)))
-    next_ = np.array([*(turn_next.T @ (turn @ linear + dt * np.array(a))), *(np.array(angular) + dt * np.array(alpha))])
+    turn_next = turn @ (np.eye(3) + dt * np.cross(np.eye(3), angular))
+    next_ = np.array([*(turn_next.T @ (turn @ linear + np.multiply(dt, a))), *np.add(angular, np.multiply(dt, alpha))])
     force, torque = np.split(-np.array(ADDED) * (next_ - now) / dt, 2)
 
     reaction = -inertia @ (*a, *alpha)

@@ -7,12 +7,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from unit.physics.rows import FORCE_ERROR, hull, hull_of, in_body_axes, matrix, moving, moving_row, oracle, sea_of
 
+from unit.physics.rows import (
+    FORCE_ERROR,
+    hull,
+    hull_of,
+    in_body_axes,
+    matrix,
+    moving,
+    moving_row,
+    oracle,
+    sea_of,
+)
 from vrx_mj.physics.drag import drag
 from vrx_mj.physics.hydrostatics import hydrostatics, section_area, station_force
-from vrx_mj.physics.waves import pms_components, surface_height
 from vrx_mj.physics.tables import SEA, WAVE, table
+from vrx_mj.physics.waves import pms_components, surface_height
 
 SECTIONS = [  # depth, area, force per station: VRX's formula, computed by other code
     (-0.1, 0.0, 0.0),
@@ -66,7 +76,10 @@ def test_the_trim_of_a_boat_at_rest_balances_its_weight():
 
 
 def test_waves_lift_each_station_as_they_reach_it():
-    water = table(WAVE, pms_components(3, 1.5, 0.4, 0.0, 0.1, 5, (1, 0))), table(SEA, [{"tau": 2, "level": 0}])[0]
+    water = (
+        table(WAVE, pms_components(3, 1.5, 0.4, 0.0, 0.1, 5, (1, 0))),
+        table(SEA, [{"tau": 2, "level": 0}])[0],
+    )
     body = moving(*POSE)
     wrench = hydrostatics(hull(), *water, body, 20.0)
     assert wrench.fz == pytest.approx(1897.25115, rel=NINE_DIGITS)

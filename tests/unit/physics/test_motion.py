@@ -6,9 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from unit.physics.rows import matrix, moving, rotation
 
-from vrx_mj.physics.motion import Wrench, add, carry, motion, rotate, rotated_wrench, shift, unrotate, zero_wrench
+from unit.physics.rows import matrix, moving, rotation
+from vrx_mj.physics.motion import (
+    Wrench,
+    add,
+    carry,
+    motion,
+    rotate,
+    rotated_wrench,
+    shift,
+    unrotate,
+    zero_wrench,
+)
 
 numbers = st.floats(-10, 10)
 vectors = st.tuples(numbers, numbers, numbers)

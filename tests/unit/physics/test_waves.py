@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from unit.physics.rows import oracle, sea_of
 
+from unit.physics.rows import oracle, sea_of
 from vrx_mj.physics.tables import SEA, WAVE, table
 from vrx_mj.physics.waves import cwr_components, pms_components, ramp, surface_height, surface_heights
 
@@ -82,9 +82,7 @@ def test_heights(name, x, y, t, height):
     assert surface_height(*SEAS[name], x, y, t) == pytest.approx(height, rel=NINE_DIGITS)
 
 
-@pytest.mark.parametrize(
-    ("name", "height"), [("A", 0.0936450063), ("A2", 0.125658943), ("B", 1.26664210), ("C", 1.00527150)]
-)
+@pytest.mark.parametrize(("name", "height"), [("A", 0.0936450063), ("A2", 0.125658943), ("J", 0.186500726)])
 def test_significant_heights(name, height):
     waves, _ = SEAS[name]
     assert 4 * math.sqrt(np.sum(waves["amplitude"] ** 2) / 2) == pytest.approx(height, rel=NINE_DIGITS)
@@ -100,7 +98,13 @@ def test_components_are_vrx_s(name):
     rows = [row for row in oracle("wave_components") if row["wave_set"] == name]
     assert len(waves) == len(rows)
     for wave, row in zip(waves, rows, strict=True):
-        values = (wave["amplitude"], wave["frequency"], wave["wavenumber"], *wave["direction"], wave["steepness"])
+        values = (
+            wave["amplitude"],
+            wave["frequency"],
+            wave["wavenumber"],
+            *wave["direction"],
+            wave["steepness"],
+        )
         keys = ("amplitude_m", "omega_rad_s", "wavenumber_rad_m", "dir_x", "dir_y", "steepness_q")
         assert values == pytest.approx([row[key] for key in keys], rel=1e-12, abs=1e-15)
 
@@ -117,7 +121,16 @@ def test_heights_are_vrx_s(name):
 
 @pytest.mark.parametrize(
     ("t", "share"),
-    [(-5, 0), (0, 0), (0.001, 0.000499875021), (1, 0.393469340), (2, 0.632120559), (10, 0.993262053), (79.9, 1), (1e9, 1)],
+    [
+        (-5, 0),
+        (0, 0),
+        (0.001, 0.000499875021),
+        (1, 0.393469340),
+        (2, 0.632120559),
+        (10, 0.993262053),
+        (79.9, 1),
+        (1e9, 1),
+    ],
 )
 def test_the_sea_rises_with_the_ramp(t, share):
     assert ramp(SEAS["A"][1], float(t)) == pytest.approx(share, rel=NINE_DIGITS)

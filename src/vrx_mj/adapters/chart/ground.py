@@ -36,7 +36,5 @@ def ground(axes: Any, scene: "MapScene", view: Box) -> None:
     from matplotlib.path import Path as Outline
 
     rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
-    land = PathPatch(
-        Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5
-    )
+    land = PathPatch(Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5)
     axes.add_patch(land)

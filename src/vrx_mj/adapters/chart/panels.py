@@ -43,9 +43,7 @@ def compass(axes: Any, scene: "MapScene") -> None:
             WIND_COLOR,
         )
     for row, (text, color) in enumerate(lines):
-        write(
-            axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold"
-        )
+        write(axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold")
     if scene.wind or scene.wave:
         write(
             axes,
@@ -80,17 +78,13 @@ def legend(axes: Any, scene: "MapScene") -> None:
     counts: dict[tuple[str, Any], int] = {}
     for item in sorted(scene.objects, key=lambda item: not item.floating):
         counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
-    rows: list[tuple[Any, Any, str]] = [
-        ("o", color, f"{model} × {count}") for (model, color), count in counts.items()
-    ]
+    rows: list[tuple[Any, Any, str]] = [("o", color, f"{model} × {count}") for (model, color), count in counts.items()]
     rows[:0] = [("s", "#9aa3ab", "dock")] if scene.docks else []
     rows[:0] = [("D", "white", "waypoint")] if scene.waypoints else []
     rows[:0] = [((5, 0, 0), boat.color, boat.name) for boat in scene.boats] if len(scene.boats) <= 4 else []
     left_out = len(rows) - LEGEND_ROWS
     for row, (marker, color, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
-        axes.plot(
-            [0.04], [-row], marker=marker, markersize=8, color=color, markeredgecolor=INK, markeredgewidth=0.8
-        )
+        axes.plot([0.04], [-row], marker=marker, markersize=8, color=color, markeredgecolor=INK, markeredgewidth=0.8)
         write(axes, 0.11, -row, text, size=9.5, va="center")
     if left_out > 0:
         write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
@@ -111,9 +105,7 @@ def overview(axes: Any, scene: "MapScene", view: Box) -> None:
     axes.set_xticks([])
     axes.set_yticks([])
     width, height = view[2] - view[0], view[3] - view[1]
-    axes.add_patch(
-        Rectangle(view[:2], width, height, facecolor="none", edgecolor=FRAME_COLOR, lw=1.6, zorder=5)
-    )
+    axes.add_patch(Rectangle(view[:2], width, height, facecolor="none", edgecolor=FRAME_COLOR, lw=1.6, zorder=5))
     for things, color in ((scene.objects, INK), (scene.boats, FRAME_COLOR)):
         places = np.array([(thing.x, thing.y) for thing in things]).reshape(-1, 2)
         axes.plot(*places.T, linestyle="", marker="o", markersize=1.6, color=color, zorder=4)

@@ -78,9 +78,7 @@ def _docks(axes: Any, scene: "MapScene") -> None:
     for dock in scene.docks:
         turn = _turn(dock.yaw)
         for cell in dock.cells:
-            patch = Polygon(
-                square @ turn.T + cell, facecolor="#9aa3ab", edgecolor="#5d666e", linewidth=0.6, zorder=2
-            )
+            patch = Polygon(square @ turn.T + cell, facecolor="#9aa3ab", edgecolor="#5d666e", linewidth=0.6, zorder=2)
             axes.add_patch(patch)
 
 
@@ -128,12 +126,8 @@ def _scale_bar(axes: Any, view: Box) -> None:
         from matplotlib.patches import Rectangle
 
         corner = (x + part * length, y)
-        axes.add_patch(
-            Rectangle(corner, length / 2, 0.008 * height, facecolor=color, edgecolor=INK, lw=0.8, zorder=6)
-        )
-    write(
-        axes, x + length / 2, y + 0.014 * height, f"{length:g} m", size=9, ha="center", va="bottom", zorder=6
-    )
+        axes.add_patch(Rectangle(corner, length / 2, 0.008 * height, facecolor=color, edgecolor=INK, lw=0.8, zorder=6))
+    write(axes, x + length / 2, y + 0.014 * height, f"{length:g} m", size=9, ha="center", va="bottom", zorder=6)
 
 
 def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:

@@ -201,14 +201,10 @@ class MovingChunks:
 
 def exact_rows(rows: FloatArray) -> Chunk:
     """A block of rows as they are, to the last bit."""
-    return Chunk.from_columns(
-        "/record/rows", [times(rows[:1, 0])], rr.AnyValues.columns(block=[pack_rows(rows)])
-    )
+    return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], rr.AnyValues.columns(block=[pack_rows(rows)]))
 
 
-def transforms(
-    path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None
-) -> Chunk:
+def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
     moved = position.astype(np.float32)
     if quaternion is None:

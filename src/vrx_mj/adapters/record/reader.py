@@ -221,9 +221,7 @@ def all_events(parts: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
     events = [
         Event(time.total_seconds(), text[0], level[0])
         for part in parts
-        for time, text, level in zip(
-            part["sim_time"], part["TextLog:text"], part["TextLog:level"], strict=True
-        )
+        for time, text, level in zip(part["sim_time"], part["TextLog:text"], part["TextLog:level"], strict=True)
     ]
     return tuple(sorted(events, key=lambda event: event.time))
 
@@ -231,9 +229,7 @@ def all_events(parts: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
 def all_states(parts: Sequence[Mapping[str, Any]]) -> tuple[SavedState, ...]:
     """States in the order of time."""
     states = [
-        SavedState(time[0], blob[0])
-        for part in parts
-        for time, blob in zip(part["time"], part["blob"], strict=True)
+        SavedState(time[0], blob[0]) for part in parts for time, blob in zip(part["time"], part["blob"], strict=True)
     ]
     return tuple(sorted(states, key=lambda state: state.time))
 

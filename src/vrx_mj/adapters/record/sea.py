@@ -61,7 +61,8 @@ def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
     tilt = SUN[0] * toward_east + SUN[1] * toward_north
     light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
     light[[0, -1], :] = light[:, [0, -1]] = 0.38
-    return (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
+    shades: npt.NDArray[np.uint8] = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
+    return shades
 
 
 def _palette() -> npt.NDArray[np.uint32]:

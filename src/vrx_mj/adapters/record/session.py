@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import tempfile
 from collections.abc import Iterator
@@ -35,8 +36,10 @@ POSE_RATE = 20.0
 
 
 @contextlib.contextmanager
-def record(sim: Simulation, path: str | Path) -> Iterator[RecordWriter]:
+def record(sim: Simulation, path: str | Path, *, sea: bool = True) -> Iterator[RecordWriter]:
     """Record everything that `sim` does inside the `with` statement to a rerun file.
+
+    Without `sea` the water's surface is left out, which is most of the file and of the work.
 
     An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
     file that reads up to its last second.
@@ -44,7 +47,8 @@ def record(sim: Simulation, path: str | Path) -> Iterator[RecordWriter]:
     Raises:
         RecordError: the file cannot be written.
     """
-    with RecordWriter(path, scene_of(sim)) as writer:
+    scene = scene_of(sim) if sea else dataclasses.replace(scene_of(sim), sea_height=None)
+    with RecordWriter(path, scene) as writer:
         sim.attach(writer, rate=POSE_RATE)
         try:
             yield writer
@@ -99,7 +103,7 @@ def scene_of(sim: Simulation) -> RecordScene:
         bodies=tuple(_bodies(world, model)),
         thrusters=tuple(_thrusters(world)),
         files=_files(world),
-        sea_height=lambda x, y, t: sim.sea.height(x, y, t),
+        sea_height=sim.sea.height,
         wind_direction=(float(wind[0]), float(wind[1])),
         shoreline=tuple(np.array(ring, np.float64) for ring in parameters["shoreline"]),
         waypoints=tuple(
@@ -148,14 +152,13 @@ def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
 def _thrusters(world: World) -> Iterator[RecordedThruster]:
     for row in world.parameters["thrusters"]:
         boat = world.boats[row["hull"]]
-        yield RecordedThruster(
-            row["name"], boat, tuple(row["position"]), row["yaw"], tuple(row["propeller"])
-        )
+        yield RecordedThruster(row["name"], boat, tuple(row["position"]), row["yaw"], tuple(row["propeller"]))
 
 
 def _looks(model: mujoco.MjModel) -> dict[int, tuple[Surface, ...]]:
     """What is seen of every body, in its frame; hinged parts are drawn on the body that carries them."""
     seen: dict[int, list[Surface]] = {}
+    shapes: dict[Any, trimesh.Trimesh] = {}
     for geom in range(model.ngeom):
         visual = model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0
         if not visual or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
@@ -165,7 +168,11 @@ def _looks(model: mujoco.MjModel) -> dict[int, tuple[Surface, ...]]:
         while body not in (0, int(model.body_rootid[body])):
             place = _placed(model.body_pos[body], model.body_quat[body]) @ place
             body = int(model.body_parentid[body])
-        seen.setdefault(body, []).append(_surface(model, geom, place))
+        key = (model.geom_type[geom], model.geom_dataid[geom], *model.geom_size[geom])
+        if key not in shapes:
+            shapes[key] = _mesh(model, geom)
+        rgba = tuple(float(value) for value in model.geom_rgba[geom])
+        seen.setdefault(body, []).append(_surface(shapes[key], place, rgba))
     return {body: tuple(surfaces) for body, surfaces in seen.items()}
 
 
@@ -175,14 +182,13 @@ def _placed(position: Any, quaternion: Any) -> Any:
     return place
 
 
-def _surface(model: mujoco.MjModel, geom: int, place: Any) -> Surface:
-    shape = _mesh(model, geom)
-    shape.apply_transform(place)
+def _surface(shape: trimesh.Trimesh, place: Any, rgba: Any) -> Surface:
+    turn = place[:3, :3]
     return Surface(
-        np.asarray(shape.vertices, np.float32),
+        np.asarray(shape.vertices @ turn.T + place[:3, 3], np.float32),
         np.asarray(shape.faces, np.int32),
-        np.asarray(shape.vertex_normals, np.float32),
-        tuple(float(value) for value in model.geom_rgba[geom]),
+        np.asarray(shape.vertex_normals @ turn.T, np.float32),
+        rgba,
     )
 
 

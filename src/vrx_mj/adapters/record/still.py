@@ -129,13 +129,9 @@ def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
     start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
     return rr.Mesh3D(
         vertex_positions=np.concatenate([vertices for _, vertices, _, _ in parts]),
-        triangle_indices=np.concatenate(
-            [faces + first for (_, _, faces, _), first in zip(parts, start, strict=False)]
-        ),
+        triangle_indices=np.concatenate([faces + first for (_, _, faces, _), first in zip(parts, start, strict=False)]),
         vertex_normals=np.concatenate([normals for _, _, _, normals in parts]),
-        vertex_colors=np.concatenate(
-            [np.tile(color(part.rgba), (len(vertices), 1)) for part, vertices, _, _ in parts]
-        ),
+        vertex_colors=np.concatenate([np.tile(color(part.rgba), (len(vertices), 1)) for part, vertices, _, _ in parts]),
     )
 
 

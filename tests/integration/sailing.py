@@ -1,0 +1,82 @@
+"""Worlds, fleets and comparisons that several tests of whole runs share."""
+
+import csv
+import dataclasses
+import json
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+import vrx_mj
+
+GOLDEN = Path(__file__).resolve().parents[1] / "golden"
+CALM = {"model": "none"}
+ROUGH = {"model": "pms", "gain": 0.4, "period": 5.0, "scale": 1.5, "direction": [1.0, 0.3], "tau": 2.0}
+COEFFICIENTS = (0.5, 0.5, 0.33)
+GUSTY = {
+    "direction": 120,
+    "mean_velocity": 6.0,
+    "var_gain": 2.0,
+    "var_time": 2.0,
+    "seed": 15,
+    "objects": [{"model": "wamv", "coefficients": COEFFICIENTS}],
+}
+AFLOAT = -0.1018635
+"""Height of a boat's origin at rest in calm water [m]: vessel_equilibrium.csv of VRX's reference values."""
+
+
+def table(path):
+    """Rows of a CSV file as mappings of strings."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def water(*, sea=ROUGH, wind=GUSTY, timestep=0.01, **more):
+    """Open water."""
+    world = {"physics": {"timestep": timestep}, "sea": sea, **more}
+    return world if wind is None else {**world, "wind": wind}
+
+
+def boats(*places, **more):
+    """A fleet of boats a, b, ... at (x, y, yaw) [m, rad]."""
+    entries = [
+        {"name": name, "pose": [x, y, AFLOAT, 0, 0, yaw]} for name, (x, y, yaw) in zip("abcdefgh", places, strict=False)
+    ]
+    return {"boats": entries, "thrusters": "H", **more}
+
+
+def simulation(fleet=None, *, seed=None, edit=None, **world):
+    """A simulation in open water; `edit` changes the world's parameters before it starts."""
+    compiled = vrx_mj.compile_world(water(**world), fleet=fleet or boats((0.0, 0.0, 0.3)))
+    return vrx_mj.Simulation(compiled if edit is None else edited(compiled, edit), seed=seed)
+
+
+def edited(world, change):
+    """The world with other parameters: `change` edits a copy of the tree."""
+    parameters = json.loads(json.dumps(dict(world.parameters)))
+    change(parameters)
+    return dataclasses.replace(world, parameters=MappingProxyType(parameters))
+
+
+def added_mass(*values):
+    """An edit that gives every hull this added mass."""
+
+    def change(parameters):
+        for hull in parameters["hulls"]:
+            hull["added_mass"] = list(values)
+
+    return change
+
+
+def head_on(engines="fixed"):
+    """Two boats that meet after about 4 s, off centre."""
+    return boats((0.0, 0.0, 0.0), (9.0, 0.9, np.pi), engines=engines)
+
+
+AHEAD = {"left": 1.0, "right": 0.7}
+
+
+def same_bits(one, other):
+    """Whether two arrays of numbers are equal to the last bit."""
+    return np.ascontiguousarray(one).tobytes() == np.ascontiguousarray(other).tobytes()

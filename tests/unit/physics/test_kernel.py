@@ -1,0 +1,115 @@
+"""Where compiled kernels are kept."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+import pytest
+
+import vrx_mj.physics.kernel as module
+from vrx_mj.physics.kernel import cache_folder, kernel, source_hash
+from vrx_mj.physics.waves import ramp
+
+SOURCE = Path(module.__file__).parents[2]
+PROGRAM = "from vrx_mj.physics.cosine import cosine; print(cosine(0.0))"
+
+
+@pytest.fixture
+def nowhere(tmp_path, monkeypatch):
+    """A file where a folder would have to be: not even root can make a folder there."""
+    file = tmp_path / "file"
+    file.write_text("", encoding="utf-8")
+    for name in ("HOME", "USERPROFILE", "XDG_CACHE_HOME", "LOCALAPPDATA", "VRX_MJ_CACHE"):
+        monkeypatch.setenv(name, str(file / "no"))
+    return file / "no"
+
+
+def test_the_folder_that_a_user_chooses_comes_first(tmp_path, monkeypatch):
+    monkeypatch.setenv("VRX_MJ_CACHE", str(tmp_path / "chosen"))
+    assert cache_folder() == tmp_path / "chosen" / source_hash()
+
+
+def test_the_user_s_cache_folder_is_next(tmp_path, monkeypatch):
+    monkeypatch.delenv("VRX_MJ_CACHE", raising=False)
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(tmp_path))
+    folder = cache_folder()
+    assert folder is not None
+    assert folder.is_relative_to(tmp_path)
+
+
+@pytest.mark.usefixtures("nowhere")
+def test_where_nothing_else_can_be_written_it_is_the_temporary_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    folder = cache_folder()
+    assert folder is not None
+    assert folder.is_relative_to(tmp_path)
+
+
+def test_without_any_folder_kernels_still_run(nowhere, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(nowhere))
+    assert cache_folder() is None
+    monkeypatch.setattr(module, "_FOLDER", None)
+    assert kernel(_twice)(2.0) == 4.0
+
+
+def _twice(x):
+    return 2.0 * x
+
+
+def test_numba_s_own_setting_stays_as_it_was(monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "elsewhere")
+    kernel(_twice)
+    assert numba.config.CACHE_DIR == "elsewhere"
+
+
+def test_kernels_lie_in_the_folder():
+    assert Path(ramp.stats.cache_path).parent == module._FOLDER
+
+
+def test_a_change_in_any_source_changes_the_folder(tmp_path, monkeypatch):
+    for package in ("physics", "runtime"):
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "some.py").write_text("one = 1\n", encoding="utf-8")
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "physics" / "kernel.py"))
+    hashes = [source_hash()]
+    (tmp_path / "runtime" / "some.py").write_text("one = 2\n", encoding="utf-8")
+    hashes.append(source_hash())
+    (tmp_path / "physics" / "some.py").rename(tmp_path / "physics" / "other.py")
+    hashes.append(source_hash())
+    assert len(set(hashes)) == 3
+
+
+@pytest.mark.usefixtures("nowhere")
+def test_processes_that_start_at_once_share_one_cache(tmp_path):
+    environment = os.environ | {"VRX_MJ_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCE)}
+    running = [
+        subprocess.Popen([sys.executable, "-c", PROGRAM], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(4)
+    ]
+    outputs = [process.communicate(timeout=60)[0].strip() for process in running]
+    assert outputs == ["1.0"] * 4
+    assert list((tmp_path / "cache").rglob("cosine.cosine-*.nbc"))
+
+
+def test_a_process_without_a_home_starts(tmp_path):
+    hidden = ("HOME", "USERPROFILE", "XDG_CACHE_HOME", "LOCALAPPDATA", "VRX_MJ_CACHE")
+    environment = {name: value for name, value in os.environ.items() if name not in hidden}
+    environment |= {
+        "PYTHONPATH": str(SOURCE),
+        "TMPDIR": str(tmp_path),
+        "TEMP": str(tmp_path),
+        "TMP": str(tmp_path),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout.strip() == "1.0"
