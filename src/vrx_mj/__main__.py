@@ -1,6 +1,6 @@
 """`python -m vrx_mj` is `vrx-mj`."""
 
-from vrx_mj.cli.app import main
+from vrx_mj.cli import main
 
 if __name__ == "__main__":
     main()

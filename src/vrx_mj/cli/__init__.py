@@ -1,5 +1,22 @@
 """The command line, `vrx-mj`."""
 
-from vrx_mj.cli.app import main
+import sys
+
+from vrx_mj.cli.environment import installed_first, intruder
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line on the packages that are installed, whatever PYTHONPATH names."""
+    installed_first()
+    try:
+        from vrx_mj.cli.app import main as start
+
+        start()
+    except Exception as error:
+        line = intruder(error)
+        if line is None:
+            raise
+        sys.stderr.write(f"{line}\n")
+        raise SystemExit(2) from None

@@ -4,6 +4,7 @@ Exit codes: 0 done, 1 a run failed, 2 wrong input.
 """
 
 import json
+import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -11,9 +12,9 @@ from typing import Annotated
 
 import typer
 
-from vrx_mj.cli.files import NEW_KINDS, copy_start_file, listing
+from vrx_mj.cli.files import NEW_KINDS, copy_start_file, listing, writing
 from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
-from vrx_mj.errors import CommandError, ConfigError, DivergedError, RecordError, UnknownNameError, VrxError
+from vrx_mj.errors import DivergedError, RecordError, VrxError
 
 app = typer.Typer(
     name="vrx-mj",
@@ -26,6 +27,7 @@ app = typer.Typer(
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+Seed = Annotated[int | None, typer.Option(help="Instead of the world's seed.")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
 
 
@@ -37,16 +39,13 @@ def main() -> None:
             stream.reconfigure(errors="replace")
     try:
         app()
-    except (DivergedError, RecordError) as error:
-        console.print(f"vrx-mj: {error}", style="red", markup=False, highlight=False)
-        raise SystemExit(1) from None
-    except (ConfigError, UnknownNameError, CommandError, VrxError) as error:
+    except VrxError as error:
         console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
-        raise SystemExit(2) from None
+        raise SystemExit(1 if isinstance(error, DivergedError) else 2) from None
 
 
 @app.command("compile")
-def compile_(world: World, output: Output, fleet: Fleet = None, seed: int | None = None) -> None:
+def compile_(world: World, output: Output, fleet: Fleet = None, seed: Seed = None) -> None:
     """Compile a world to MJCF that plain MuJoCo opens, with the assets it needs beside it.
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
@@ -54,9 +53,11 @@ def compile_(world: World, output: Output, fleet: Fleet = None, seed: int | None
     from vrx_mj.compiler.compile import compile_world
 
     folder = output.parent if output.suffix == ".xml" else output
-    scene = compile_world(world, fleet=fleet, seed=seed).save(folder)
-    if output.suffix == ".xml" and scene.name != output.name:
-        scene = scene.replace(output)
+    compiled = compile_world(world, fleet=fleet, seed=seed)
+    with writing("the world", folder):
+        scene = compiled.save(folder)
+        if output.suffix == ".xml" and scene.name != output.name:
+            scene = Path(shutil.copyfile(scene, output))
     typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{folder}') sails it")
 
 
@@ -65,7 +66,7 @@ def run(
     world: World,
     fleet: Fleet = None,
     duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 60.0,
-    seed: Annotated[int | None, typer.Option(help="Instead of the world's seed.")] = None,
+    seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     control: Annotated[str | None, typer.Option(help="module:function, called 10 times a second.")] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5.")] = None,
@@ -77,6 +78,9 @@ def run(
     """
     from vrx_mj.cli.sailing import sail
 
+    if summary is not None:
+        with writing("the summary", summary):  # now: it must not fail after an hour of sailing
+            summary.touch()
     result = sail(
         world,
         fleet,
@@ -89,7 +93,8 @@ def run(
     )
     print_summary(result)
     if summary is not None:
-        summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+        with writing("the summary", summary):
+            summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
     if record is not None:
         typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
     if result.interrupted:
@@ -105,7 +110,7 @@ def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")
     from vrx_mj.adapters.record import open_viewer
 
     if not recording.is_file():
-        raise RecordError(f"no file {recording}")
+        raise RecordError(f"no recording '{recording}'")
     raise SystemExit(open_viewer(recording))
 
 
@@ -153,7 +158,7 @@ def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None) ->
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)}.")],
+    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)}.".replace(", object", " or object"))],
     name: Annotated[str, typer.Argument(help="Name of the new file, without suffix.")],
 ) -> None:
     """Copy a commented start file into the current folder.
@@ -176,4 +181,5 @@ def bench(
     rows = measure()
     print_rows(rows)
     if json_ is not None:
-        json_.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        with writing("the rows", json_):
+            json_.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

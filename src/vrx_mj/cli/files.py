@@ -1,6 +1,7 @@
 """`vrx-mj list` and `vrx-mj new`."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from vrx_mj.config.search import KINDS, catalogue
@@ -35,13 +36,25 @@ def copy_start_file(kind: str, name: str) -> Path:
 
     Raises:
         UnknownNameError: there is no such kind.
-        VrxError: the file is there already.
+        VrxError: the file is there already, or cannot be written.
     """
     if kind not in NEW_KINDS:
         raise UnknownNameError("start file", kind, NEW_KINDS)
     source = root() / "assets" / "start" / NEW_KINDS[kind]
-    target = Path(name).with_suffix(source.suffix)
+    if not name.removesuffix(source.suffix):
+        raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
+    target = Path(name.removesuffix(source.suffix) + source.suffix)
     if target.exists():
         raise VrxError(f"{target} is there already: choose another name, or remove it")
-    target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
+    with writing("the start file", target):
+        target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
     return target
+
+
+@contextmanager
+def writing(what: str, path: Path) -> Iterator[None]:
+    """Around the writing of a file: say in one line why it cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise VrxError(f"cannot write {what} '{path}': {error.strerror or error}") from None

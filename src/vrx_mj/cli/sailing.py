@@ -25,7 +25,7 @@ def sail(
     progress: Progress,
 ) -> Summary:
     """Compile, sail and record as asked."""
-    if control and thrust:
+    if control is not None and thrust is not None:
         raise CommandError("--control and --thrust both command the boats: give one of them")
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
     controller = _controller(sim, control, thrust)
@@ -43,10 +43,10 @@ def _recording(sim: Simulation, path: Path | None) -> AbstractContextManager[obj
 
 
 def _controller(sim: Simulation, control: str | None, thrust: str | None) -> Controller | None:
-    if control:
+    if control is not None:
         sys.path.insert(0, str(Path.cwd()))
         return load_controller(control, sim.seed)
-    return steady(sim, parse_thrust(thrust)) if thrust else None
+    return None if thrust is None else steady(sim, parse_thrust(thrust))
 
 
 def parse_thrust(text: str) -> Mapping[str, float]:
@@ -55,7 +55,7 @@ def parse_thrust(text: str) -> Mapping[str, float]:
     Raises:
         CommandError: it is not of that form.
     """
-    commands = {}
+    commands: dict[str, float] = {}
     for part in text.split(","):
         name, equals, value = part.partition("=")
         try:

@@ -74,8 +74,7 @@ def advance(
             break
         sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time)
         if diverged(qpos, qvel):
-            done = -1
-            break
+            return -1
         time += dt
         gust_step(wind[0], wind_state[0], dt)
         air = wind_velocity(wind[0], wind_state[0])
@@ -90,12 +89,8 @@ def advance(
             wrench = add(wrench, push)
             apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
         for i in range(floats.size):
-            item = floats[i]
-            body = motion(qpos, qvel, item.qpos, item.dof)
-            load = wind_load(item.wind, body, air)
-            height = surface_height(waves, sea[0], body.x, body.y, time)
-            rise = water_rise(float_state[i], height, dt)
-            apply(xfrc_applied, item.body, add(load, flotation(item, elements, body, height, rise, dt, load)))
+            wrench = floating(floats[i], elements, float_state[i], waves, sea[0], air, qpos, qvel, time, dt)
+            apply(xfrc_applied, floats[i].body, wrench)
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
         move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added)
         done += 1
@@ -159,6 +154,19 @@ def thrust(
             qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
             apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
     return wrench
+
+
+@kernel
+def floating(
+    item: Record, elements: Table, state: Record, waves: Table, sea: Record, air: tuple[float, float],
+    qpos: Floats, qvel: Floats, time: float, dt: float,
+) -> Wrench:  # fmt: skip
+    """Wrench of water and wind on a floating object, about its centre of mass."""
+    body = motion(qpos, qvel, item.qpos, item.dof)
+    load = wind_load(item.wind, body, air)
+    height = surface_height(waves, sea, body.x, body.y, time)
+    rise = water_rise(state, height, dt)
+    return add(load, flotation(item, elements, body, height, rise, dt, load))
 
 
 @kernel

@@ -62,6 +62,6 @@ class Wind:
             return
         more = np.empty(missing)
         for index in range(missing):
-            gust_step(self._rig.wind[0], self._replay, self._rig.timestep)
+            gust_step(self._rig.wind[0], self._replay[0], self._rig.timestep)
             more[index] = self._replay["speed"][0]
         self._replayed = np.concatenate((self._replayed, more))

@@ -144,10 +144,11 @@ def test_every_shipped_fleet_fits_every_shipped_world(name):
         assert load_fleet(name, world).resolve(world)
 
 
-def test_trio_is_the_ring_of_the_guide_around_the_spawn_pose():
+def test_trio_is_the_ring_of_the_guide_ahead_of_the_spawn_pose():
     world = load_world("example_course")
     ring = [boat.pose for boat in boats("trio", world)]
-    x, y = world.spawn.pose[:2]
+    x0, y0, yaw = world.spawn.pose[0], world.spawn.pose[1], world.spawn.pose[5]
+    x, y = x0 + 45 * math.cos(yaw), y0 + 45 * math.sin(yaw)
     assert [math.hypot(pose[0] - x, pose[1] - y) for pose in ring] == pytest.approx([20, 20, 20], abs=1e-3)
 
 

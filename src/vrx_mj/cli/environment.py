@@ -1,0 +1,59 @@
+"""PYTHONPATH: a sourced ROS puts packages of its own there, for another Python or too old for us."""
+
+import os
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+__all__ = ["PACKAGES", "installed_first", "intruder"]
+
+PACKAGES = frozenset({
+    "jinja2", "llvmlite", "matplotlib", "mujoco", "numba", "numpy", "pyarrow", "pydantic", "pymap3d",
+    "rerun", "rich", "shapely", "trimesh", "typer", "xacro", "yaml", "yourdfpy",
+})  # fmt: skip
+"""What we import, by the names of the modules."""
+
+
+def installed_first() -> None:
+    """Have Python look where packages are installed first, and in the folders of PYTHONPATH last."""
+    named = set(_named())
+    sys.path.sort(key=lambda entry: os.path.abspath(entry) in named)
+
+
+def intruder(error: BaseException) -> str | None:
+    """What to tell where a package from PYTHONPATH failed in the place of one we need; else None.
+
+    After `installed_first` that happens only to a package that is not installed here.
+    """
+    for file in _files(error):
+        for folder in _named():
+            path = Path(os.path.abspath(file))
+            name = path.relative_to(folder).parts[0].removesuffix(".py") if path.is_relative_to(folder) else ""
+            if name in PACKAGES:
+                cause = str(error).partition("\n")[0]
+                return (
+                    f"vrx-mj: {name} in {path}, from PYTHONPATH, is in the way ({type(error).__name__}: {cause}): "
+                    f"run with PYTHONPATH empty; if {name} is missing then, pip install vrx-mj again"
+                )
+    return None
+
+
+def _named() -> Iterator[str]:
+    """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry stand for."""
+    return (os.path.abspath(entry) for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
+
+
+def _files(error: BaseException) -> Iterator[str]:
+    """The files that an error and its causes are about, the innermost first."""
+    frames = reversed(traceback.extract_tb(error.__traceback__))
+    about = (
+        getattr(error, "filename", None),  # SyntaxError
+        getattr(error, "path", None),  # ImportError
+        getattr(getattr(error, "obj", None), "__file__", None),  # AttributeError
+        *(frame.filename for frame in frames),
+    )
+    yield from (file for file in about if isinstance(file, str))
+    cause = error.__cause__ or error.__context__
+    if cause is not None:
+        yield from _files(cause)
