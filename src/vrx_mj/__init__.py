@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vrx_mj.adapters.record import compare, read_record, record
+    from vrx_mj.adapters.record import compare, read_record, record, resume
     from vrx_mj.compiler.compile import compile_world
     from vrx_mj.compiler.world import World
     from vrx_mj.errors import VrxError, VrxWarning
@@ -30,6 +30,7 @@ _HOMES = {
     "compile_world": "compiler.compile",
     "read_record": "adapters.record",
     "record": "adapters.record",
+    "resume": "adapters.record",
     "run": "runtime.run",
 }
 
@@ -45,6 +46,7 @@ __all__ = [
     "compile_world",
     "read_record",
     "record",
+    "resume",
     "run",
 ]
 

@@ -56,10 +56,11 @@ def test_seeds_give_different_gusts_and_nothing_else_differs():
     sail(one)
     sail(other)
     times = np.arange(1.0, 5.0, 0.5)
-    assert np.abs(one.wind.velocity(times) - other.wind.velocity(times)).min() > 1e-6
+    assert np.abs(one.wind.velocity(times) - other.wind.velocity(times))[:, :2].min() > 1e-6
     assert same_bits(one.sea.height(times, 0, times), other.sea.height(times, 0, times))
-    calm = [simulation(wind=None, seed=seed) for seed in (1, 2)]
-    assert [sail(sim) and sim.data.qpos.tobytes() for sim in calm][0] == calm[1].data.qpos.tobytes()
+    still, as_still = (simulation(wind=None, seed=seed) for seed in (1, 2))
+    assert sail(still) != sail(as_still)  # the seed is part of the state
+    assert same_bits(still.data.qpos, as_still.data.qpos)
 
 
 def test_the_winds_own_seed_is_part_of_it():

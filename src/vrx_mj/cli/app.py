@@ -52,13 +52,8 @@ def compile_(world: World, output: Output, fleet: Fleet = None, seed: Seed = Non
     """
     from vrx_mj.compiler.compile import compile_world
 
-    folder = output.parent if output.suffix == ".xml" else output
-    compiled = compile_world(world, fleet=fleet, seed=seed)
-    with writing("the world", folder):
-        scene = compiled.save(folder)
-        if output.suffix == ".xml" and scene.name != output.name:
-            scene = Path(shutil.copyfile(scene, output))
-    typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{folder}') sails it")
+    scene = compile_world(world, fleet=fleet, seed=seed).save(output)
+    typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{output}') sails it")
 
 
 @app.command()
@@ -80,7 +75,7 @@ def run(
 
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
-            summary.touch()
+            summary.absolute().parent.stat()
     result = sail(
         world,
         fleet,

@@ -18,7 +18,7 @@ PACKAGES = frozenset({
 def installed_first() -> None:
     """Have Python look where packages are installed first, and in the folders of PYTHONPATH last."""
     named = set(_named())
-    sys.path.sort(key=lambda entry: os.path.abspath(entry) in named)
+    sys.path.sort(key=lambda entry: Path(entry).resolve() in named)
 
 
 def intruder(error: BaseException) -> str | None:
@@ -28,7 +28,7 @@ def intruder(error: BaseException) -> str | None:
     """
     for file in _files(error):
         for folder in _named():
-            path = Path(os.path.abspath(file))
+            path = Path(file).resolve()
             name = path.relative_to(folder).parts[0].removesuffix(".py") if path.is_relative_to(folder) else ""
             if name in PACKAGES:
                 cause = str(error).partition("\n")[0]
@@ -39,9 +39,9 @@ def intruder(error: BaseException) -> str | None:
     return None
 
 
-def _named() -> Iterator[str]:
+def _named() -> Iterator[Path]:
     """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry stand for."""
-    return (os.path.abspath(entry) for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
+    return (Path(entry).resolve() for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
 
 
 def _files(error: BaseException) -> Iterator[str]:

@@ -41,9 +41,10 @@ def copy_start_file(kind: str, name: str) -> Path:
     if kind not in NEW_KINDS:
         raise UnknownNameError("start file", kind, NEW_KINDS)
     source = root() / "assets" / "start" / NEW_KINDS[kind]
-    if not name.removesuffix(source.suffix):
+    stem = Path(name.removesuffix(source.suffix))
+    if not stem.name:
         raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
-    target = Path(name.removesuffix(source.suffix) + source.suffix)
+    target = stem.with_name(stem.name + source.suffix)
     if target.exists():
         raise VrxError(f"{target} is there already: choose another name, or remove it")
     with writing("the start file", target):

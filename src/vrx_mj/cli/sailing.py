@@ -27,8 +27,9 @@ def sail(
     """Compile, sail and record as asked."""
     if control is not None and thrust is not None:
         raise CommandError("--control and --thrust both command the boats: give one of them")
+    commands = None if thrust is None else parse_thrust(thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
-    controller = _controller(sim, control, thrust)
+    controller = _controller(sim, control, commands)
     sim.steps_in(duration)
     with _recording(sim, path), progress as tick:
         return run(sim, duration, controller=controller, progress=tick)
@@ -42,11 +43,11 @@ def _recording(sim: Simulation, path: Path | None) -> AbstractContextManager[obj
     return record(sim, path)
 
 
-def _controller(sim: Simulation, control: str | None, thrust: str | None) -> Controller | None:
+def _controller(sim: Simulation, control: str | None, commands: Mapping[str, float] | None) -> Controller | None:
     if control is not None:
         sys.path.insert(0, str(Path.cwd()))
         return load_controller(control, sim.seed)
-    return None if thrust is None else steady(sim, parse_thrust(thrust))
+    return None if commands is None else steady(sim, commands)
 
 
 def parse_thrust(text: str) -> Mapping[str, float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TextIO
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
@@ -39,7 +40,8 @@ def progress_bar(duration: float) -> AbstractContextManager[Callable[[float], No
             TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
             TimeRemainingColumn(),
         )
-        with Progress(*columns, console=console, transient=True) as progress:
+        watched = console.is_terminal
+        with Progress(*columns, console=console, transient=True, disable=not watched) as progress:
             task = progress.add_task("sailing", total=duration)
             yield lambda time: progress.update(task, completed=time)
 
@@ -49,16 +51,10 @@ def progress_bar(duration: float) -> AbstractContextManager[Callable[[float], No
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
-    table = Table(title=head + (" (interrupted)" if summary.interrupted else ""))
-    for name, justify in (
-        ("boat", "left"),
-        ("east [m]", "right"),
-        ("north [m]", "right"),
-        ("up [m]", "right"),
-    ):
-        table.add_column(name, justify=justify)  # type: ignore[arg-type]
-    table.add_column("heading [deg]", justify="right")
-    table.add_column("way [m]", justify="right")
+    table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
+    table.add_column("boat")
+    for name in ("east [m]", "north [m]", "up [m]", "heading [deg]", "way [m]"):
+        table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
         x, y, z = boat.position
         heading = math.degrees(boat.heading)

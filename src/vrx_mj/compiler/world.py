@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,31 +54,33 @@ class World:
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
 
-    def save(self, folder: str | Path) -> Path:
-        """Write `scene.xml`, `world.json` and `assets/` into `folder`; returns the path of the MJCF.
+    def save(self, target: str | Path) -> Path:
+        """Write the MJCF, its parameters and `assets/` into a folder; returns the path of the MJCF.
 
-        Plain MuJoCo opens `scene.xml` from anywhere; `World.load(folder)` gives this world back.
+        Plain MuJoCo opens it from anywhere; `World.load` gives this world back.
+
+        Args:
+            target: a folder, in which the MJCF is called `scene.xml`, or the MJCF's own path, ending in `.xml`.
         """
-        target = Path(folder)
-        (target / "assets").mkdir(parents=True, exist_ok=True)
+        scene = _scene(Path(target))
+        (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
-            (target / "assets" / name).write_bytes(content)
-        (target / "world.json").write_text(_dump(self.parameters), encoding="utf-8", newline="\n")
-        scene = target / "scene.xml"
+            (scene.parent / "assets" / name).write_bytes(content)
+        scene.with_suffix(".json").write_text(_dump(self.parameters), encoding="utf-8", newline="\n")
         scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
         return scene
 
     @staticmethod
-    def load(folder: str | Path) -> "World":
-        """Read back what `save` wrote.
+    def load(source: str | Path) -> "World":
+        """Read back what `save` wrote, from the same folder or path.
 
         Raises:
-            StateError: the folder holds no saved world, or one of another version.
+            StateError: there is no saved world, or one of another version.
         """
-        source = Path(folder)
-        path = source / "world.json"
-        if not path.is_file():
-            raise StateError(f"{source} holds no saved world: there is no {path.name} in it")
+        scene = _scene(Path(source))
+        path = scene.with_suffix(".json")
+        if not (path.is_file() and scene.is_file()):
+            raise StateError(f"no saved world at {source}: it takes {scene.name} and {path.name} in {scene.parent}")
         try:
             parameters = json.loads(path.read_text(encoding="utf-8"))
             saved_format = parameters["format"]
@@ -85,9 +88,15 @@ class World:
             raise StateError(f"{path} is damaged: {error}") from error
         if saved_format != WORLD_FORMAT:
             raise StateError(f"{path} has format {saved_format}; this version reads {WORLD_FORMAT}")
-        assets = {file.name: file.read_bytes() for file in sorted((source / "assets").glob("*"))}
-        mjcf = (source / "scene.xml").read_text(encoding="utf-8")
+        mjcf = scene.read_text(encoding="utf-8")
+        files = sorted(set(re.findall(r'file="([^"]+)"', mjcf)))
+        assets = {name: (scene.parent / "assets" / name).read_bytes() for name in files}
         return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
+
+
+def _scene(target: Path) -> Path:
+    """The MJCF's path, from it or from its folder."""
+    return target if target.suffix == ".xml" else target / "scene.xml"
 
 
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:

@@ -56,13 +56,13 @@ class Simulation:
             LOOP(*self._arguments, self.time, self.timestep, 0)
 
     @classmethod
-    def load(cls, folder: str | Path) -> "Simulation":
-        """Sail a world that `World.save` or `vrx-mj compile` has written; its YAML is not needed.
+    def load(cls, source: str | Path) -> "Simulation":
+        """Sail a world that `World.save` or `vrx-mj compile` has written, from its folder or its MJCF's path.
 
         Raises:
-            StateError: the folder holds no saved world of this version.
+            StateError: there is no saved world of this version.
         """
-        return cls(World.load(folder))
+        return cls(World.load(source))
 
     # What it is
 

@@ -1,0 +1,281 @@
+"""Commands: what a boat takes, for how long, and what it does with too much."""
+
+import math
+
+import numpy as np
+import pytest
+from integration.sailing import CALM, boats, simulation
+
+from vrx_mj.errors import CommandError, UnknownNameError
+
+NAN, INF = math.nan, math.inf
+
+
+def calm(engines="fixed", timestep=0.01, **more):
+    return simulation(boats((0.0, 0.0, 0.0), engines=engines), sea=CALM, wind=None, timestep=timestep, **more)
+
+
+def thrusts(sim):
+    return [float(value) for value in sim._rig.thruster_state["thrust"]]
+
+
+def angles(sim):
+    return [float(value) for value in sim._rig.thruster_state["angle"]]
+
+
+REST = 0.0414236
+"""Thrust at no command [N]: VRX's logistic curve, thrust_map.csv."""
+FULL = 242.66587
+"""Thrust at full command [N]: straight_100.csv."""
+
+
+def test_a_boat_tells_its_commands():
+    assert calm().command_names("a") == ("left", "right", "left_angle", "right_angle")
+
+
+@pytest.mark.parametrize(
+    ("commands", "message"),
+    [
+        ({"b": {}}, "no boat named 'b'; known: a"),
+        ({"a": {"port": 1.0}}, "no thruster of a named 'port'; known: left, right, left_angle, right_angle"),
+        ({"a": {"lefft": 1.0}}, "no thruster of a named 'lefft'; did you mean 'left'?"),
+    ],
+)
+def test_an_unknown_name_is_told_with_those_that_are_known(commands, message):
+    sim = calm()
+    for give in (sim.step, sim.command_all):
+        with pytest.raises(UnknownNameError) as caught:
+            give(commands)
+        assert str(caught.value) == message
+    assert sim.time == 0.0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda sim: sim.command("b"),
+        lambda sim: sim.forces("b"),
+        lambda sim: sim.command_names("b"),
+        lambda sim: sim.set_boat("b"),
+    ],
+)
+def test_an_unknown_boat_is_one_wherever_it_is_named(ask):
+    with pytest.raises(UnknownNameError, match="^no boat named 'b'; known: a$"):
+        ask(calm())
+
+
+@pytest.mark.parametrize("ask", [lambda sim: sim.observe_object("x"), lambda sim: sim.set_object("x")])
+def test_an_unknown_object_is_one_too(ask):
+    with pytest.raises(UnknownNameError, match="^no floating object named 'x'; known: none$"):
+        ask(calm())
+
+
+@pytest.mark.parametrize("value", [NAN, INF, -INF, "ahead", None, [1.0, 2.0], {}])
+@pytest.mark.parametrize("name", ["left", "right_angle"])
+def test_a_command_that_is_no_number_is_refused_and_none_is_set(name, value):
+    sim = calm()
+    before = sim.get_state().sha256
+    with pytest.raises(CommandError) as caught:
+        sim.step({"a": {"right": 1.0, name: value}})
+    assert str(caught.value) == f"the command {name} of a is {value!r}: a finite number is needed"
+    assert sim.get_state().sha256 == before
+
+
+@pytest.mark.parametrize("value", [1, True, np.float32(1.0), np.int64(1)])
+def test_whatever_is_a_number_will_do(value):
+    sim = calm()
+    sim.step({"a": {"left": value}})
+    assert thrusts(sim)[0] == pytest.approx(FULL)
+
+
+@pytest.mark.parametrize(
+    ("commands", "message"),
+    [
+        (0.5, "commands are 0.5: a mapping of boats is needed, as in "),
+        ({"a": 0.5}, "the commands of a are 0.5: a mapping of thrusters is needed, as in "),
+        ({"a": [1, 1]}, r"the commands of a are \[1, 1\]: a mapping of thrusters is needed, as in "),
+    ],
+)
+def test_commands_of_another_shape_are_shown_the_right_one(commands, message):
+    example = r"\{\"wamv1\": \{\"left\": 0.5, \"left_angle\": 0.1\}\}"
+    with pytest.raises(CommandError, match=f"^{message}{example}$"):
+        calm().step(commands)
+
+
+@pytest.mark.parametrize(
+    ("duration", "near"),
+    [(0.015, "0.01 and 0.02"), (0.0, "0.01 and 0.02"), (-1.0, "0.01 and 0.02"), (1.004, "1 and 1.01"),
+     (NAN, "0.01 and 0.02"), (INF, "0.01 and 0.02"), (1e-9, "0.01 and 0.02")],
+)  # fmt: skip
+def test_a_duration_is_a_multiple_of_the_timestep(duration, near):
+    sim = calm()
+    with pytest.raises(CommandError) as caught:
+        sim.step(duration=duration)
+    assert str(caught.value) == (
+        f"a duration of {duration:g} s is no multiple of the timestep 0.01 s; near it are {near}"
+    )
+    assert sim.time == 0.0
+
+
+@pytest.mark.parametrize(("timestep", "duration"), [(0.01, 0.07), (0.01, 1.1), (0.003, 0.3), (0.001, 12.345)])
+def test_a_duration_that_is_one_in_decimals_is_one(timestep, duration):
+    sim = calm(timestep=timestep)
+    sim.step(duration=duration)
+    assert sim.time == pytest.approx(duration, abs=1e-9)
+
+
+# How long a command holds
+
+
+def test_a_command_times_out_after_a_second():
+    sim = calm()
+    sim.command("a", left=1.0)
+    sim.advance(99)
+    assert thrusts(sim) == pytest.approx([FULL, REST])
+    sim.advance(2)
+    assert thrusts(sim) == pytest.approx([REST, REST])
+
+
+def test_a_command_that_is_renewed_goes_on():
+    sim = calm()
+    for _ in range(5):
+        sim.command("a", left=1.0)
+        sim.advance(90)
+        assert thrusts(sim)[0] == pytest.approx(FULL)
+
+
+def test_a_command_of_a_step_holds_for_all_of_it_and_a_second_at_least():
+    sim = calm()
+    sim.step({"a": {"left": 1.0}}, duration=3.0)
+    assert thrusts(sim)[0] == pytest.approx(FULL)
+    sim.step()
+    assert thrusts(sim)[0] == pytest.approx(REST)
+    sim.step({"a": {"left": 1.0}}, duration=0.1)
+    sim.step(duration=0.89)
+    assert thrusts(sim)[0] == pytest.approx(FULL)
+    sim.step(duration=0.03)
+    assert thrusts(sim)[0] == pytest.approx(REST)
+
+
+def test_only_the_thrusters_that_are_named_are_commanded():
+    sim = calm()
+    sim.command("a", left=1.0)
+    sim.advance(50)
+    sim.command("a", right=-1.0)
+    sim.advance(51)
+    assert thrusts(sim) == pytest.approx([REST, -100.0])
+
+
+def test_a_thruster_without_timeout_goes_on_for_ever():
+    sim = calm(edit=lambda tree: [row.update(timeout=0.0) for row in tree["thrusters"]])
+    sim.command("a", left=1.0)
+    sim.advance(1000)
+    assert thrusts(sim)[0] == pytest.approx(FULL)
+
+
+@pytest.mark.parametrize(("command", "force"), [(1.0, FULL), (1.5, 250.0), (100.0, 250.0), (-1.0, -100.0), (-3.0, -100.0)])
+def test_beyond_full_power_the_force_is_the_mappings_up_to_its_limit(command, force):
+    sim = calm()
+    sim.step({"a": {"left": command}})
+    assert thrusts(sim)[0] == pytest.approx(force, abs=0.2)
+
+
+# Steering
+
+
+@pytest.mark.parametrize("engines", ["fixed", "hinged"])
+@pytest.mark.parametrize("command", [0.4, -0.7, 5.0, -math.pi])
+def test_an_angle_is_clamped_and_does_not_time_out(engines, command):
+    sim = calm(engines)
+    sim.command("a", left_angle=command)
+    sim.advance(500)
+    limit = math.pi / 2
+    assert angles(sim) == pytest.approx([min(max(command, -limit), limit), 0.0], abs=2e-3)
+
+
+@pytest.mark.parametrize("timestep", [0.002, 0.01, 0.02])
+@pytest.mark.parametrize("engines", ["fixed", "hinged"])
+def test_a_servo_slews_at_10_rad_a_second_at_most(engines, timestep):
+    sim = calm(engines, timestep)
+    sim.command("a", left_angle=1.5, right_angle=-1.5)
+    fastest, before = 0.0, np.zeros(2)
+    for _ in range(round(1.0 / timestep)):
+        sim.advance(1)
+        now = np.array([sim.data.joint(f"a/{side}_chasis_engine_joint").qpos[0] for side in ("left", "right")]) if (
+            engines == "hinged"
+        ) else np.array(angles(sim))
+        fastest = max(fastest, float(np.abs(now - before).max()) / timestep)
+        before = now
+    assert 5.0 < fastest <= 10.0 + 1e-6
+    assert before == pytest.approx([1.5, -1.5], abs=0.01)
+
+
+def test_fixed_and_hinged_engines_steer_alike():
+    fixed, hinged = (calm(engines) for engines in ("fixed", "hinged"))
+    for sim in (fixed, hinged):
+        sim.command("a", left_angle=0.8)
+    for _ in range(100):
+        for sim in (fixed, hinged):
+            sim.advance(1)
+        assert angles(fixed)[0] == pytest.approx(sim.data.joint("a/left_chasis_engine_joint").qpos[0], abs=0.15)
+    assert angles(fixed)[0] == pytest.approx(0.8, abs=1e-3)
+
+
+def test_a_turned_engine_pushes_where_it_points():
+    """Both to port by a right angle: the stern is pushed to starboard, the bow turns to port... by the moment's sign."""
+    sim = calm()
+    sim.command("a", left_angle=math.pi / 2, right_angle=math.pi / 2)
+    sim.advance(200)
+    sim.step({"a": {"left": 1.0, "right": 1.0}})
+    thrust = sim.forces("a")["thrust"]
+    assert thrust[:3] == pytest.approx([0.0, 2 * FULL, 0.0], abs=25.0)
+    assert thrust[5] < -900.0  # an arm of 2.37 m aft
+
+
+# Poses
+
+
+@pytest.mark.parametrize(
+    "values", [(0, 0, 0), (0, 0, 0, 0, 0, NAN), (0, 0, 0, 0, 0, INF), "sixsix", 3.0, (0,) * 7, [[0] * 6]]
+)
+@pytest.mark.parametrize("what", ["pose", "velocity"])
+def test_a_pose_is_six_finite_numbers(what, values):
+    sim = calm()
+    before = sim.get_state().sha256
+    with pytest.raises(CommandError) as caught:
+        sim.set_boat("a", **{what: values})
+    assert str(caught.value) == f"the {what} of a is {values!r}: six finite numbers are needed"
+    assert sim.get_state().sha256 == before
+
+
+def test_a_bad_velocity_leaves_the_pose_as_it_was():
+    sim = calm()
+    before = sim.get_state().sha256
+    with pytest.raises(CommandError):
+        sim.set_boat("a", pose=(1, 2, 3, 0, 0, 0), velocity=(NAN,) * 6)
+    assert sim.get_state().sha256 == before
+
+
+def test_a_boat_is_where_it_was_put_and_moves_as_it_was_told():
+    sim = calm()
+    pose, velocity = (10.0, -5.0, 0.2, 0.1, -0.2, 2.5), (1.0, 0.5, -0.2, 0.1, 0.2, -0.3)
+    sim.set_boat("a", pose=pose, velocity=velocity)
+    boat = sim.observe()["a"]
+    assert [*boat.position, boat.roll, boat.pitch, boat.heading] == pytest.approx(pose)
+    assert [*boat.velocity, *boat.angular_velocity] == pytest.approx(velocity)
+    sim.set_boat("a", velocity=(0,) * 6)
+    assert sim.observe()["a"].position == pytest.approx(pose[:3])
+
+
+def test_velocities_are_those_of_the_origin_in_body_axes():
+    """u, v, w against the way over ground in a step, turned into the boat's axes by hand."""
+    sim = simulation()
+    sim.step({"a": {"left": 1.0, "right": 0.3}}, duration=3.0)
+    before = sim.observe()["a"]
+    sim.advance(1)
+    after = sim.observe()["a"]
+    way = (after.position - before.position) / 0.01
+    cos, sin = math.cos(after.heading), math.sin(after.heading)
+    level = [cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]]
+    assert after.velocity[:2] == pytest.approx(level, abs=0.01)  # tilt of 0.02 rad, and the turn in a step
+    assert after.speed == pytest.approx(math.hypot(*way[:2]), abs=1e-6)

@@ -1,0 +1,77 @@
+"""The compiled loop against MuJoCo's own `mj_step`, stage by stage."""
+
+import mujoco
+import numpy as np
+import pytest
+from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation
+
+from vrx_mj.runtime.simulation import SIGNATURE
+
+NONE = added_mass(0, 0, 0, 0, 0, 0)
+FLEETS = {
+    "fixed engines": boats((0.0, 0.0, 0.3)),
+    "hinged engines": boats((0.0, 0.0, 0.3), engines="hinged", thrusters="X"),
+    "a collision": head_on(),
+    "a collision with hinges": head_on("hinged"),
+}
+BUOY = {"name": "buoy", "model": "dock_block_2x2", "pose": [20, 20, 1.0, 0.3, 0, 0]}
+
+
+@pytest.mark.parametrize("fleet", FLEETS.values(), ids=FLEETS)
+def test_a_step_is_mj_step_where_no_mass_is_added(fleet):
+    sim = simulation(fleet, edit=NONE, objects=[BUOY])
+    twin = mujoco.MjData(sim.model)
+    flat = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE))
+    touched = 0
+    for _ in range(700):
+        mujoco.mj_getState(sim.model, sim.data, flat, SIGNATURE)
+        sim.step({boat: AHEAD for boat in sim.boats})
+        mujoco.mj_setState(sim.model, twin, flat, SIGNATURE)
+        twin.xfrc_applied[:], twin.qfrc_applied[:] = sim.data.xfrc_applied, sim.data.qfrc_applied
+        mujoco.mj_step(sim.model, twin)
+        for name in ("qpos", "qvel", "qacc", "time", "qacc_warmstart"):
+            assert same_bits(getattr(sim.data, name), getattr(twin, name)), (name, sim.time)
+        touched += sim.data.ncon > 0
+    assert (touched > 0) == (len(sim.boats) == 2)
+
+
+def test_added_mass_makes_the_boat_heavier_by_itself():
+    """F = (m + A) a: a force of 100 N on a boat without weight, water or drag, which has 258 kg and carries 42 kg."""
+
+    def in_a_void(parameters):
+        added_mass(42, 0, 0, 0, 0, 0)(parameters)
+        for hull in parameters["hulls"]:
+            hull.update(density=0.0, drag_linear=[0.0] * 6, drag_quadratic=[0.0] * 6)
+        for thruster in parameters["thrusters"]:
+            thruster.update(mapping=0, max_forward=50.0)
+
+    world = {"physics": {"timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
+    fleet = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}], "thrusters": "H"}
+    sim = simulation(fleet, edit=in_a_void, **world)
+    before = sim.data.qvel[:3].copy()
+    sim.step({"a": {"left": 1.0, "right": 1.0}})
+    pushed = sim.data.qvel[:3] - before
+    turned = sim.data.qacc[4]
+    height = sim.world.parameters["hulls"][0]["body_com"][2]
+    # of the centre of mass: a + alpha x r, where the added mass pulls at the origin
+    com = pushed[0] / 0.01 + turned * height
+    assert 258.0 * com + 42.0 * pushed[0] / 0.01 == pytest.approx(100.0)
+
+
+def test_a_step_draws_one_gust_and_advances_the_clock_by_the_timestep():
+    sim = simulation()
+    for step in range(1, 101):
+        sim.advance(1)
+        assert sim._rig.wind_state["counter"][0] == step
+    assert sim.time == pytest.approx(1.0, abs=1e-12)
+
+
+def test_poses_of_all_bodies_follow_the_step():
+    """`xpos` and `xquat` are those of `qpos` after each call, not of the step before."""
+    sim = simulation(FLEETS["hinged engines"])
+    sim.step({"a": {"left_rear": 1.0, "left_rear_angle": 1.0}}, duration=1.0)
+    fresh = mujoco.MjData(sim.model)
+    fresh.qpos[:] = sim.data.qpos
+    mujoco.mj_kinematics(sim.model, fresh)
+    assert same_bits(sim.data.xpos, fresh.xpos)
+    assert same_bits(sim.data.xquat, fresh.xquat)
