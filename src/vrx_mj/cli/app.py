@@ -4,7 +4,6 @@ Exit codes: 0 done, 1 a run failed, 2 wrong input.
 """
 
 import json
-import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -52,7 +51,9 @@ def compile_(world: World, output: Output, fleet: Fleet = None, seed: Seed = Non
     """
     from vrx_mj.compiler.compile import compile_world
 
-    scene = compile_world(world, fleet=fleet, seed=seed).save(output)
+    compiled = compile_world(world, fleet=fleet, seed=seed)
+    with writing("the world", output):
+        scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{output}') sails it")
 
 

@@ -30,9 +30,6 @@ def _stage(name: str) -> types.ExternalFunction:
 
 
 mj_kinematics = _stage("mj_kinematics")
-mj_check_pos = _stage("mj_checkPos")
-mj_check_vel = _stage("mj_checkVel")
-mj_check_acc = _stage("mj_checkAcc")
 mj_fwd_kinematics = _stage("mj_fwdKinematics")
 mj_make_m = _stage("mj_makeM")
 mj_collision = _stage("mj_collision")

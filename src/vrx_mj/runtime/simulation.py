@@ -180,9 +180,11 @@ class Simulation:
         Raises:
             CommandError: it is not a whole number.
         """
-        steps = round(duration / self.timestep) if math.isfinite(duration) else 0
-        if steps < 1 or abs(steps * self.timestep - duration) > 1e-6 * self.timestep * max(1, steps):
-            below = max(1, math.floor(duration / self.timestep)) if math.isfinite(duration) else 1
+        if not duration >= self.timestep * (1.0 - 1e-6) or math.isinf(duration):
+            raise CommandError(f"a duration of {duration:g} s: at least one timestep, {self.timestep:g} s, is needed")
+        steps = round(duration / self.timestep)
+        if abs(steps * self.timestep - duration) > 1e-6 * duration:
+            below = math.floor(duration / self.timestep)
             raise CommandError(
                 f"a duration of {duration:g} s is no multiple of the timestep {self.timestep:g} s; "
                 f"near it are {below * self.timestep:g} and {(below + 1) * self.timestep:g} s"

@@ -10,7 +10,7 @@ from vrx_mj.runtime.simulation import SIGNATURE
 NONE = added_mass(0, 0, 0, 0, 0, 0)
 FLEETS = {
     "fixed engines": boats((0.0, 0.0, 0.3)),
-    "hinged engines": boats((0.0, 0.0, 0.3), engines="hinged", thrusters="X"),
+    "hinged engines": boats((0.0, 0.0, 0.3), engines="hinged", thrusters="T"),
     "a collision": head_on(),
     "a collision with hinges": head_on("hinged"),
 }
@@ -69,7 +69,7 @@ def test_a_step_draws_one_gust_and_advances_the_clock_by_the_timestep():
 def test_poses_of_all_bodies_follow_the_step():
     """`xpos` and `xquat` are those of `qpos` after each call, not of the step before."""
     sim = simulation(FLEETS["hinged engines"])
-    sim.step({"a": {"left_rear": 1.0, "left_rear_angle": 1.0}}, duration=1.0)
+    sim.step({"a": {"left": 1.0, "left_angle": 1.0}}, duration=1.0)
     fresh = mujoco.MjData(sim.model)
     fresh.qpos[:] = sim.data.qpos
     mujoco.mj_kinematics(sim.model, fresh)

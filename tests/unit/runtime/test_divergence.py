@@ -1,0 +1,133 @@
+"""A state that is NaN or huge stops the run, with a file to go on from."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from integration.sailing import AHEAD, boats, simulation
+
+import vrx_mj
+from vrx_mj.errors import DivergedError
+
+BUOY = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [20, 3, 0, 0, 0, 0]}
+MESSAGE = re.compile(
+    r"(?P<name>\S+) has a state that is not finite, or huge, at step (?P<step>\d+) \(t = (?P<time>\S+) s\)\. "
+    r"The state at t = (?P<good>\S+) s is in (?P<file>.+): State\.load reads it"
+)
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(monkeypatch, tmp_path):
+    """MuJoCo writes its log into the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+
+def start():
+    sim = simulation(boats((0.0, 0.0, 0.0), (50.0, 0.0, 1.0)), objects=[BUOY])
+    sim.step({"a": AHEAD}, duration=2.5)
+    return sim
+
+
+def spoil_velocity(sim, value):
+    sim.data.qvel[sim.model.joint("b/free").dofadr[0] + 1] = value
+
+
+def spoil_pose(sim, value):
+    sim.data.qpos[sim.model.joint("buoy/free").qposadr[0]] = value
+
+
+def stopped(sim, steps):
+    with pytest.raises(DivergedError) as caught:
+        sim.advance(steps)
+    found = MESSAGE.fullmatch(str(caught.value))
+    assert found, str(caught.value)
+    return found
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9, -1e300])
+@pytest.mark.parametrize(("spoil", "name"), [(spoil_velocity, "b"), (spoil_pose, "buoy")])
+def test_a_run_that_diverges_names_the_body_the_step_and_the_last_good_state(spoil, name, value):
+    sim = start()
+    spoil(sim, value)
+    found = stopped(sim, 10)
+    assert (found["name"], found["step"], found["time"], found["good"]) == (name, "250", "2.5", "2")
+
+
+def test_the_last_good_state_continues_the_run():
+    sim = start()
+    reached = sim.get_state().sha256
+    spoil_velocity(sim, math.nan)
+    state = vrx_mj.State.load(Path(stopped(sim, 10)["file"]))
+    for run in (sim, vrx_mj.Simulation(sim.world)):
+        run.set_state(state)
+        assert run.time == pytest.approx(2.0)
+        run.advance(50)
+        assert run.get_state().sha256 == reached
+
+
+def test_what_diverges_in_the_middle_of_an_advance_stops_there():
+    """An engine that pushes with 10^12 N."""
+    sim = simulation(edit=lambda tree: tree["thrusters"][0].update(mapping=0, max_forward=1e12))
+    sim.step({"a": {"left": 0.0}}, duration=1.5)
+    sim.command("a", left=1.0)
+    found = stopped(sim, 200)
+    assert found["name"] == "a"
+    assert 150 < int(found["step"]) < 160
+    assert found["good"] == "1"
+
+
+@pytest.mark.parametrize("seconds", [0.5, 1.0])
+def test_no_step_ends_in_a_state_that_is_not_finite(seconds):
+    """Also where the step that breaks it is the last of an advance, or of a second."""
+    sim = simulation(edit=lambda tree: tree["thrusters"][0].update(mapping=0, max_forward=1e300))
+    sim.step({"a": {"left": 0.0}}, duration=seconds - 0.01)
+    sim.command("a", left=1.0)
+    with pytest.raises(DivergedError):
+        sim.advance(1)
+
+
+def test_a_reset_goes_on_after_a_divergence():
+    sim, fresh = start(), start()
+    spoil_velocity(sim, math.nan)
+    stopped(sim, 10)
+    for run in (sim, fresh):
+        run.reset()
+        run.advance(100)
+    assert sim.get_state().sha256 == fresh.get_state().sha256
+    assert np.isfinite(sim.data.qpos).all()
+
+
+def test_recorders_hear_of_it():
+    class Listener:
+        heard: list[tuple[float, str, str]] = []
+        filled = 0
+
+        def rows(self, block):
+            self.filled += len(block)
+
+        def state(self, time, blob):
+            pass
+
+        def event(self, time, text, level):
+            self.heard.append((time, text, level))
+
+    sim = start()
+    listener = Listener()
+    sim.attach(listener, rate=100.0)
+    sim.advance(20)
+    spoil_velocity(sim, math.nan)
+    stopped(sim, 10)
+    (time, text, level) = listener.heard[0]
+    assert (time, level) == (pytest.approx(2.7), "ERROR")
+    assert MESSAGE.fullmatch(text)
+    assert listener.filled >= 20
+
+
+@pytest.mark.parametrize("value", [math.nan, 1e9])
+def test_mujoco_writes_no_log(value, tmp_path):
+    sim = start()
+    spoil_velocity(sim, value)
+    stopped(sim, 10)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,107 @@
+"""Saved states: what they hold, and what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from integration.sailing import boats, simulation
+
+import vrx_mj
+from vrx_mj.errors import StateError
+
+
+@pytest.fixture(scope="module")
+def sim():
+    return simulation()
+
+
+@pytest.fixture
+def state(sim):
+    sim.reset()
+    sim.advance(123)
+    return sim.get_state()
+
+
+def test_bytes_hold_the_whole_state(state):
+    copy = vrx_mj.State.from_bytes(state.to_bytes())
+    assert copy.sha256 == state.sha256
+    assert (copy.version, copy.world, copy.seed, copy.time) == (state.version, state.world, state.seed, state.time)
+    assert copy.ours == state.ours
+
+
+def test_a_state_knows_its_time_and_its_world(sim, state):
+    assert state.time == pytest.approx(1.23)
+    assert state.world == sim.world.sha256
+
+
+def test_a_state_is_a_copy(sim, state):
+    before = state.sha256
+    sim.advance(10)
+    assert state.sha256 == before
+
+
+def test_the_state_of_another_world_is_refused(sim, state):
+    other = simulation(boats((1.0, 0.0, 0.3)))
+    with pytest.raises(StateError) as caught:
+        other.set_state(state)
+    assert str(caught.value) == (
+        f"the state belongs to the world {sim.world.sha256[:12]}, not to this one, {other.world.sha256[:12]}"
+    )
+
+
+def test_a_state_of_another_version_is_refused(sim, state):
+    newer = dataclasses.replace(state, version=99)
+    message = "^the state has version 99; this version of vrx_mj reads 1$"
+    with pytest.raises(StateError, match=message):
+        sim.set_state(newer)
+    with pytest.raises(StateError, match=message):
+        vrx_mj.State.from_bytes(newer.to_bytes())
+
+
+def test_a_refused_state_changes_nothing(sim, state):
+    with pytest.raises(StateError):
+        sim.set_state(dataclasses.replace(state, world="0" * 64))
+    assert sim.get_state().sha256 == state.sha256
+
+
+def test_a_file_that_is_no_state_is_refused(tmp_path):
+    file = tmp_path / "some.state"
+    for content in (b"", b"hello", b'{"version": 1}\n', b"\x00" * 100, b"[]\nx"):
+        file.write_bytes(content)
+        with pytest.raises(StateError, match=rf"^these {len(content)} bytes are no saved state: "):
+            vrx_mj.State.load(file)
+
+
+def test_a_state_that_is_cut_off_is_refused(sim, state):
+    block = state.to_bytes()
+    head = block.index(b"\n") + 1
+    size = 8 * len(state.mujoco)
+    with pytest.raises(StateError, match=f"^the saved state is cut off: 100 of {size} bytes$"):
+        vrx_mj.State.from_bytes(block[: head + 100])
+    with pytest.raises(StateError):
+        sim.set_state(vrx_mj.State.from_bytes(block[:-8]))
+
+
+def test_everything_that_changes_is_in_the_fingerprint(sim, state):
+    numbers = state.mujoco.copy()
+    numbers[0] = np.nextafter(numbers[0], np.inf)
+    changed = [
+        dataclasses.replace(state, seed=state.seed + 1),
+        dataclasses.replace(state, time=np.nextafter(state.time, np.inf)),
+        dataclasses.replace(state, mujoco=numbers),
+        dataclasses.replace(state, ours=state.ours[:-1] + bytes([state.ours[-1] ^ 1])),
+    ]
+    assert len({item.sha256 for item in (state, *changed)}) == 5
+
+
+def test_a_saved_world_of_another_version_is_refused(sim, tmp_path):
+    sim.world.save(tmp_path)
+    file = tmp_path / "world.json"
+    file.write_text(file.read_text(encoding="utf-8").replace('"format": 1', '"format": 9'), encoding="utf-8")
+    with pytest.raises(StateError, match=r"world\.json has format 9; this version reads 1$"):
+        vrx_mj.Simulation.load(tmp_path)
+
+
+def test_a_folder_without_a_world_is_refused(tmp_path):
+    with pytest.raises(StateError, match=r"holds no saved world: there is no world\.json in it$"):
+        vrx_mj.Simulation.load(tmp_path)
