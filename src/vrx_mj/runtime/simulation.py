@@ -237,6 +237,8 @@ class Simulation:
             raise StateError(
                 f"the state belongs to the world {state.world[:12]}, not to this one, {self._world_id[:12]}"
             )
+        if len(state.ours) != self._rig.packed_size:
+            raise StateError(f"the state has {len(state.ours)} bytes of tables instead of {self._rig.packed_size}")
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)
         self._seed = state.seed
