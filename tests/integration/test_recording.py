@@ -39,7 +39,7 @@ def test_what_is_read_is_what_was_sailed(recorded):
     assert np.array_equal(record.boats["wamv1"].position[steps], poses[:-1])
     assert set(record.objects) == {"ball"}
     assert record.boats["wamv1"].thrust["left"][20] > 150
-    assert [event.text for event in record.events] == ["done"]
+    assert [event.text for event in record.events] == ["world, fleet fleet, seed 3: recording starts", "done"]
 
 
 def test_recording_changes_nothing(sim, recorded):

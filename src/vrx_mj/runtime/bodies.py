@@ -1,6 +1,5 @@
 """Boats and floating objects by name: reading and writing the pose and velocity of their links."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from vrx_mj.compiler.poses import quaternion
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
+from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation, rotation_matrix
 from vrx_mj.runtime.rig import Rig
 
@@ -62,6 +62,6 @@ def _six(what: str, values: Sequence[float]) -> tuple[float, ...]:
         numbers = tuple(float(value) for value in values)
     except (TypeError, ValueError):
         numbers = ()
-    if len(numbers) != 6 or not all(math.isfinite(number) for number in numbers):
-        raise CommandError(f"{what} is {values!r}: six finite numbers are needed")
+    if len(numbers) != 6 or not all(abs(number) < HUGE for number in numbers):
+        raise CommandError(f"{what} is {values!r}: six numbers below {HUGE:g} are needed")
     return numbers

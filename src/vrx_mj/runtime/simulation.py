@@ -268,7 +268,7 @@ class Simulation:
         """
         self._check_name("boat", name, self.boats)
         self._bodies.put(name, pose, velocity)
-        self._settle()
+        self._derive()
 
     def set_object(
         self,
@@ -285,7 +285,7 @@ class Simulation:
         """
         self._check_name("floating object", name, self._bodies.objects)
         self._bodies.put(name, pose, velocity)
-        self._settle()
+        self._derive()
 
     def observe_object(self, name: str) -> BoatObservation:
         """Pose and velocity of a floating object's link.
@@ -330,11 +330,15 @@ class Simulation:
     # Inside
 
     def _settle(self) -> None:
-        """Make derived quantities follow a state that was set, and keep it as the last good one."""
+        """Begin anew from a state that was set."""
         self._rig.refresh()
-        mujoco.mj_forward(self._model, self._data)
         self._renew_arguments()
+        self._derive()
         self._keep()
+
+    def _derive(self) -> None:
+        """Make derived quantities follow a state that was set."""
+        mujoco.mj_forward(self._model, self._data)
 
     def _renew_arguments(self) -> None:
         self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,6 +32,8 @@ from vrx_mj.runtime.state import State
 
 __all__ = ["POSE_RATE", "record", "resume", "scene_of"]
 
+Looks = dict[str, list[Surface]]
+"""Surfaces by the name of the body that carries them."""
 POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""
 
@@ -50,6 +53,8 @@ def record(sim: Simulation, path: str | Path, *, sea: bool = True) -> Iterator[R
     scene = scene_of(sim) if sea else dataclasses.replace(scene_of(sim), sea_height=None)
     with RecordWriter(path, scene) as writer:
         sim.attach(writer, rate=POSE_RATE)
+        world = sim.world
+        sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
         try:
             yield writer
         finally:
@@ -84,6 +89,7 @@ def saved_world(recorded: Record) -> World:
 def scene_of(sim: Simulation) -> RecordScene:
     """What a recording of this simulation holds before its first row."""
     world, model = sim.world, sim.visual_model
+    looks = _looks(world, model)
     parameters = world.parameters
     wind = parameters["wind"]["direction"]
     return RecordScene(
@@ -100,8 +106,8 @@ def scene_of(sim: Simulation) -> RecordScene:
         timestep=sim.timestep,
         nq=int(sim.model.nq),
         nv=int(sim.model.nv),
-        bodies=tuple(_bodies(world, model)),
-        thrusters=tuple(_thrusters(world)),
+        bodies=tuple(_bodies(world, looks, model)),
+        thrusters=tuple(_thrusters(world, looks)),
         files=_files(world),
         sea_height=sim.sea.height,
         wind_direction=(float(wind[0]), float(wind[1])),
@@ -120,11 +126,10 @@ def _files(world: World) -> dict[str, bytes]:
         return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def _bodies(world: World, model: mujoco.MjModel) -> Iterator[RecordedBody]:
+def _bodies(world: World, looks: Looks, model: mujoco.MjModel) -> Iterator[RecordedBody]:
     """Boats, objects and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    looks = _looks(model)
     boats = [("boat", boat["name"], hull["body"]) for boat, hull in _pairs(world)]
     objects = [("object", item["name"], item["body"]) for item in world.parameters["objects"]]
     docks = [("fixed", dock["name"], f"{dock['name']}/dock") for dock in world.parameters["docks"]]
@@ -139,41 +144,53 @@ def _bodies(world: World, model: mujoco.MjModel) -> Iterator[RecordedBody]:
             pose=tuple(float(value) for value in pose),
             qpos=None if joint is None else int(model.jnt_qposadr[joint]),
             dof=None if joint is None else int(model.jnt_dofadr[joint]),
-            surfaces=looks.get(body, ()),
+            surfaces=tuple(looks.get(body_name, ())),
         )
     if world.parameters["terrain"]:
-        yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=looks.get(0, ()))
+        yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=tuple(looks.get("world", ())))
 
 
 def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
     return zip(world.parameters["boats"], world.parameters["hulls"], strict=True)
 
 
-def _thrusters(world: World) -> Iterator[RecordedThruster]:
+def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
     for row in world.parameters["thrusters"]:
         boat = world.boats[row["hull"]]
-        yield RecordedThruster(row["name"], boat, tuple(row["position"]), row["yaw"], tuple(row["propeller"]))
+        yield RecordedThruster(
+            name=row["name"],
+            boat=boat,
+            position=tuple(row["position"]),
+            yaw=row["yaw"],
+            propeller=tuple(row["propeller"]),
+            surfaces=tuple(looks.get(f"{boat}/{row['name']}", ())),
+        )
 
 
-def _looks(model: mujoco.MjModel) -> dict[int, tuple[Surface, ...]]:
-    """What is seen of every body, in its frame; hinged parts are drawn on the body that carries them."""
-    seen: dict[int, list[Surface]] = {}
+def _looks(world: World, model: mujoco.MjModel) -> Looks:
+    """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge."""
+    engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.parameters["thrusters"]}
     shapes: dict[Any, trimesh.Trimesh] = {}
+    seen: Looks = {}
     for geom in range(model.ngeom):
         visual = model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0
         if not visual or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
             continue
-        body = int(model.geom_bodyid[geom])
-        place = _placed(model.geom_pos[geom], model.geom_quat[geom])
-        while body not in (0, int(model.body_rootid[body])):
-            place = _placed(model.body_pos[body], model.body_quat[body]) @ place
-            body = int(model.body_parentid[body])
         key = (model.geom_type[geom], model.geom_dataid[geom], *model.geom_size[geom])
         if key not in shapes:
             shapes[key] = _mesh(model, geom)
+        place = _placed(model.geom_pos[geom], model.geom_quat[geom])
+        owner = model.body(model.geom_bodyid[geom]).name
+        part = re.sub(r"_(engine|propeller)_\w+$", "", model.geom(geom).name)
+        if part in engines:
+            if owner == engines[part]["body"] and engines[part]["joint"] is None:
+                half = 0.5 * engines[part]["yaw"]
+                mount = _placed(engines[part]["position"], (math.cos(half), 0.0, 0.0, math.sin(half)))
+                place = np.linalg.inv(mount) @ place
+            owner = part
         rgba = tuple(float(value) for value in model.geom_rgba[geom])
-        seen.setdefault(body, []).append(_surface(shapes[key], place, rgba))
-    return {body: tuple(surfaces) for body, surfaces in seen.items()}
+        seen.setdefault(owner, []).append(_surface(shapes[key], place, rgba))
+    return seen
 
 
 def _placed(position: Any, quaternion: Any) -> Any:
