@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from integration.sailing import AHEAD, CALM, boats, edited, head_on, same_bits, simulation
 
 import vrx_mj
+from integration.sailing import AHEAD, CALM, boats, edited, head_on, same_bits, simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 BUOYS = [
@@ -75,7 +75,7 @@ def test_the_winds_own_seed_is_part_of_it():
 
 
 def moments():
-    """Name -> (simulation, seconds to sail): every memory of a run, in the middle of its use; None: until boats touch."""
+    """Name -> (simulation, seconds to sail): every memory of a run, in its use; None: until boats touch."""
     return {
         "in a gust": (busy(), 2.0),
         "before a command runs out": (busy(), 0.5),
@@ -93,7 +93,7 @@ def continued(request):
     if seconds is None:
         while not sim.data.ncon:
             assert sim.time < 10.0
-            sim.step({boat: AHEAD for boat in sim.boats}, duration=0.03)
+            sim.step(dict.fromkeys(sim.boats, AHEAD), duration=0.03)
     else:
         sim.command("a", **STEER)
         sim.advance(round(seconds / sim.timestep))
@@ -216,7 +216,7 @@ def test_a_state_a_listener_heard_continues_the_run():
     listener = Listener()
     sim.attach(listener, rate=10.0)
     sail(sim)
-    later = [vrx_mj.State.from_bytes(blob) for time, blob in listener.states if time == pytest.approx(3.0)][0]
+    later = next(vrx_mj.State.from_bytes(blob) for time, blob in listener.states if time == pytest.approx(3.0))
     other = busy()
     other.set_state(later)
     other.advance(200)

@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from integration.sailing import AFLOAT, AHEAD, boats, same_bits, simulation
 
 import vrx_mj
+from integration.sailing import AFLOAT, AHEAD, boats, same_bits, simulation
 from vrx_mj.runtime import proximity
 
 FIRST = {"name": "first", "pose": [0, 0, AFLOAT, 0, 0, 0.3]}
@@ -75,7 +75,7 @@ def test_a_step_without_shapes_is_the_step_with_them(engines, fleet):
         sim.command(boat, **AHEAD)
     for _ in range(120):
         for sim in (quick, full):
-            sim.step({boat: AHEAD for boat in sim.boats}, duration=0.05)
+            sim.step(dict.fromkeys(sim.boats, AHEAD), duration=0.05)
         assert same_bits(quick.data.qpos, full.data.qpos)
         assert same_bits(quick.data.qvel, full.data.qvel)
     assert quick.get_state().sha256 == full.get_state().sha256
@@ -100,7 +100,7 @@ def test_boats_of_one_kind_do_the_same_in_a_flat_sea():
     """Index and name of a boat are no part of its motion; its coordinates are, by rounding."""
     fleet = boats(*((0.0, 50.0 * k, 0.0) for k in range(4)))
     sim = simulation(fleet, sea={"model": "none"})
-    sim.step({boat: AHEAD for boat in sim.boats}, duration=10.0)
+    sim.step(dict.fromkeys(sim.boats, AHEAD), duration=10.0)
     seen = list(sim.observe().values())
     for boat in seen[1:]:
         assert boat.quaternion == pytest.approx(seen[0].quaternion, abs=1e-9)

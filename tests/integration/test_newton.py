@@ -1,14 +1,14 @@
 """`sim.forces(boat).total` is the rate of change of the boat's momentum in the step to come.
 
-The momentum is MuJoCo's, from the Jacobians of its bodies and the accelerations that the step found: a second way to the
-same numbers, which knows nothing of our tables.
+The momentum is MuJoCo's, from the Jacobians of its bodies and the accelerations that the step found: a second way
+to the same numbers, which knows nothing of our tables.
 """
 
 import mujoco
 import numpy as np
 import pytest
-from integration.sailing import AHEAD, GUSTY, added_mass, boats, head_on, simulation
 
+from integration.sailing import AHEAD, GUSTY, added_mass, boats, head_on, simulation
 from vrx_mj.runtime.observation import rotation_matrix
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)

@@ -1,4 +1,4 @@
-"""Every floating object of the catalogue, a new one included: stable, at rest where Archimedes says, and the same at any step.
+"""Every floating object of the catalogue, a new one included: stable, at rest where Archimedes says, alike at any step.
 
 They share a world, far from each other; a run that diverges names the object.
 """
@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 import pytest
-from integration.sailing import CALM, water
 
 import vrx_mj
+from integration.sailing import CALM, water
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.search import catalogue
 from vrx_mj.runtime.observation import rotation_matrix
@@ -67,8 +67,10 @@ def test_it_comes_to_rest(rest, how, name):
 @pytest.mark.parametrize("name", FLOATING)
 @pytest.mark.parametrize("how", ["dropped", "let up", "laid"])
 def test_at_rest_it_displaces_its_weight_under_its_centre_of_mass(rest, how, name):
-    """Archimedes, with the wet volume counted on 60^3 points, one at random in each cell of a box around each shape: right
-    within 1 %, and its centre within a few mm."""
+    """Archimedes, with the wet volume counted on 60^3 points, one at random in each cell of a box around each shape.
+
+    It is right within 1 %, and its centre within a few mm.
+    """
     config, item = load_object(name), rest[how].observe_object(name)
     turn = rotation_matrix(item.quaternion)
     wet, moment = 0.0, np.zeros(3)
@@ -85,7 +87,7 @@ def test_at_rest_it_displaces_its_weight_under_its_centre_of_mass(rest, how, nam
 
 @functools.cache
 def grid(element, count=60):
-    """Points in a buoyancy element, link axes [m], and the volume [m3] that each stands for. Cylinders are VRX's 20-gons."""
+    """Points in a buoyancy element, link axes [m], and the volume [m3] of each; cylinders are VRX's 20-gons."""
     axis = np.arange(count) / count - 0.5
     cells = np.stack(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)
     x, y, z = cells + np.random.default_rng(1).uniform(0.0, 1.0 / count, cells.shape)
@@ -136,8 +138,11 @@ def steps():
 @pytest.mark.parametrize("name", FLOATING)
 @pytest.mark.parametrize(("step", "allowed"), [(0.01, 0.06), (0.02, 0.1)])
 def test_its_motion_in_waves_hardly_depends_on_the_step(steps, name, step, allowed):
-    """The largest distance between the ways of its origin. Integration is of first order: the A7 ball, let go half under
-    water, leaps out at 3 m/s and falls back, and a step of 10 ms is 3 cm of that."""
+    """The largest distance between the ways of its origin.
+
+    Integration is of first order: the A7 ball, let go half under water, leaps out at 3 m/s and falls back, and a step
+    of 10 ms is 3 cm of that.
+    """
     index = FLOATING.index(name)
     apart = np.linalg.norm(steps[step][:, index] - steps[0.001][:, index], axis=1)
     assert apart.max() < allowed

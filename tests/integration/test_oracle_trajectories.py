@@ -151,10 +151,10 @@ def seen(sim, yaw):
     return [*boat.position, boat.roll, boat.pitch, yaw[0], *boat.velocity[:2], boat.angular_velocity[2]]
 
 
-# Floating objects: VRX's drag is explicit, ours implicit (`flotation`), so ours lags by up to a step where drag stops a
-# fall within a few steps. No spread is known; these bounds are 1.5 to 2 times what is left at 10 ms, and all of it
-# vanishes with the step but for the dock's: VRX also damps its blocks by `velocity_decay`, 0.001 of the velocity in each
-# step of 1 ms, which we have not. With that in place the dock's roll differs by 0.0009 rad at 1 ms instead of 0.008.
+# Floating objects: VRX's drag is explicit, ours implicit (`flotation`), so ours lags by up to a step where drag stops
+# a fall within a few steps. No spread is known; these bounds are 1.5 to 2 times what is left at 10 ms, and all of it
+# vanishes with the step but for the dock's: VRX also damps its blocks by `velocity_decay`, 0.001 of the velocity in
+# each step of 1 ms, which we have not. With it the dock's roll differs by 0.0009 rad at 1 ms instead of 0.008.
 BUOY_MODELS = {
     "dock_block_2x2": "dock_block_2x2",
     "polyform_a5": "polyform_a5",

@@ -6,9 +6,9 @@ import warnings
 import mujoco
 import numpy as np
 import pytest
-from integration.sailing import same_bits
 
 import vrx_mj
+from integration.sailing import same_bits
 from vrx_mj.config.search import catalogue
 from vrx_mj.errors import VrxWarning
 
@@ -53,7 +53,7 @@ def test_its_boats_lie_still_and_then_sail(world):
         assert max(abs(seen.roll), abs(seen.pitch)) < 0.2
         assert np.linalg.norm((seen.position - start[boat])[:2]) < 5.0
     ahead = {"left": 0.6, "right": 0.5}
-    sim.step({boat: ahead for boat in sim.boats}, duration=10.0)
+    sim.step(dict.fromkeys(sim.boats, ahead), duration=10.0)
     assert np.isfinite(sim.data.qpos).all()
     for seen in sim.observe().values():
         assert abs(seen.position[2]) < 0.5

@@ -58,11 +58,13 @@ def parse_thrust(text: str) -> Mapping[str, float]:
     """
     commands: dict[str, float] = {}
     for part in text.split(","):
-        name, equals, value = part.partition("=")
+        name, _, value = (word.strip() for word in part.partition("="))
+        if name in commands:
+            raise CommandError(f"--thrust '{text}': '{name}' is there twice")
         try:
-            commands[name.strip()] = float(value)
+            commands[name] = float(value)
         except ValueError:
-            equals = ""
-        if not equals:
+            name = ""
+        if not name:
             raise CommandError(f"--thrust '{text}': '{part}' is no name=number, as in left=0.5,right=0.5")
     return commands

@@ -73,7 +73,7 @@ EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
 
 def _number(boat: str, name: str, value: object) -> float:
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = math.nan if isinstance(value, str | bytes) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):

@@ -1,5 +1,6 @@
 """Rows that the compiled loop copies while it runs, for recorders."""
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -27,47 +28,55 @@ class Listener(Protocol):
 
 
 class Sampler:
-    """A buffer that `advance` fills, one row every `stride` steps, and the listeners that empty it."""
+    """A buffer that `advance` fills with rows, and the listeners that empty it, each at a rate of its own."""
 
     def __init__(self, columns: int, timestep: float) -> None:
         self.table = np.array([0, 0, 0], np.int64)
         self.buffer = np.zeros((0, columns))
         self._timestep = timestep
-        self._listeners: list[Listener] = []
+        self._strides: dict[Listener, int] = {}
+        self._rows = 0
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
         """Those who listen now."""
-        return tuple(self._listeners)
+        return tuple(self._strides)
 
     def add(self, listener: Listener, rate: float) -> None:
         """Sample `rate` rows per simulated second (at most one per step) for a listener."""
-        stride = max(1, round(1.0 / (rate * self._timestep)))
-        columns = self.buffer.shape[1]
         self.drain()
-        self.buffer = np.zeros((max(64, BUFFER_BYTES // (8 * columns)), columns))
-        self.table[:] = (stride if not self._listeners else min(stride, self.table[STRIDE]), 0, 0)
-        self._listeners.append(listener)
+        self._strides[listener] = max(1, round(1.0 / (rate * self._timestep)))
+        self._begin()
 
     def remove(self, listener: Listener) -> None:
         """Give it what is left, and stop sampling when nobody listens."""
         self.drain()
-        self._listeners.remove(listener)
-        if not self._listeners:
-            self.table[:] = 0
-            self.buffer = np.zeros((0, self.buffer.shape[1]))
+        del self._strides[listener]
+        self._begin()
 
     def restart(self) -> None:
         """Begin with a row at once: the state was set from outside."""
         self.drain()
+        self._rows = 0
         self.table[COUNTDOWN] = 0
 
     def drain(self) -> None:
-        """Hand the filled rows to the listeners."""
+        """Hand the filled rows to the listeners, to each those that are due by its rate."""
         filled = int(self.table[FILLED])
         if not filled:
             return
-        block = self.buffer[:filled].copy()
+        numbers = np.arange(self._rows, self._rows + filled) * self.table[STRIDE]
+        self._rows += filled
         self.table[FILLED] = 0
-        for listener in self._listeners:
-            listener.rows(block)
+        for listener, stride in self._strides.items():
+            due = self.buffer[:filled][numbers % stride == 0]
+            if len(due):
+                listener.rows(due)
+
+    def _begin(self) -> None:
+        """Sample at the finest common stride of those who listen now."""
+        columns = self.buffer.shape[1]
+        rows = max(64, BUFFER_BYTES // (8 * columns)) if self._strides else 0
+        self.buffer = np.zeros((rows, columns))
+        self._rows = 0
+        self.table[:] = (math.gcd(*self._strides.values()), 0, 0)

@@ -183,7 +183,7 @@ class Simulation:
         if not duration >= self.timestep * (1.0 - 1e-6) or math.isinf(duration):
             raise CommandError(f"a duration of {duration:g} s: at least one timestep, {self.timestep:g} s, is needed")
         steps = round(duration / self.timestep)
-        if abs(steps * self.timestep - duration) > 1e-6 * duration:
+        if abs(steps * self.timestep - duration) > 1e-4 * self.timestep:
             below = math.floor(duration / self.timestep)
             raise CommandError(
                 f"a duration of {duration:g} s is no multiple of the timestep {self.timestep:g} s; "
@@ -230,13 +230,15 @@ class Simulation:
         """Go to a state that `get_state` gave, here or in another process.
 
         Raises:
-            StateError: it belongs to another world or another version.
+            StateError: it belongs to another world or another version, or is not finite.
         """
         check_version(state.version)
         if state.world != self._world_id:
             raise StateError(
                 f"the state belongs to the world {state.world[:12]}, not to this one, {self._world_id[:12]}"
             )
+        if not np.isfinite(state.mujoco).all():
+            raise StateError(f"the state at t = {state.time:g} s is not finite")
         if len(state.ours) != self._rig.packed_size:
             raise StateError(f"the state has {len(state.ours)} bytes of tables instead of {self._rig.packed_size}")
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
@@ -285,6 +287,9 @@ class Simulation:
         """
         self._check_name("floating object", name, self._bodies.objects)
         self._bodies.put(name, pose, velocity)
+        x, y, _ = self._bodies.observe(name).position
+        row = self._bodies.objects.index(name)
+        self._rig.float_state["height"][row] = self.sea.height(x, y, self.time)
         self._derive()
 
     def observe_object(self, name: str) -> BoatObservation:

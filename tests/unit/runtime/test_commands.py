@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from integration.sailing import CALM, boats, simulation
 
+import vrx_mj
+from integration.sailing import CALM, boats, simulation
 from vrx_mj.errors import CommandError, UnknownNameError
 
 NAN, INF = math.nan, math.inf
@@ -60,13 +61,13 @@ def test_an_unknown_name_is_told_with_those_that_are_known(commands, message):
     ],
 )
 def test_an_unknown_boat_is_one_wherever_it_is_named(ask):
-    with pytest.raises(UnknownNameError, match="^no boat named 'b'; known: a$"):
+    with pytest.raises(UnknownNameError, match=r"^no boat named 'b'; known: a$"):
         ask(calm())
 
 
 @pytest.mark.parametrize("ask", [lambda sim: sim.observe_object("x"), lambda sim: sim.set_object("x")])
 def test_an_unknown_object_is_one_too(ask):
-    with pytest.raises(UnknownNameError, match="^no floating object named 'x'; known: none$"):
+    with pytest.raises(UnknownNameError, match=r"^no floating object named 'x'; known: none$"):
         ask(calm())
 
 
@@ -284,3 +285,42 @@ def test_velocities_are_those_of_the_origin_in_body_axes():
     level = [cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]]
     assert after.velocity[:2] == pytest.approx(level, abs=0.01)  # tilt of 0.02 rad, and the turn in a step
     assert after.speed == pytest.approx(math.hypot(*way[:2]), abs=1e-6)
+
+
+def test_an_object_that_is_moved_to_other_water_is_not_kicked():
+    world = {
+        "sea": {"gain": 0.5, "period": 4, "scale": 2.5},
+        "objects": [{"name": "ball", "model": "polyform_a5", "pose": [0, 0, 0.2, 0, 0, 0]}],
+    }
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet={"usv_count": 1, "positions": [{"x": 30, "y": 0}]}))
+    sim.step(duration=10.0)
+    level = float(sim.sea.height(9.0, 0.0, sim.time))
+    sim.set_object("ball", pose=(9, 0, level + 0.247, 0, 0, 0), velocity=(0,) * 6)
+    sim.step()
+    assert abs(sim.observe_object("ball").velocity[2]) < 0.02  # the water itself moves by up to 0.5 m/s
+
+
+def test_two_listeners_get_rows_at_their_own_rates():
+    class Ear:
+        def __init__(self):
+            self.times = []
+
+        def rows(self, block):
+            self.times += block[:, 0].tolist()
+
+        def state(self, time, blob):
+            pass
+
+        def event(self, time, text, level):
+            pass
+
+    sim = vrx_mj.Simulation(vrx_mj.compile_world({}))
+    slow, fast = Ear(), Ear()
+    sim.attach(slow, rate=10)
+    sim.attach(fast, rate=20)
+    sim.step(duration=1.0)
+    sim.detach(fast)
+    sim.step(duration=1.0)
+    sim.detach(slow)
+    assert fast.times == pytest.approx([0.05 * i for i in range(20)])
+    assert slow.times == pytest.approx([0.1 * i for i in range(20)])

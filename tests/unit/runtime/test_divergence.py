@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from integration.sailing import AHEAD, boats, simulation
 
 import vrx_mj
+from integration.sailing import AHEAD, boats, simulation
 from vrx_mj.errors import DivergedError
 
 BUOY = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [20, 3, 0, 0, 0, 0]}
@@ -101,8 +101,8 @@ def test_a_reset_goes_on_after_a_divergence():
 
 def test_recorders_hear_of_it():
     class Listener:
-        heard: list[tuple[float, str, str]] = []
-        filled = 0
+        def __init__(self):
+            self.heard, self.filled = [], 0
 
         def rows(self, block):
             self.filled += len(block)

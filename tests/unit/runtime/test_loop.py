@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 import pytest
-from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation
 
+from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation
 from vrx_mj.runtime.simulation import SIGNATURE
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
@@ -25,7 +25,7 @@ def test_a_step_is_mj_step_where_no_mass_is_added(fleet):
     touched = 0
     for _ in range(700):
         mujoco.mj_getState(sim.model, sim.data, flat, SIGNATURE)
-        sim.step({boat: AHEAD for boat in sim.boats})
+        sim.step(dict.fromkeys(sim.boats, AHEAD))
         mujoco.mj_setState(sim.model, twin, flat, SIGNATURE)
         twin.xfrc_applied[:], twin.qfrc_applied[:] = sim.data.xfrc_applied, sim.data.qfrc_applied
         mujoco.mj_step(sim.model, twin)

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from integration.sailing import boats, simulation
 
 import vrx_mj
+from integration.sailing import boats, simulation
 from vrx_mj.errors import StateError
 
 

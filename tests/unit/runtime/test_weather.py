@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from integration.sailing import CALM, GUSTY, ROUGH, same_bits, simulation
 
 BUOY = {"name": "buoy", "model": "polyform_a5", "pose": [5, 5, 0, 0, 0, 0]}

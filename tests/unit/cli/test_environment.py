@@ -1,0 +1,72 @@
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+import vrx_mj
+from vrx_mj.cli.environment import PACKAGES, installed_first, intruder
+
+PARTS = {"vrx_mj", "pydantic_core", "rerun_bindings"}  # ours, and what comes with pydantic and rerun
+
+
+def test_the_packages_are_those_that_the_sources_import():
+    named = set()
+    for file in Path(vrx_mj.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                named |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                named.add((node.module or "").split(".")[0])
+    assert named - set(sys.stdlib_module_names) - PARTS <= PACKAGES
+
+
+@pytest.fixture
+def ros(tmp_path, monkeypatch):
+    """A folder that a sourced ROS would put first."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    return tmp_path
+
+
+def test_what_pythonpath_names_comes_last(ros, monkeypatch):
+    installed = [str(ros.parent / "python3.zip"), str(ros.parent / "site-packages")]
+    monkeypatch.setattr(sys, "path", ["", str(ros), *installed])
+    installed_first()
+    assert sys.path == [*installed, "", str(ros)]
+
+
+BROKEN = {
+    "raise RuntimeError('too old')": "RuntimeError: too old",
+    "print 'Python 2'": "SyntaxError: Missing parentheses in call to 'print'. Did you mean print(...)? ",
+    "import numpy_of_another_python": "ModuleNotFoundError: No module named 'numpy_of_another_python'",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN)
+def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
+    file = ros / "pymap3d.py"
+    file.write_text(text + "\n", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "pymap3d", raising=False)
+    with pytest.raises(Exception, match=r".") as error:
+        __import__("pymap3d")
+    told = intruder(error.value)
+    assert told.startswith(f"vrx-mj: pymap3d in {file.resolve()}, from PYTHONPATH, is in the way (")
+    assert BROKEN[text].strip() in told
+    assert told.endswith("): run with PYTHONPATH empty; if pymap3d is missing then, pip install vrx-mj again")
+
+
+def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):
+    (ros / "yourdfpy.py").write_text("", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "yourdfpy", raising=False)
+    module = __import__("yourdfpy")
+    with pytest.raises(AttributeError) as error:
+        _ = module.URDF
+    assert "yourdfpy.py, from PYTHONPATH, is in the way" in intruder(error.value)
+
+
+def test_other_errors_are_nobodys_fault(ros):
+    (ros / "my_controller.py").write_text("raise RuntimeError('mine')\n", encoding="utf-8")
+    with pytest.raises(RuntimeError) as error:
+        __import__("my_controller")
+    assert intruder(error.value) is None

@@ -1,0 +1,73 @@
+import pytest
+
+from vrx_mj.cli.files import NEW_KINDS, TASKS
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.config.search import KINDS
+from vrx_mj.resources import root
+
+SOME = {
+    "worlds": {"example_course", "ocean", "sydney_regatta", "sand_island"},
+    "fleets": {"trio", "usv_config"},
+    "robots": {"wamv"},
+    "objects": {"mb_marker_buoy_red", "robotx_light_buoy"},
+    "docks": {"dock_2016", "dock_2018", "dock_2022"},
+    "tasks": set(TASKS),
+}
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "tasks"])
+def test_list_shows_what_is_installed(cli, kind):
+    said = cli("list", kind)
+    assert (said.code, said.err) == (0, "")
+    assert set(said.out.split("\n")) >= SOME[kind]
+
+
+def test_list_without_a_kind_shows_worlds(cli):
+    assert cli("list").out == cli("list", "worlds").out
+
+
+def test_list_shows_ones_own_files_with_their_place(cli, folder, monkeypatch):
+    for place in (folder / "fleets", folder / "more" / "fleets"):
+        place.mkdir(parents=True)
+        (place / f"{place.parent.name[:1]}_fleet.yaml").write_text("usv_count: 1\n", encoding="utf-8")
+    monkeypatch.setenv("VRX_MJ_PATH", str(folder / "more"))
+    said = cli("list", "fleets")
+    assert f"测_fleet  ({folder / 'fleets' / '测_fleet.yaml'})" in said.out
+    assert f"m_fleet  ({folder / 'more' / 'fleets' / 'm_fleet.yaml'})" in said.out
+    assert "\ntrio\n" in said.out
+
+
+USED_IN = {
+    "world": "extends: ./{name}\n",
+    "fleet": "spawn: {{pose: [0, 0, 0.1, 0, 0, 0], robot: wamv}}\n",
+    "dock": "docks: [{{name: mine, pose: [30, 0, 0, 0, 0, 0], layout: ./{name}}}]\n",
+    "object": "objects: [{{name: mine, model: ./{name}, pose: [30, 0, 0, 0, 0, 0]}}]\n",
+}
+
+
+@pytest.mark.parametrize("kind", NEW_KINDS)
+def test_new_copies_a_start_file_that_compiles(cli, folder, kind):
+    said = cli("new", kind, "mine")
+    (file,) = folder.iterdir()
+    assert (said.code, said.err) == (0, "")
+    assert said.out == f"{file.name}: edit it, then use it by its path\n"
+    assert file.read_bytes() == (root() / "assets" / "start" / NEW_KINDS[kind]).read_bytes()
+    text = USED_IN[kind].format(name=file.name)
+    (folder / "bay.yaml").write_text(text if kind == "world" else f"extends: ocean\n{text}", encoding="utf-8")
+    world = compile_world("bay.yaml", fleet=file.name if kind == "fleet" else None)
+    assert len(world.boats) == (3 if kind == "fleet" else 1)
+    assert kind == "fleet" or '"mine' in world.mjcf or kind == "world"
+
+
+@pytest.mark.parametrize("name", ["bay", "bay.yaml", "sea.of.trees"])
+def test_new_ends_the_name_with_the_suffix_once(cli, folder, name):
+    cli("new", "world", name)
+    assert [file.name for file in folder.iterdir()] == [name.removesuffix(".yaml") + ".yaml"]
+
+
+def test_new_overwrites_nothing(cli, folder):
+    (folder / "bay.yaml").write_text("mine\n", encoding="utf-8")
+    said = cli("new", "world", "bay")
+    assert (said.code, said.out) == (2, "")
+    assert said.err.strip() == "bay.yaml is there already: choose another name, or remove it"
+    assert (folder / "bay.yaml").read_text(encoding="utf-8") == "mine\n"

@@ -1,0 +1,112 @@
+import json
+import pathlib
+
+import mujoco
+import pytest
+
+from vrx_mj import Simulation, read_record
+
+KEYS = {"world", "fleet", "seed", "steps", "sim_time", "wall_time", "real_time_factor", "state_sha256", "platform"}
+CONTROLLERS = """
+def left_half(obs, t):
+    return {"wamv": {"left": 0.5}}
+
+class Turner:
+    def reset(self, seed):
+        self.seed = seed
+
+    def __call__(self, obs, t):
+        assert self.seed == 5
+        return {"wamv": {"left": 0.5}}
+
+def broken(obs, t):
+    raise RuntimeError("my own mistake")
+
+def nonsense(obs, t):
+    return 0.5
+"""
+
+
+def summary_of(cli, *words):
+    said = cli("run", "ocean", "--duration", "0.5", "--seed", 5, *words, "--summary", "s.json")
+    assert (said.code, said.err) == (0, "")
+    with pathlib.Path("s.json").open(encoding="utf-8") as file:
+        return json.load(file)
+
+
+def test_the_summary_has_what_scripts_need(cli):
+    summary = summary_of(cli, "--fleet", "trio")
+    assert set(summary) >= KEYS
+    assert (summary["world"], summary["fleet"], summary["seed"]) == ("ocean", "trio", 5)
+    assert (summary["steps"], summary["sim_time"], summary["interrupted"]) == (50, 0.5, False)
+    assert list(summary["boats"]) == ["wamv1", "wamv2", "wamv3"]
+    for boat in summary["boats"].values():
+        assert len(boat["position"]) == 3
+        assert isinstance(boat["heading"], float)
+        assert boat["distance"] >= 0.0
+    assert summary["wall_time"] * summary["real_time_factor"] == pytest.approx(summary["sim_time"])
+
+
+def test_the_table_tells_the_same_with_units(cli):
+    said = cli("run", "ocean", "--duration", "0.5", "--seed", 5, "--thrust", "left=0.5")
+    state = summary_of(cli, "--thrust", "left=0.5")["state_sha256"]
+    assert f"state_sha256 {state}\n" in said.out
+    assert "ocean, fleet single, seed 5" in said.out
+    for head in ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "way [m]"):
+        assert head in said.out
+
+
+def test_equal_runs_have_equal_states_and_others_do_not(cli):
+    first, again = summary_of(cli), summary_of(cli)
+    driven = summary_of(cli, "--thrust", "left=0.5")
+    assert first["state_sha256"] == again["state_sha256"] != driven["state_sha256"]
+
+
+def test_a_controller_from_the_current_folder_commands_the_boats(cli, folder):
+    (folder / "my_boat.py").write_text(CONTROLLERS, encoding="utf-8")
+    steady = summary_of(cli, "--thrust", "left=0.5")
+    for name in ("left_half", "Turner"):
+        assert summary_of(cli, "--control", f"my_boat:{name}")["state_sha256"] == steady["state_sha256"]
+    said = cli("run", "ocean", "--duration", "1", "--control", "my_boat:nonsense")
+    assert said.err.strip() == "the controller returned 0.5: a mapping of boats is needed, or None"
+    assert said.code == 2
+
+
+def test_a_mistake_in_a_controller_keeps_its_traceback(cli, folder):
+    (folder / "wrong_boat.py").write_text(CONTROLLERS, encoding="utf-8")
+    with pytest.raises(RuntimeError, match="my own mistake"):
+        cli("run", "ocean", "--duration", "1", "--control", "wrong_boat:broken")
+
+
+def test_a_recording_is_named_and_reads_back(cli, folder):
+    said = cli("run", "ocean", "--duration", "1", "--record", "run.rrd")
+    assert (said.code, said.err) == (0, "")
+    assert "recording: run.rrd; vrx-mj replay run.rrd opens it\n" in said.out
+    assert read_record(folder / "run.rrd").states[-1].time == pytest.approx(1.0)
+    assert cli("compare", "run.rrd", "run.rrd").code == 0
+
+
+def test_recordings_of_different_runs_compare_with_exit_code_1(cli):
+    for seed in (1, 2):
+        cli("run", "ocean_buoys", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")
+    said = cli("compare", "1.rrd", "2.rrd")
+    assert said.code == 1
+    assert said.out.strip()
+
+
+@pytest.mark.parametrize("output", ["course", "course/scene.xml", "course/my.xml"])
+def test_a_compiled_world_opens_in_plain_mujoco_and_sails(cli, folder, tmp_path, monkeypatch, output):
+    said = cli("compile", "ocean_buoys", "--seed", 5, "-o", output)
+    assert (said.code, said.err) == (0, "")
+    monkeypatch.chdir(tmp_path)
+    named, told = said.out.split(": opens in MuJoCo; ")
+    scene = folder / named
+    assert mujoco.MjModel.from_xml_path(str(scene)).nbody > 1
+    place = told.split("'")[1]
+    assert Simulation.load(folder / place).boats == ("wamv",)
+
+
+def test_the_map_is_drawn_where_it_was_asked(cli, folder):
+    said = cli("map", "ocean_buoys", "-o", "my map.png")
+    assert (said.code, said.out, said.err) == (0, "map: my map.png\n", "")
+    assert (folder / "my map.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,52 @@
+"""`vrx-mj` in a process of its own, as a user starts it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import vrx_mj
+
+SOURCES = Path(vrx_mj.__file__).resolve().parents[1]
+SECONDS = 300.0
+
+
+def environment(python_path=(), **changes):
+    """This process's environment with some variables changed; None removes one.
+
+    PYTHONPATH ends with the folder of the vrx_mj under test, which need not be installed.
+    """
+    found = {**os.environ, "PYTHONIOENCODING": "utf-8", "COLUMNS": "120"}
+    found["PYTHONPATH"] = os.pathsep.join(str(entry) for entry in (*python_path, SOURCES))
+    found.update({name: str(value) for name, value in changes.items() if value is not None})
+    return {name: value for name, value in found.items() if changes.get(name, "") is not None}
+
+
+def start(*words, cwd, flags=(), python_path=(), **changes):
+    """Start `vrx-mj` with these words; the process."""
+    return subprocess.Popen(
+        [sys.executable, *flags, "-m", "vrx_mj", *map(str, words)],
+        cwd=cwd,
+        env=environment(python_path, **changes),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    )
+
+
+def ended(process):
+    """The exit code, stdout and stderr of a process that `start` began."""
+    out, err = process.communicate(timeout=SECONDS)
+    return process.returncode, out, err
+
+
+def vrx(*words, cwd, **how):
+    """Run `vrx-mj` with these words to its end."""
+    return ended(start(*words, cwd=cwd, **how))
+
+
+def state_in(out):
+    """The `state_sha256` that a run printed."""
+    lines = [line.split() for line in out.splitlines() if line.startswith("state_sha256")]
+    assert len(lines) == 1, out
+    return lines[0][1]
