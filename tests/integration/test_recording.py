@@ -82,9 +82,13 @@ def test_two_equal_runs_compare_equal_and_others_say_where_they_part(sim, record
 
 
 def test_an_error_inside_leaves_a_whole_recording(sim, tmp_path):
+    def crash():
+        with vrx_mj.record(sim, tmp_path / "broken.rrd"):
+            sim.step(COMMANDS, duration=1.0)
+            raise RuntimeError
+
     sim.reset(3)
-    with pytest.raises(RuntimeError), vrx_mj.record(sim, tmp_path / "broken.rrd"):
-        sim.step(COMMANDS, duration=1.0)
-        raise RuntimeError
+    with pytest.raises(RuntimeError):
+        crash()
     assert vrx_mj.read_record(tmp_path / "broken.rrd").time[-1] == pytest.approx(0.95)
     assert sim.step(COMMANDS, duration=0.1)

@@ -1,0 +1,31 @@
+"""Every example's main() runs."""
+
+import importlib.util
+import math
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
+
+
+def loaded(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_there_are_examples():
+    assert EXAMPLES
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_runs(path, tmp_path):
+    assert loaded(path).main(tmp_path / "out.rrd", 20.0)
+    assert (tmp_path / "out.rrd").stat().st_size > 10_000
+
+
+def test_the_heading_of_the_first_example_is_kept(tmp_path):
+    summary = loaded(EXAMPLES[0]).main(tmp_path / "out.rrd", 40.0)
+    assert summary.boats["wamv"].heading == pytest.approx(math.radians(45.0), abs=0.15)  # wind of 5 m/s with gusts

@@ -1,0 +1,78 @@
+"""A run that is stopped half-way keeps what it did."""
+
+import json
+import signal
+import sys
+import time
+
+import pytest
+
+from vrx_command import ended, start
+from vrx_mj import read_record
+from vrx_mj.errors import RecordError
+
+FOREVER = ("run", "ocean", "--duration", "1000000", "--record", "run.rrd", "--summary", "s.json")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / "测试 boats"
+    place.mkdir()
+    return place
+
+
+@pytest.fixture
+def sailing(folder):
+    """A run that has recorded some seconds and goes on."""
+    process = start(*FOREVER, cwd=folder)
+    give_up = time.monotonic() + 120.0
+    while seconds_in(folder / "run.rrd") < 3.0:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < give_up
+        time.sleep(0.2)
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def seconds_in(file):
+    """Simulated seconds in a recording; none where it cannot be read yet."""
+    try:
+        rows = read_record(file).time
+    except RecordError:
+        return 0.0
+    return float(rows[-1]) if len(rows) else 0.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
+def test_ctrl_c_leaves_a_whole_recording_and_the_summary(sailing, folder):
+    sailing.send_signal(signal.SIGINT)
+    code, out, err = ended(sailing)
+    summary = json.loads((folder / "s.json").read_text(encoding="utf-8"))
+    record = read_record(folder / "run.rrd")
+    assert (code, "Traceback" in err) == (1, False)
+    assert "ocean, fleet single, seed 0 (interrupted)" in out
+    assert summary["interrupted"] is True
+    assert f"state_sha256 {summary['state_sha256']}" in out
+    assert record.complete
+    assert record.time[-1] == pytest.approx(summary["sim_time"], abs=0.06)  # a row is 0.05 s
+    assert record.events[-1].text == "interrupted"
+
+
+def test_a_killed_run_leaves_a_readable_recording(sailing, folder):
+    sailing.kill()
+    assert ended(sailing)[0] != 0
+    record = read_record(folder / "run.rrd")
+    assert not record.complete
+    assert record.time[-1] >= 3.0
+    assert record.states
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
+@pytest.mark.parametrize("seconds", [0.6, 1.2])
+def test_ctrl_c_before_the_first_step_needs_no_traceback(folder, seconds):
+    process = start(*FOREVER, cwd=folder)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    code, _, err = ended(process)
+    assert (code, "Traceback" in err) == (1, False), err

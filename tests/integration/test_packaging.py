@@ -1,0 +1,134 @@
+"""What is published: an sdist that builds, and a wheel that is whole, installed where nothing else of ours is."""
+
+import importlib.util
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from vrx_command import environment, state_in, vrx
+
+REPO = Path(__file__).resolve().parents[2]
+RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7")
+DEPENDENCIES = "import site; site.addsitedir({!r})\n"
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(importlib.util.find_spec("build") is None, reason="the `test` extra, with build, is not installed"),
+]
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory):
+    """Folder with the sdist, and the wheel that was built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    alone = [] if importlib.util.find_spec("hatchling") is None else ["--no-isolation"]
+    command = [sys.executable, "-m", "build", *alone, "--outdir", str(folder), str(REPO)]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(published):
+    (file,) = published.glob("*.whl")
+    return file
+
+
+@pytest.fixture(scope="module")
+def commands(wheel, tmp_path_factory):
+    """Folder of the commands of an environment in which only the wheel was installed; its dependencies are ours."""
+    home = tmp_path_factory.mktemp("测试 environment")
+    venv.create(home)
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", "--python", str(home), "install", "-q", "--no-deps", "--no-index", str(wheel)],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    paths = sysconfig.get_paths("venv", {"base": str(home), "platbase": str(home)})
+    lines = DEPENDENCIES.format(sysconfig.get_paths()["purelib"])
+    (Path(paths["purelib"]) / "zz_dependencies.pth").write_text(lines, encoding="utf-8")
+    return Path(paths["scripts"])
+
+
+def files_under(folder):
+    return {path.relative_to(REPO / folder).as_posix() for path in (REPO / folder).rglob("*") if is_shipped(path)}
+
+
+def is_shipped(path):
+    return path.is_file() and "__pycache__" not in path.parts
+
+
+@pytest.mark.parametrize(
+    ("folder", "inside"),
+    [("src/vrx_mj", ""), ("assets", "assets/"), ("templates", "templates/"), ("fleets", "fleets/")],
+)
+def test_the_wheel_holds_every_file_of_ours(wheel, folder, inside):
+    with zipfile.ZipFile(wheel) as stored:
+        names = set(stored.namelist())
+    assert {f"vrx_mj/{inside}{name}" for name in files_under(folder)} - names == set()
+
+
+def test_the_wheel_is_typed_and_holds_nothing_else(wheel):
+    with zipfile.ZipFile(wheel) as stored:
+        names = stored.namelist()
+        about = next(name for name in names if name.endswith("METADATA"))
+        metadata = stored.read(about).decode("utf-8")
+    assert "vrx_mj/py.typed" in names
+    assert {name.split("/")[0] for name in names} == {"vrx_mj", about.split("/")[0]}
+    assert [name for name in names if "test" in Path(name).parts[1] or name.endswith((".pyc", ".rrd"))] == []
+    assert any(name.endswith("licenses/LICENSE") for name in names)
+    assert "\nRequires-Dist: mujoco" in metadata
+
+
+def test_the_sdist_holds_what_the_tests_need(published):
+    (file,) = published.glob("*.tar.gz")
+    with tarfile.open(file) as stored:
+        names = {name.partition("/")[2] for name in stored.getnames()}
+    assert {"pyproject.toml", "README.md", "LICENSE", "tests/vrx_command.py", "tests/golden/objects.csv"} <= names
+
+
+def installed(commands, *words, cwd):
+    """The code, stdout and stderr of the installed `vrx-mj`, which must not see the sources."""
+    done = subprocess.run(
+        [str(commands / "vrx-mj"), *words],
+        cwd=cwd,
+        env=environment(PYTHONPATH=None, VRX_MJ_CACHE=cwd.parent / "kernels"),
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_installed_wheel_runs_from_another_folder(commands, tmp_path):
+    boats = tmp_path / "测试 boats"
+    boats.mkdir()
+    assert installed(commands, "list", "worlds", cwd=boats)[:2] == vrx("list", "worlds", cwd=boats)[:2]
+    first = installed(commands, *RUN, cwd=boats)
+    again = installed(commands, *RUN, "--record", "船.rrd", cwd=boats)
+    assert (first[0], again[0]) == (0, 0), first[2] + again[2]
+    assert first[2].startswith("vrx_mj: compiling the physics for this machine, once; it takes about ")
+    assert again[2] == ""  # what was compiled is kept
+    assert state_in(first[1]) == state_in(again[1]) == state_in(vrx(*RUN, cwd=boats)[1])
+    assert [file.name for file in boats.iterdir()] == ["船.rrd"]
+
+
+def test_the_installed_package_is_the_wheels(commands, tmp_path):
+    python = commands / Path(sys.executable).name
+    done = subprocess.run(
+        [str(python), "-c", "import vrx_mj; print(vrx_mj.__file__)"],
+        cwd=tmp_path,
+        env=environment(PYTHONPATH=None),
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
+    assert Path(done.stdout.strip()).resolve().is_relative_to(commands.parent.resolve())
