@@ -25,6 +25,8 @@ from vrx_mj.runtime.weather import Sea, Wind
 Observation = dict[str, BoatObservation]
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
+DRAIN = 0.5
+"""Wall time [s] after which sampled rows go to the recorders."""
 LOOP: Callable[..., int] = advance
 """The compiled loop; its many arguments are the rig's."""
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -48,7 +50,7 @@ class Simulation:
         thrusters = len(self._rig.thrusters)
         columns = 2 + 2 * thrusters + self._model.nq + self._model.nv
         self._sampler = Sampler(columns, self._rig.timestep)
-        self._pace = 1e-5
+        self._pace, self._drained = 1e-5, 0.0
         self._drawing: mujoco.MjModel | None = None
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         self.reset(seed)
@@ -208,8 +210,9 @@ class Simulation:
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
-            if done < count:
+            if done < count or begun - self._drained > DRAIN:
                 self._sampler.drain()
+                self._drained = begun
             if done == second:
                 self._keep()
 
@@ -351,7 +354,6 @@ class Simulation:
     def _keep(self) -> None:
         self._last_good = self.get_state()
         if self._sampler.listeners:
-            self._sampler.drain()
             blob = self._last_good.to_bytes()
             for listener in self._sampler.listeners:
                 listener.state(self.time, blob)
