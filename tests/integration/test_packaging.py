@@ -19,7 +19,9 @@ DEPENDENCIES = "import site; site.addsitedir({!r})\n"
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(importlib.util.find_spec("build") is None, reason="the `test` extra, with build, is not installed"),
+    pytest.mark.skipif(
+        importlib.util.find_spec("build") is None, reason="the `test` extra, with build, is not installed"
+    ),
 ]
 
 

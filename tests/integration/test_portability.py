@@ -1,13 +1,12 @@
 """The same run whatever the machine: processes, processors without their newest instructions, caches, PYTHONPATH."""
 
-import os
 import subprocess
 import sys
 
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
-from vrx_command import environment, start, ended, state_in, vrx
+from vrx_command import ended, environment, start, state_in, vrx
 
 RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7", "--thrust", "left=0.6,right=0.4")
 SEA = {"extends": "sand_island", "sea": {"gain": 1.0}, "wind": {"mean_velocity": 6.0, "var_gain": 2.0, "var_time": 2.0}}
@@ -143,7 +142,9 @@ def test_one_that_is_installed_nowhere_else_is_told_in_one_line(tmp_path, poison
     folder = poison(typer="from rich import new_name", rich="") if name == "rich" else poison(typer=OLD["raises"])
     code, out, err = vrx("list", "worlds", cwd=tmp_path, python_path=(folder,), flags=("-S",))
     assert (code, out) == (2, "")
-    assert err.startswith(f"vrx-mj: {name} in {folder.resolve() / name}.py, from PYTHONPATH, is in the way (ImportError: ")
+    assert err.startswith(
+        f"vrx-mj: {name} in {folder.resolve() / name}.py, from PYTHONPATH, is in the way (ImportError: "
+    )
     assert err.endswith(f": run with PYTHONPATH empty; if {name} is missing then, pip install vrx-mj again\n")
     assert err.count("\n") == 1
 
@@ -154,4 +155,4 @@ def test_a_screen_without_unicode_gets_its_summary(tmp_path):
     code, out, err = vrx(*RUN, "--summary", boats / "小结.json", cwd=boats, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert (code, err) == (0, "")
     assert state_in(out)
-    assert os.listdir(boats) == ["小结.json"]
+    assert [file.name for file in boats.iterdir()] == ["小结.json"]

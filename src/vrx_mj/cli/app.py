@@ -1,6 +1,6 @@
 """The command line: what each command takes, and how errors and warnings reach the screen.
 
-Exit codes: 0 done, 1 a run failed, 2 wrong input.
+Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C before it began.
 """
 
 import json
@@ -148,7 +148,9 @@ def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None) ->
     from vrx_mj.adapters.map import draw_map, map_of
     from vrx_mj.compiler.compile import compile_world
 
-    draw_map(map_of(compile_world(world, fleet=fleet)), output)
+    drawn = map_of(compile_world(world, fleet=fleet))
+    with writing("the map", output):
+        draw_map(drawn, output)
     typer.echo(f"map: {output}")
 
 

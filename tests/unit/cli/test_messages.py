@@ -51,6 +51,16 @@ def test_wrong_input_is_one_message_and_exit_code_2(cli, words):
     assert (said.code, said.out) == (2, "")
 
 
+@pytest.mark.parametrize(
+    ("words", "what"), [("map ocean -o file/map.png", "map"), ("compile ocean -o file/x", "world")]
+)
+def test_a_place_below_a_file_cannot_be_written(cli, folder, words, what):
+    (folder / "file").write_bytes(b"")
+    said = cli(*words.split())
+    assert said.err.replace("\\", "/").startswith(f"cannot write the {what} '{words.split()[-1]}': ")
+    assert (said.code, said.err.count("\n")) == (2, 1)
+
+
 def test_an_empty_name_is_refused(cli, folder):
     assert cli("new", "world", "").err.strip() == "the new world needs a name, as in vrx-mj new world my_world"
     assert list(folder.iterdir()) == []
