@@ -1,7 +1,7 @@
 """Keep a heading with two engines, and record it.
 
-    python examples/01_heading.py            writes heading.rrd
-    vrx-mj run my_course --control 01_heading:controller      (from this folder)
+Run it with `python examples/01_heading.py`, or from this folder as a controller of a run:
+`vrx-mj run my_course --control 01_heading:controller`.
 """
 
 import math

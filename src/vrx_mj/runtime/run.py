@@ -105,17 +105,20 @@ def load_controller(name: str, seed: int) -> Controller:
         VrxError: there is no such module, or nothing in it by that name.
     """
     module_name, _, attribute = name.partition(":")
-    if not attribute:
+    if not attribute or not all(part.isidentifier() or part[:1].isdigit() for part in module_name.split(".")):
         raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
     try:
-        found = getattr(import_module(module_name), attribute)
+        module = import_module(module_name)
     except ModuleNotFoundError as error:
-        if error.name is None or not module_name.startswith(error.name):
+        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
             raise
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
-    except AttributeError as error:
-        raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'") from error
+    found = getattr(module, attribute, None)
+    if found is None:
+        raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'")
     controller: Any = found() if inspect.isclass(found) else found
+    if not callable(controller):
+        raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
     if hasattr(controller, "reset"):
         controller.reset(seed)
     return cast("Controller", controller)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameError
@@ -328,6 +329,7 @@ class Simulation:
         """Give a listener what is left and let it go."""
         self._keep()
         self._sampler.remove(listener)
+        listener.rows(self._row()[None])
         self._renew_arguments()
 
     def event(self, text: str, level: str = "INFO") -> None:
@@ -350,6 +352,12 @@ class Simulation:
 
     def _renew_arguments(self) -> None:
         self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)
+
+    def _row(self) -> npt.NDArray[np.float64]:
+        """The row of the present moment, as `sample` makes them: that of a run's end."""
+        engines = self._rig.thruster_state
+        now = [self.time, self._rig.wind_state["speed"][0]]
+        return np.concatenate((now, engines["thrust"], engines["angle"], self._data.qpos, self._data.qvel))
 
     def _keep(self) -> None:
         self._last_good = self.get_state()

@@ -7,7 +7,8 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM, boats, simulation
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.runtime.run import load_controller
 
 NAN, INF = math.nan, math.inf
 
@@ -322,5 +323,22 @@ def test_two_listeners_get_rows_at_their_own_rates():
     sim.detach(fast)
     sim.step(duration=1.0)
     sim.detach(slow)
-    assert fast.times == pytest.approx([0.05 * i for i in range(20)])
-    assert slow.times == pytest.approx([0.1 * i for i in range(20)])
+    assert fast.times == pytest.approx([0.05 * i for i in range(21)])  # the last is where it ended
+    assert slow.times == pytest.approx([0.1 * i for i in range(21)])
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("json", "'json' names no controller: write module:function, as in my_boat:controller"),
+        (":f", "':f' names no controller: write module:function, as in my_boat:controller"),
+        ("./my.py:f", "'./my.py:f' names no controller: write module:function, as in my_boat:controller"),
+        ("no_such_boat:f", "no module named 'no_such_boat' for the controller 'no_such_boat:f'"),
+        ("json:sail", "the module 'json' has nothing named 'sail'"),
+        ("json:decoder", "'json:decoder' cannot be called: a controller is a function, or a class with __call__"),
+    ],
+)
+def test_what_is_no_controller_is_refused(name, message):
+    with pytest.raises(VrxError) as caught:
+        load_controller(name, 0)
+    assert str(caught.value) == message

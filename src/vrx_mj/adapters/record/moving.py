@@ -46,9 +46,9 @@ ARROW_PER_WIND = 0.8
 
 
 def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
-    """The timeline, in nanoseconds."""
-    nanoseconds = np.round(np.asarray(seconds, np.float64) * 1e9).astype("timedelta64[ns]")
-    return rr.TimeColumn(TIMELINE, duration=nanoseconds)
+    """The timeline, to a microsecond: readers of finer durations lose what does not fit Python's timedelta."""
+    microseconds = np.round(np.asarray(seconds, np.float64) * 1e6).astype("timedelta64[us]")
+    return rr.TimeColumn(TIMELINE, duration=microseconds.astype("timedelta64[ns]"))
 
 
 def event_chunk(events: Sequence[tuple[float, str, str]]) -> Chunk:

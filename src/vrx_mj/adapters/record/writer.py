@@ -166,10 +166,10 @@ class Work:
         yield from still_chunks(self._scene, self._views)
         moving = MovingChunks(self._scene)
         for batch in self._batches():
+            if batch["state"]:  # first: a run killed here can still be resumed
+                yield state_chunk(batch["state"])
             if batch["rows"]:
                 yield from moving(np.concatenate(batch["rows"]))
-            if batch["state"]:
-                yield state_chunk(batch["state"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
 
