@@ -13,6 +13,8 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.physics.kernel import kernel
+
 __all__ = ["pack_rows", "unpack_rows"]
 
 ORDER = 3
@@ -25,12 +27,31 @@ FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
 def pack_rows(rows: npt.NDArray[np.float64]) -> bytes:
     """Bytes of (n, columns) rows."""
     count, width = rows.shape
-    bits = _ordered(np.ascontiguousarray(rows.T, dtype="<f8").view("<i8"))
-    for order in range(min(ORDER, count - 1)):
-        bits[:, order + 1 :] -= bits[:, order:-1].copy()
-    small = (bits << 1) ^ (bits >> 63)  # the sign into the lowest bit, so that small means small bytes
-    planes = small.view(np.uint8).reshape(width * count, 8).T
+    planes = np.empty((8, width * count), np.uint8)
+    _write_planes(np.ascontiguousarray(rows.T, dtype="<f8").view("<i8"), planes)
     return HEADER.pack(count, width) + planes.tobytes()
+
+
+@kernel
+def _write_planes(bits: npt.NDArray[np.int64], planes: npt.NDArray[np.uint8]) -> None:
+    """Write bit patterns (columns, n), column after column, as byte planes (8, columns * n) of their differences.
+
+    A column's first number stays, the second is a first difference, the third a second one, the rest are third
+    ones. Compiled, so that it runs beside the simulation and not in turn with it.
+    """
+    count = bits.shape[1]
+    for column in range(bits.shape[0]):
+        before = slope = bend = 0
+        for i in range(count):
+            value = bits[column, i]
+            value = value ^ FLIP if value < 0 else value
+            change = value - before
+            turn = change - slope
+            small = value if i == 0 else change if i == 1 else turn if i == 2 else turn - bend
+            before, slope, bend = value, change, turn
+            small = (small << 1) ^ (small >> 63)  # the sign into the lowest bit, so that small means small bytes
+            for plane in range(8):
+                planes[plane, column * count + i] = (small >> (8 * plane)) & 255
 
 
 def unpack_rows(blob: bytes | memoryview) -> npt.NDArray[np.float64]:
