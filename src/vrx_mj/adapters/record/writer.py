@@ -24,6 +24,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import RecordScene
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 
@@ -111,6 +112,7 @@ class Work:
         from vrx_mj.adapters.record.blueprint import blueprint_bytes
 
         self._views = blueprint_bytes(scene, APPLICATION)
+        pack_rows(np.zeros((1, 1)))  # compiled now, and not while rows wait
         self._thread = threading.Thread(target=self._run, name="vrx_mj record", daemon=True)
         self._thread.start()
 
