@@ -2,23 +2,22 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, model_validator
 
 from vrx_mj.config.base import (
     Config,
     Folder,
     Name,
-    NonNegative,
     NotEmpty,
     Positive,
     Principal,
     Vec3,
     fault,
     faults,
-    numbers,
 )
+from vrx_mj.config.dynamics import HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.wording import shown
@@ -26,17 +25,11 @@ from vrx_mj.config.wording import shown
 __all__ = [
     "BodyConfig",
     "EngineConfig",
-    "HydrodynamicsConfig",
     "Mount",
     "PropellerConfig",
     "RobotConfig",
-    "ServoConfig",
-    "ThrusterConfig",
     "load_robot",
 ]
-
-Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
-                numbers("surge sway heave roll pitch yaw")]  # fmt: skip
 
 
 def _with_tuples(value: Any) -> Any:
@@ -70,19 +63,6 @@ class PropellerConfig(Config):
     visuals: tuple[Visual, ...] = ()
 
 
-class ServoConfig(Config):
-    """What turns an engine."""
-
-    kp: NonNegative
-    """Stiffness [N m/rad]."""
-    kd: NonNegative
-    """Damping [N m s/rad]."""
-    effort: Positive
-    """Largest torque [N m]."""
-    velocity: Positive
-    """Largest rate [rad/s]."""
-
-
 class EngineConfig(Config):
     """An engine; its frame is the hinge, which steers about z."""
 
@@ -96,21 +76,6 @@ class EngineConfig(Config):
     servo: ServoConfig
 
 
-class ThrusterConfig(Config):
-    """VRX's usv_gazebo_thrust_plugin: from commands to forces."""
-
-    mapping: Literal["linear", "glf"]
-    max_command: Positive = 1.0
-    max_force_forward: NonNegative = 250.0
-    """At the largest command [N]."""
-    max_force_reverse: Annotated[float, Field(le=0)] = -100.0
-    """At the smallest command [N]."""
-    timeout: float = 1.0
-    """After which a command counts as zero [s]."""
-    max_angle: NonNegative = 1.5707963267948966
-    """Largest steering angle either way [rad]."""
-
-
 class Mount(Config):
     """Where an engine's hinge sits."""
 
@@ -119,21 +84,6 @@ class Mount(Config):
     """In the robot's frame [m]."""
     yaw: float = 0.0
     """Heading at zero steering angle [rad]."""
-
-
-class HydrodynamicsConfig(Config):
-    """VRX's usv_gazebo_dynamics_plugin. Sixes are in the order surge, sway, heave, roll, pitch, yaw."""
-
-    water_level: float = 0.0
-    water_density: Positive = 997.8
-    hull_radius: Positive
-    boat_width: Positive
-    boat_length: Positive
-    length_n: Annotated[int, Field(ge=1, le=1000)] = 2
-    """Stations along each hull."""
-    added_mass: Six
-    drag_linear: Six
-    drag_quadratic: Six
 
 
 class RobotConfig(Config):

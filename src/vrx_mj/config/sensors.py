@@ -1,0 +1,160 @@
+"""Sensors of a boat: what they measure, how often, how well, and where they sit."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter
+
+from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3
+
+__all__ = [
+    "BallShooterConfig",
+    "CameraConfig",
+    "ErrorModel",
+    "GpsConfig",
+    "ImuConfig",
+    "LidarConfig",
+    "P3dConfig",
+    "PingerConfig",
+    "SensorConfig",
+    "sensor_config",
+]
+
+Rate = Annotated[float, Field(gt=0, le=10_000)]
+
+
+class ErrorModel(Config):
+    """Hector's model of a measurement's error, along three axes: offset + drift + white noise."""
+
+    offset: Vec3 = (0.0, 0.0, 0.0)
+    drift: Vec3 = (0.0, 0.0, 0.0)
+    """Standard deviation of the slow drift, a Gauss-Markov process."""
+    drift_frequency: Vec3 = (0.00027, 0.00027, 0.00027)
+    """Reciprocal of the drift's time constant [1/s]."""
+    noise: Vec3 = (0.0, 0.0, 0.0)
+    """Standard deviation of the white noise."""
+
+
+class _Sensor(Config):
+    name: Name
+    link: str
+    """The link that carries it, without the boat's namespace."""
+    frame: str
+    """Of its readings' header, without the boat's namespace."""
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
+    topic: str = ""
+    """ROS topic or stem of topics, without the boat's namespace."""
+
+
+class CameraConfig(_Sensor):
+    """A pinhole camera without distortion, looking along x of its pose; `frame` is the optical one."""
+
+    type: Literal["camera"] = "camera"
+    rate: Rate = 30.0
+    """Images per second."""
+    width: Annotated[int, Field(ge=1, le=8192)] = 1280
+    height: Annotated[int, Field(ge=1, le=8192)] = 720
+    horizontal_fov: Annotated[float, Field(gt=0, lt=3.1415)] = 1.3962634
+    """Horizontal field of view [rad]."""
+    near: Positive = 0.05
+    """Nearest distance that is seen [m]."""
+    far: Positive = 300.0
+    noise: NonNegative = 0.007
+    """Standard deviation per pixel, of full scale, the same in the three channels."""
+    baseline: float = 0.07
+    """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
+
+
+class LidarConfig(_Sensor):
+    """A lidar: `points` from several rings, `scan` from one, planar."""
+
+    type: Literal["lidar"] = "lidar"
+    output: Literal["points", "scan"] = "points"
+    rate: Rate = 10.0
+    """Scans per second."""
+    rings: Annotated[int, Field(ge=1, le=256)] = 16
+    samples: Annotated[int, Field(ge=1, le=100_000)] = 1875
+    """Rays per ring."""
+    azimuth: tuple[float, float] = (-3.14159265358979, 3.14159265358979)
+    """First and last ray [rad], counter-clockwise from x."""
+    elevation: tuple[float, float] = (-0.2617993877991494, 0.2617993877991494)
+    """Lowest and highest ring [rad], positive up."""
+    range: tuple[float, float] = (0.1, 130.0)
+    """Nearest and farthest return [m]."""
+    resolution: NonNegative = 0.0
+    """Steps of the range [m]; 0: none."""
+    noise: NonNegative = 0.01
+    """Standard deviation of the range [m]."""
+    sea_returns: Switch = False
+    """Whether water reflects; VRX's does not."""
+
+
+class GpsConfig(_Sensor):
+    """A satellite receiver: fix and velocity."""
+
+    type: Literal["gps"] = "gps"
+    rate: Rate = 15.0
+    position: ErrorModel = ErrorModel()
+    """Errors north, west and up [m]."""
+    velocity: ErrorModel = ErrorModel()
+    """Errors north, west and up [m/s]."""
+
+
+class ImuConfig(_Sensor):
+    """An inertial unit: orientation, rates and accelerations with gravity in them."""
+
+    type: Literal["imu"] = "imu"
+    rate: Rate = 15.0
+    acceleration: ErrorModel = ErrorModel()
+    """Errors along the sensor's axes [m/s2]."""
+    angular_velocity: ErrorModel = ErrorModel()
+    """Errors about the sensor's axes [rad/s]."""
+    heading: ErrorModel = ErrorModel()
+    """Errors of the yaw [rad]; only the last of the three counts."""
+
+
+class P3dConfig(_Sensor):
+    """The truth: pose and twist of a link in the world, with noise if wanted."""
+
+    type: Literal["p3d"] = "p3d"
+    rate: Rate = 10.0
+    noise: NonNegative = 0.0
+
+
+class PingerConfig(_Sensor):
+    """A receiver of an acoustic beacon: range, bearing and elevation."""
+
+    type: Literal["pinger"] = "pinger"
+    rate: Rate = 1.0
+    range_noise: NonNegative = 3.0
+    """[m]"""
+    bearing_noise: NonNegative = 0.01
+    """[rad]"""
+    elevation_noise: NonNegative = 0.01
+    """[rad]"""
+
+
+class BallShooterConfig(_Sensor):
+    """A launcher of balls, along x of its pose. It is fired, and reads how many shots are left."""
+
+    type: Literal["ball_shooter"] = "ball_shooter"
+    rate: Rate = 10.0
+    shots: Annotated[int, Field(ge=0, le=1000)] = 4
+    impulse: NonNegative = 0.3
+    """Of a shot [N s]; VRX: 300 N for 1 ms."""
+    muzzle: Vec3 = (0.14, 0.0, 0.0)
+    """Where the ball starts, in the launcher's frame [m]."""
+
+
+SensorConfig = Annotated[
+    CameraConfig | LidarConfig | GpsConfig | ImuConfig | P3dConfig | PingerConfig | BallShooterConfig,
+    Field(discriminator="type"),
+]
+
+_ADAPTER: TypeAdapter[Any] = TypeAdapter(SensorConfig)
+
+
+def sensor_config(row: Mapping[str, Any]) -> Any:
+    """The sensor that a row of a compiled world's `sensors` describes, from its `config`."""
+    return _ADAPTER.validate_python(dict(row["config"]))

@@ -1,0 +1,1 @@
+"""Robots as ROS describes them: xacro and URDF, with Gazebo's tags."""

@@ -1,0 +1,123 @@
+"""A URDF in memory: links and joints with their places in the file, and Gazebo's tags as they stand.
+
+Names are as in the file, with the namespace that it has. Shapes are in their link's frame.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.sensors import SensorConfig
+from vrx_mj.config.shapes import Shape, Visual
+
+__all__ = ["Gazebo", "Inertial", "Joint", "Limits", "Link", "Urdf", "UrdfThruster"]
+
+Pose = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass properties of a link."""
+
+    mass: float
+    """[kg]"""
+    pose: Pose
+    """Of the centre of mass, and of the axes of `tensor`, in the link's frame [m, rad]."""
+    tensor: tuple[float, float, float, float, float, float]
+    """ixx, iyy, izz, ixy, ixz, iyz [kg m2] about the centre of mass."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link; `inertial` is None if it has no mass."""
+
+    name: str
+    inertial: Inertial | None
+    collisions: tuple[Shape, ...]
+    visuals: tuple[Visual, ...]
+    line: int | None = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a joint can do."""
+
+    lower: float = 0.0
+    upper: float = 0.0
+    effort: float = 0.0
+    velocity: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint; `pose` is of the child's frame in the parent's at zero."""
+
+    name: str
+    type: str
+    """fixed, revolute, continuous, prismatic, floating or planar."""
+    parent: str
+    child: str
+    pose: Pose
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    limits: Limits | None = None
+    line: int | None = None
+
+    @property
+    def locked(self) -> bool:
+        """A revolute or prismatic joint whose limits leave no room: VRX's way to keep a link of its own."""
+        return self.type in {"revolute", "prismatic"} and self.limits is not None and (
+            self.limits.lower == self.limits.upper
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class UrdfThruster:
+    """A thruster of VRX's thrust plugin, by the names of its links and joints."""
+
+    name: str
+    """Stem of its topics: `left` of `thrusters/left_thrust_cmd`; else of its propeller's link."""
+    propeller_link: str
+    """Thrust acts at its origin, along its x axis."""
+    propeller_joint: str | None
+    engine_joint: str | None
+    """What steers; None if nothing does."""
+    drive: ThrusterConfig
+    kp: float = 300.0
+    kd: float = 20.0
+    line: int | None = None
+
+
+@dataclass(frozen=True)
+class Gazebo:
+    """What Gazebo's tags of a URDF mean to us."""
+
+    thrusters: tuple[UrdfThruster, ...] = ()
+    hydrodynamics: HydrodynamicsConfig | None = None
+    wind: tuple[float, float, float] | None = None
+    """Coefficients, from VRX's wind plugin."""
+    sensors: tuple[SensorConfig, ...] = ()
+    """Posed in the root link's frame, names without the namespace."""
+    warnings: tuple[str, ...] = ()
+    """What the file asks for and is not done, each with its line."""
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A robot; its links hang together as one tree."""
+
+    file: Path
+    name: str
+    root: str
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    """By name; each link but the root is the child of one."""
+    gazebo: tuple[Any, ...] = ()
+    """The `<gazebo>` elements (lxml), in the order of the file."""
+    namespace: str = ""
+    """Of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
+
+    def local(self, name: str) -> str:
+        """A link's or joint's name without the namespace."""
+        return name.removeprefix(f"{self.namespace}/") if self.namespace else name
