@@ -11,7 +11,6 @@ import mujoco
 from vrx_mj.compiler.objects import object_mjcf
 from vrx_mj.compiler.parameters import float_row, sea_parameters, wind_coefficients, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.poses import Pose, quaternion
 from vrx_mj.compiler.robots import hull_row, robot_mjcf, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
 from vrx_mj.compiler.templates import render
@@ -19,6 +18,7 @@ from vrx_mj.compiler.terrain import on_land, shoreline, terrain_mjcf
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.poses import Pose, quaternion
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, VrxWarning

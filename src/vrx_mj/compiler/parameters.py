@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from vrx_mj.compiler.placement import PlacedObject
-from vrx_mj.compiler.poses import rotation
 from vrx_mj.config.objects import BuoyancyElement
+from vrx_mj.config.poses import rotation
 from vrx_mj.config.world import SeaConfig, WindConfig
 from vrx_mj.physics.waves import cwr_components, pms_components
 

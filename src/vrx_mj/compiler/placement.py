@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vrx_mj.compiler.poses import Pose, compose
 from vrx_mj.config.docks import DockLayout, load_dock
 from vrx_mj.config.objects import DockPlacement, ObjectConfig, Placement, load_object
+from vrx_mj.config.poses import Pose, compose
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vrx_mj.compiler.poses import quaternion
 from vrx_mj.compiler.world import World
+from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation, rotation_matrix

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.compiler.compile import compile_world
-from vrx_mj.compiler.poses import angles, compose, quaternion, rotation
+from vrx_mj.config.poses import angles, compose, quaternion, rotation
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import StateError, VrxWarning
 

@@ -8,7 +8,7 @@ import pytest
 
 from vrx_mj.compiler.objects import object_mjcf
 from vrx_mj.compiler.placement import place_docks, place_objects
-from vrx_mj.compiler.poses import compose, rotation
+from vrx_mj.config.poses import compose, rotation
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, Placement, load_object
 from vrx_mj.config.search import catalogue
 from vrx_mj.resources import root
