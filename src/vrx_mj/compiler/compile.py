@@ -9,19 +9,21 @@ from typing import Any
 import mujoco
 
 from vrx_mj.compiler.objects import object_mjcf
-from vrx_mj.compiler.parameters import float_row, sea_parameters, wind_coefficients, wind_parameters
+from vrx_mj.compiler.parameters import NO_WIND, float_row, sea_parameters, wind_coefficients, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.robots import hull_row, robot_mjcf, thruster_rows
+from vrx_mj.compiler.robots import hull_row, robot_mjcf, sensor_rows, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
+from vrx_mj.compiler.shooters import park, parked_balls
 from vrx_mj.compiler.templates import render
 from vrx_mj.compiler.terrain import on_land, shoreline, terrain_mjcf
 from vrx_mj.compiler.world import World, make_world
+from vrx_mj.config.boats import Boat
+from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose, quaternion
-from vrx_mj.config.robots import load_robot
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError, VrxWarning
+from vrx_mj.errors import CompileError, UnknownNameError, VrxWarning
 
 Source = str | Path | Mapping[str, Any]
 
@@ -60,7 +62,9 @@ class _Assembly:
             "thrusters": [],
             "floats": [],
             "elements": [],
+            "sensors": [],
         }
+        self.kinds: dict[Order, Boat] = {}
 
     def world(self, seed: int) -> World:
         self._warn_of_land()
@@ -75,6 +79,7 @@ class _Assembly:
             self._add_object(spec, item)
         for boat in self.boats:
             self._add_boat(spec, boat)
+        self._add_balls(spec)
         return make_world(self._text(spec), self.assets, self._parameters(seed))
 
     def _warn_of_land(self) -> None:
@@ -112,21 +117,42 @@ class _Assembly:
             self.rows["elements"] += elements
 
     def _add_boat(self, spec: mujoco.MjSpec, boat: BoatConfig) -> None:
-        robot = load_robot(boat.robot, boat.folder)
-        kind = (boat.robot, boat.folder, boat.thrusters, boat.engines, boat.color)
+        built = self._built(boat)
+        kind = (boat.order, boat.engines, boat.color)
         if kind not in self.pieces:
-            model = robot_mjcf(robot, boat.thrusters, boat.engines, boat.color)
+            model = robot_mjcf(built, boat.engines, boat.color)
             self.pieces[kind] = (model.mjcf, model.assets)
         self._attach(spec, boat.name, self.pieces[kind], boat.pose)
         prefix = f"{boat.name}/"
-        thrusters = thruster_rows(robot, boat.thrusters, boat.engines, prefix)
-        row = hull_row(robot, boat.thrusters, boat.engines, prefix)
-        row["wind"] = list(wind_coefficients(self.config.wind, boat.name, boat.robot))
-        row["thruster_start"], row["thruster_count"] = len(self.rows["thrusters"]), len(thrusters)
+        thrusters = thruster_rows(built, boat.engines, prefix)
+        row = hull_row(built, boat.engines, prefix)
+        row["wind"] = list(wind_coefficients(self.config.wind, boat.name, boat.robot) or built.wind or NO_WIND)
+        start = len(self.rows["thrusters"])
+        row["thruster_start"], row["thruster_count"] = start, len(thrusters)
         for thruster in thrusters:
             thruster["hull"] = len(self.rows["hulls"])
+            thruster["race"] += start if thruster["race"] >= 0 else 0
         self.rows["hulls"].append(row)
         self.rows["thrusters"] += thrusters
+        self.rows["sensors"] += sensor_rows(built, boat.name, prefix)
+
+    def _add_balls(self, spec: mujoco.MjSpec) -> None:
+        """One ball for every ball shooter, out of the way until it is fired."""
+        configs = ((row["boat"], row["config"]) for row in self.rows["sensors"])
+        balls = parked_balls([(boat, own["name"]) for boat, own in configs if own["type"] == "ball_shooter"])
+        for ball in balls:
+            self._add_object(spec, ball)
+        park(spec, balls)
+        self.objects = (*self.objects, *balls)
+
+    def _built(self, boat: BoatConfig) -> Boat:
+        """The boat of a fleet's entry; those of one order are built once."""
+        if boat.order not in self.kinds:
+            try:
+                self.kinds[boat.order] = build_boat(boat.order)
+            except UnknownNameError as error:
+                raise CompileError(f"boat {boat.name}: {error}") from error
+        return self.kinds[boat.order]
 
     def _attach(
         self,
@@ -187,7 +213,7 @@ def waypoints(config: WorldConfig) -> list[list[float]]:
 
 
 def _boat_entry(boat: BoatConfig) -> dict[str, Any]:
-    fields = ("name", "robot", "thrusters", "engines", "color", "pose")
+    fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "pose")
     return {field: getattr(boat, field) for field in fields}
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.config.poses import Pose, rotation
+
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -28,16 +30,16 @@ class MassProperties:
 
 
 def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> MassProperties:
-    """A part of `mass` [kg] at `center` [m] with principal inertias `inertia` [kg m2] along the axes."""
-    moments = np.array(inertia, dtype=np.float64)
-    return MassProperties(mass, np.array(center, dtype=np.float64), np.diag(moments))
+    """A part of `mass` [kg] at `center` [m]; `inertia` [kg m2] is xx, yy, zz about it, with xy, xz, yz or without."""
+    xx, yy, zz, xy, xz, yz = (*inertia, 0.0, 0.0, 0.0)[:6]
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
+    return MassProperties(mass, np.array(center, dtype=np.float64), tensor)
 
 
-def mounted(part: MassProperties, position: Sequence[float], yaw: float) -> MassProperties:
-    """The part in a frame in which its own stands at `position` [m], turned about z by `yaw` [rad]."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return MassProperties(part.mass, turn @ part.center + np.array(position), turn @ part.inertia @ turn.T)
+def posed(part: MassProperties, pose: Pose) -> MassProperties:
+    """The part in a frame in which its own stands at `pose`."""
+    turn = np.array(rotation(*pose[3:]))
+    return MassProperties(part.mass, turn @ part.center + np.array(pose[:3]), turn @ part.inertia @ turn.T)
 
 
 def joined(parts: Iterable[MassProperties]) -> MassProperties:

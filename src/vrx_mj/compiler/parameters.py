@@ -53,12 +53,12 @@ def wind_parameters(wind: WindConfig | None) -> Row:
     }
 
 
-def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float]:
-    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; zeros if none is listed."""
+def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float] | None:
+    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
     for item in wind.objects if wind else ():
         if item.model in names:
             return item.coefficients
-    return NO_WIND
+    return None
 
 
 def float_row(item: PlacedObject, wind: WindConfig | None, gravity: float) -> tuple[Row, list[Row]]:
@@ -78,7 +78,7 @@ def float_row(item: PlacedObject, wind: WindConfig | None, gravity: float) -> tu
         "level": buoyancy.fluid_level,
         "linear_drag": buoyancy.linear_drag,
         "angular_drag": buoyancy.angular_drag,
-        "wind": list(wind_coefficients(wind, item.name, item.model)),
+        "wind": list(wind_coefficients(wind, item.name, item.model) or NO_WIND),
     }
     return row, [element_row(element) for element in buoyancy.elements]
 

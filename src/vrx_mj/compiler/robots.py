@@ -1,43 +1,52 @@
-"""Robots: a boat's configuration as one MuJoCo model, and as rows of the runtime's tables.
+"""Robots: a boat as one MuJoCo model, and as rows of the runtime's tables.
 
-A boat is one body, `base_link`, whose frame is that of VRX's URDF. With fixed engines everything is part of
-it; with hinged engines each engine, with its propeller, is a child body on a hinge about z. Propellers have
-no joint: their spin is only looks. There are no actuators: the runtime's kernels thrust and steer.
+A boat is one body, its base link, whose frame is that of the URDF. With fixed engines everything is part of it;
+with hinged engines each thing that steers is a child body on a hinge. Propellers have no joint: their spin is only
+looks. There are no actuators: the runtime's kernels thrust and steer.
 """
 
+import itertools
 import math
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Literal
 
-from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, mounted, rigid
-from vrx_mj.compiler.templates import Geom, geoms, meshes, render
-from vrx_mj.config.robots import Mount, RobotConfig
+from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, posed, rigid
+from vrx_mj.compiler.templates import Geom, Mesh, geoms, meshes, render
+from vrx_mj.config.boats import Boat, Part, Thruster
+from vrx_mj.config.poses import Pose, rotation
+from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.constants import HULL_GRAVITY
-from vrx_mj.errors import UnknownNameError
-from vrx_mj.physics.tables import GLF, LINEAR
+from vrx_mj.errors import CompileError
+from vrx_mj.physics.rudder import normal_slope
+from vrx_mj.physics.tables import GLF, LINEAR, RUDDER
 
 __all__ = [
     "Engines",
     "RobotModel",
     "boat_mass",
     "body_mass",
-    "engine_mass",
     "hull_row",
     "link_mass",
-    "mounts",
     "robot_mjcf",
+    "sensor_rows",
     "thruster_rows",
+    "turning_mass",
 ]
 
 Engines = Literal["fixed", "hinged"]
 """Are the engines part of the hull's body, or bodies of their own that turn about z?"""
 
 Color = tuple[float, float, float, float]
+Vector = tuple[float, float, float]
 
 MAPPINGS = {"linear": LINEAR, "glf": GLF}
 """Codes of the thrust mappings in the runtime's table."""
+
+LIGHTEST = 1e-6
+"""Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
 
 
 @dataclass(frozen=True)
@@ -47,82 +56,155 @@ class RobotModel:
     mjcf: str
     assets: dict[str, bytes]
     base: MassProperties
-    """Of the body `base_link`: the whole boat with fixed engines, hull and batteries with hinged ones."""
+    """Of the base link's body: the whole boat with fixed engines, without what steers with hinged ones."""
 
 
-def link_mass(config: RobotConfig) -> MassProperties:
-    """Hull and batteries, joined, in base_link: VRX's base link, at whose centre of mass its plugins push."""
-    return joined(rigid(body.mass, body.center_of_mass, body.inertia) for body in config.bodies)
+@dataclass(frozen=True)
+class _Frame:
+    """A link's geoms at its pose."""
+
+    pose: Pose
+    geoms: tuple[Geom, ...]
 
 
-def engine_mass(config: RobotConfig) -> MassProperties:
-    """An engine with its propeller, in the frame of the hinge it steers on."""
-    engine, propeller = config.engine, config.engine.propeller
-    return joined(
-        [
-            rigid(engine.mass, engine.center_of_mass, engine.inertia),
-            rigid(propeller.mass, propeller.position, propeller.inertia),
-        ]
-    )
+def link_mass(boat: Boat) -> MassProperties:
+    """What fixed joints hold to the base link: Gazebo's base link, at whose centre of mass VRX's plugins push."""
+    lumped = list(_masses(part for part in boat.parts if part.lumped))
+    return joined(lumped) if lumped else boat_mass(boat)
 
 
-def boat_mass(config: RobotConfig, layout: str) -> MassProperties:
-    """The whole boat with its engines at zero steering angle, in base_link."""
-    engine = engine_mass(config)
-    engines = [mounted(engine, mount.position, mount.yaw) for mount in mounts(config, layout)]
-    return joined([link_mass(config), *engines])
+def turning_mass(thruster: Thruster) -> MassProperties | None:
+    """An engine with its propeller, in the frame of the hinge it steers on; None if it weighs nothing."""
+    parts = list(_masses(thruster.parts))
+    return joined(parts) if parts else None
 
 
-def body_mass(config: RobotConfig, layout: str, engines: Engines) -> MassProperties:
-    """What belongs to the MuJoCo body `base_link`."""
-    return boat_mass(config, layout) if engines == "fixed" else link_mass(config)
-
-
-def mounts(config: RobotConfig, layout: str) -> tuple[Mount, ...]:
-    """Where the engines of a thruster layout sit.
+def boat_mass(boat: Boat) -> MassProperties:
+    """The whole boat with everything at zero, in its base link.
 
     Raises:
-        UnknownNameError: the robot has no layout of this name.
+        CompileError: nothing of it has a mass.
     """
-    if layout not in config.layouts:
-        raise UnknownNameError("thruster layout", layout, known=config.layouts)
-    return config.layouts[layout]
+    turning = [
+        posed(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
+    ]
+    parts = [*_masses(boat.parts), *turning]
+    if not parts:
+        raise CompileError(f"robot {boat.name}: no link has a mass")
+    return joined(parts)
 
 
-def robot_mjcf(config: RobotConfig, layout: str, engines: Engines = "fixed", color: Color | None = None) -> RobotModel:
+def body_mass(boat: Boat, engines: Engines) -> MassProperties:
+    """What belongs to the MuJoCo body of the base link."""
+    if engines == "fixed":
+        return boat_mass(boat)
+    parts = list(_masses(boat.parts))
+    if not parts:
+        raise CompileError(f"robot {boat.name}: nothing but its engines has a mass; build it with engines: fixed")
+    return joined(parts)
+
+
+def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
+    for part in parts:
+        if part.inertial is not None and part.inertial.mass > 0:
+            own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
+            yield posed(own, part.pose)
+
+
+def robot_mjcf(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> RobotModel:
     """The boat as a MuJoCo model of its own, to be attached under a prefix.
 
     Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
     """
-    engine, propeller = config.engine, config.engine.propeller
-    base_mass = body_mass(config, layout, engines)
-    parts = (config, engine, propeller)
-    needed = meshes(chain.from_iterable((*part.collisions, *part.visuals) for part in parts))
+    base_mass = body_mass(boat, engines)
+    parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
+    needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
+    double = _doubles(parts)
     text = render(
         "robot.xml.j2",
-        link=config.link,
+        link=boat.link,
         meshes=needed,
         base_mass=base_mass,
-        engine_mass=engine_mass(config),
-        base=[*geoms(config.collisions), *_painted(geoms(config.visuals), color)],
-        hub=propeller.position,
-        thrusters=[_thruster_view(config, mount) for mount in mounts(config, layout)],
+        base=_painted([_frame(part, double) for part in boat.parts], color),
+        thrusters=[_thruster_view(thruster, double) for thruster in boat.thrusters if thruster.parts],
+        cameras=[_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         hinged=engines == "hinged",
         pi=math.pi,
     )
-    return RobotModel(text, {item.file: item.content for item in needed}, base_mass)
+    return RobotModel(text, _assets(needed), base_mass)
 
 
-def hull_row(config: RobotConfig, layout: str, engines: Engines, prefix: str) -> dict[str, Any]:
+def _assets(needed: Iterable[Mesh]) -> dict[str, bytes]:
+    return {item.file: item.content for item in needed}
+
+
+def _doubles(parts: Iterable[Part]) -> frozenset[str]:
+    """Names that several shapes of the boat have: these are told apart by their links'."""
+    names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
+    return frozenset(name for name, count in names.items() if count > 1)
+
+
+def _frame(part: Part, double: frozenset[str]) -> _Frame:
+    items = geoms((*part.collisions, *part.visuals))
+    seen = Counter[str]()
+    named = []
+    for item in items:
+        name = item.name
+        if name in double:
+            name = f"{part.name}_{name}"
+            seen[name] += 1
+            name = name if seen[name] == 1 else f"{name}_{seen[name]}"
+        named.append(replace(item, name=name))
+    return _Frame(part.pose, tuple(named))
+
+
+def _thruster_view(thruster: Thruster, double: frozenset[str]) -> dict[str, Any]:
+    return {
+        "body": thruster.link,
+        "joint": thruster.joint,
+        "pose": thruster.pose,
+        "mass": turning_mass(thruster) or rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3),
+        "frames": _seen_as([_frame(part, double) for part in thruster.parts], f"{thruster.name}_engine"),
+        "range": thruster.drive.max_angle,
+    }
+
+
+def _seen_as(frames: list[_Frame], stem: str) -> list[_Frame]:
+    """The frames with what is seen called by the engine's name: recordings turn it with the steering angle."""
+    count = itertools.count()
+    return [
+        _Frame(
+            frame.pose,
+            tuple(item if item.rgba is None else replace(item, name=f"{stem}_{next(count)}") for item in frame.geoms),
+        )
+        for frame in frames
+    ]
+
+
+def _camera_view(sensor: CameraConfig) -> dict[str, Any]:
+    """A camera as MuJoCo's: it looks along -z, x to the right; `fovy` is vertical, in degrees."""
+    (_, b, c), (_, e, f), (_, h, i) = rotation(*sensor.pose[3:])
+    tall = math.tan(sensor.horizontal_fov / 2) * sensor.height / sensor.width
+    return {
+        "name": sensor.name,
+        "position": sensor.pose[:3],
+        "axes": (-b, -e, -h, c, f, i),
+        "fovy": math.degrees(2 * math.atan(tall)),
+        "size": f"{sensor.width} {sensor.height}",
+    }
+
+
+def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
     """The boat's row of the runtime's table of hulls, with names where that has ids.
 
-    `link_com` is where VRX's plugins push, the centre of mass of hull and batteries; `body_com` and `mass`
-    are those of the MuJoCo body. The wind's coefficients belong to the world, which fills them in.
+    `link_com` is where VRX's plugins push, the centre of mass of what fixed joints hold to the base link; `body_com`
+    and `mass` are those of the MuJoCo body. The wind's coefficients belong to the world, which fills them in.
     """
-    water = config.hydrodynamics
-    body = body_mass(config, layout, engines)
+    water = boat.hydrodynamics
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    body = body_mass(boat, engines)
     return {
-        "body": prefix + config.link,
+        "body": prefix + boat.link,
         "joint": f"{prefix}free",
         "length": water.boat_length,
         "beam": water.boat_width,
@@ -134,82 +216,100 @@ def hull_row(config: RobotConfig, layout: str, engines: Engines, prefix: str) ->
         "added_mass": list(water.added_mass),
         "drag_linear": list(water.drag_linear),
         "drag_quadratic": list(water.drag_quadratic),
-        "link_com": link_mass(config).center.tolist(),
+        "link_com": link_mass(boat).center.tolist(),
         "body_com": body.center.tolist(),
         "mass": body.mass,
         "wind": [0.0, 0.0, 0.0],
-        "thruster_count": len(mounts(config, layout)),
+        "thruster_count": len(boat.thrusters),
     }
 
 
-def thruster_rows(config: RobotConfig, layout: str, engines: Engines, prefix: str) -> list[dict[str, Any]]:
+def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, Any]]:
     """The boat's rows of the runtime's table of thrusters, with names where that has ids.
 
-    `body` is what the thrust pushes and `joint` the hinge, None if the engine is fixed. `position` and `yaw`
-    are those of the hinge in base_link, `propeller` is in the hinge's frame, `body_com` in that of `body`;
-    `inertia` is about the hinge's axis.
+    `body` is what the force pushes and `joint` the hinge, None if it is rigid. `position` and `rotation` are those
+    of the hinge in the base link, `propeller` and `direction` are in the hinge's frame, `body_com` in that of `body`;
+    `inertia` is about the hinge's axis; `race` is the number among the boat's own rows, -1 for none.
     """
-    hinged = engines == "hinged"
-    pushed = engine_mass(config) if hinged else boat_mass(config, layout)
-    return [
-        {
-            "name": mount.name,
-            "hull": prefix + config.link,
-            "body": prefix + (_engine_body(mount) if hinged else config.link),
-            "joint": prefix + _engine_joint(mount) if hinged else None,
-            "position": list(mount.position),
-            "yaw": mount.yaw,
-            "propeller": list(config.engine.propeller.position),
-            "body_com": pushed.center.tolist(),
-            **_drive(config),
-        }
-        for mount in mounts(config, layout)
-    ]
+    names = [thruster.name for thruster in boat.thrusters]
+    whole = boat_mass(boat)
+    rows = []
+    for thruster in boat.thrusters:
+        turning = turning_mass(thruster)
+        hinged = engines == "hinged" and thruster.joint is not None
+        pushed = turning if hinged and turning else whole
+        rows.append(
+            {
+                "name": thruster.name,
+                "hull": prefix + boat.link,
+                "body": prefix + (thruster.link if hinged else boat.link),
+                "joint": f"{prefix}{thruster.joint}" if hinged else None,
+                "position": list(thruster.pose[:3]),
+                "rotation": [list(row) for row in rotation(*thruster.pose[3:])],
+                "propeller": list(thruster.center),
+                "direction": list(thruster.direction),
+                "body_com": pushed.center.tolist(),
+                "inertia": axis_inertia(turning) if turning else LIGHTEST,
+                **_drive(thruster),
+                **_wing(thruster, names, boat),
+            }
+        )
+    return rows
 
 
-def _drive(config: RobotConfig) -> dict[str, Any]:
-    thruster, servo = config.thruster, config.engine.servo
+def _drive(thruster: Thruster) -> dict[str, Any]:
+    drive, servo = thruster.drive, thruster.servo
     return {
-        "mapping": MAPPINGS[thruster.mapping],
-        "max_command": thruster.max_command,
-        "max_forward": thruster.max_force_forward,
-        "max_reverse": thruster.max_force_reverse,
-        "timeout": thruster.timeout,
-        "max_angle": thruster.max_angle,
+        "mapping": RUDDER if thruster.rudder else MAPPINGS[drive.mapping],
+        "max_command": drive.max_command,
+        "max_forward": drive.max_force_forward,
+        "max_reverse": drive.max_force_reverse,
+        "timeout": drive.timeout,
+        "max_angle": drive.max_angle,
         "kp": servo.kp,
         "kd": servo.kd,
         "effort": servo.effort,
         "velocity": servo.velocity,
-        "inertia": axis_inertia(engine_mass(config)),
     }
 
 
-def _thruster_view(config: RobotConfig, mount: Mount) -> dict[str, Any]:
-    engine, propeller = config.engine, config.engine.propeller
+def _wing(thruster: Thruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
+    wing = thruster.rudder
+    if wing is None:
+        return {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
+    assert boat.hydrodynamics is not None, f"{boat.name} has no hydrodynamics"
     return {
-        "body": _engine_body(mount),
-        "joint": _engine_joint(mount),
-        "position": mount.position,
-        "yaw": mount.yaw,
-        "engine": _named(geoms((*engine.collisions, *engine.visuals)), f"{mount.name}_engine_"),
-        "propeller": _named(geoms((*propeller.collisions, *propeller.visuals)), f"{mount.name}_propeller_"),
+        "area": wing.area,
+        "slope": normal_slope(wing.aspect_ratio),
+        "density": boat.hydrodynamics.water_density,
+        "race": names.index(wing.propeller) if wing.propeller in names else -1,
+        "race_area": math.pi / 4 * wing.propeller_diameter**2,
+        "race_share": wing.race_share,
     }
 
 
-def _engine_body(mount: Mount) -> str:
-    return f"{mount.name}_engine_link"
+def sensor_rows(boat: Boat, name: str, prefix: str) -> list[dict[str, Any]]:
+    """The sensors of a boat called `name`: each with the body and the pose in it that its frame has."""
+    return [
+        {
+            "boat": name,
+            "body": prefix + boat.link,
+            "position": list(sensor.pose[:3]),
+            "rotation": [list(row) for row in rotation(*sensor.pose[3:])],
+            "frame": sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
+            "config": sensor.model_dump(mode="json"),
+        }
+        for sensor in boat.sensors
+    ]
 
 
-def _engine_joint(mount: Mount) -> str:
-    """VRX's name and spelling: what joint states carry."""
-    return f"{mount.name}_chasis_engine_joint"
-
-
-def _named(items: Iterable[Geom], prefix: str) -> list[Geom]:
-    return [item if item.name is None else replace(item, name=prefix + item.name) for item in items]
-
-
-def _painted(visuals: list[Geom], color: Color | None) -> list[Geom]:
-    if color is None or not visuals:
-        return visuals
-    return [replace(visuals[0], rgba=color), *visuals[1:]]
+def _painted(frames: list[_Frame], color: Color | None) -> list[_Frame]:
+    """The frames with the first geom that is seen in another colour."""
+    if color is None:
+        return frames
+    for index, frame in enumerate(frames):
+        for number, item in enumerate(frame.geoms):
+            if item.rgba is not None:
+                items = (*frame.geoms[:number], replace(item, rgba=color), *frame.geoms[number + 1 :])
+                return [*frames[:index], _Frame(frame.pose, items), *frames[index + 1 :]]
+    return frames

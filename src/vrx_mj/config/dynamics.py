@@ -6,7 +6,7 @@ from pydantic import Field
 
 from vrx_mj.config.base import Config, NonNegative, Positive, numbers
 
-__all__ = ["HydrodynamicsConfig", "ServoConfig", "ThrusterConfig"]
+__all__ = ["HydrodynamicsConfig", "ServoConfig", "Six", "ThrusterConfig"]
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip

@@ -1,7 +1,8 @@
 """What a fleet's file says: how many boats, of which kind, where."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
@@ -19,10 +20,13 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
+from vrx_mj.config.build import Order
 from vrx_mj.config.loading import check
+from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.robots import load_robot
+from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.wording import shown
-from vrx_mj.config.world import WorldConfig, check_thrusters
+from vrx_mj.config.world import Sensors, WorldConfig, check_thrusters
 
 __all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Located"]
 
@@ -42,11 +46,26 @@ class BoatConfig(Config):
     """Where a relative path of `robot` starts."""
     name: Name
     robot: str
-    thrusters: str
+    thrusters: str | None
+    """Layout of the thrusters, or path of a thruster file; None: the robot has no layouts."""
+    components: str | None = None
+    """Path of a component file."""
+    sensors: tuple[str, ...] | None = None
+    """Suites or names of sensors; None: what the robot or its component file carries."""
+    parts_folder: Folder = None
+    """Where relative paths of `thrusters` and `components` start."""
     pose: Pose
     """Of `base_link` in the world [m, rad]."""
     color: Color | None = None
     engines: Engines = "fixed"
+
+    @property
+    def order(self) -> Order:
+        """How the boat is built; boats of equal orders are alike."""
+        layout = self.thrusters if self.thrusters and not is_path(self.thrusters) else None
+        file = contained(self.thrusters, self.parts_folder) if self.thrusters and layout is None else None
+        parts = contained(self.components, self.parts_folder) if self.components else None
+        return Order(self.robot, self.folder, layout, file, parts, self.sensors)
 
 
 class Located(NamedTuple):
@@ -81,8 +100,11 @@ class _Built(Config):
     robot: str | None = None
     """Kind of boat; by default that of the world's spawn."""
     thrusters: str | None = None
-    """Layout of the thrusters, H, T or X; by default that of the world's spawn."""
+    """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
     components: str | None = None
+    """A component file."""
+    sensors: Sensors | None = None
+    """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
     engines: Engines | None = None
 
     @field_validator("robot")
@@ -95,16 +117,18 @@ class _Built(Config):
     @field_validator("thrusters")
     @classmethod
     def _robot_has_them(cls, value: str | None, info: ValidationInfo) -> str | None:
-        robot = info.data.get("robot")
-        if value is not None and robot is not None:
-            check(info, lambda: check_thrusters(robot, value, info.data.get("folder")))
+        robot, folder = info.data.get("robot"), info.data.get("folder")
+        if value is not None and is_path(value):
+            check(info, lambda: load_parts(contained(value, folder), "thrusters"))
+        elif value is not None and robot is not None:
+            check(info, lambda: check_thrusters(robot, value, folder))
         return value
 
     @field_validator("components")
     @classmethod
-    def _not_yet(cls, value: str | None) -> str | None:
+    def _can_be_read(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None:
-            raise fault("component files come with the sensors; this version has none")
+            check(info, lambda: load_parts(contained(value, info.data.get("folder")), "components"))
         return value
 
 
@@ -294,17 +318,34 @@ def _boat(fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: 
     levels = [level for level in (entry, fleet) if level is not None]
     owner = next((level for level in levels if level.robot), world.spawn)
     robot = str(owner.robot)
-    thrusters = next((level.thrusters for level in levels if level.thrusters), None)
-    if thrusters is None:
-        known = load_robot(robot, owner.folder).layouts
-        thrusters = world.spawn.thrusters if world.spawn.thrusters in known else next(iter(known))
+    parts = next((level for level in levels if level.thrusters or level.components), world.spawn)
     engines = next((level.engines for level in levels if level.engines), None)
     return BoatConfig(
         folder=owner.folder,
         name=name,
         robot=robot,
-        thrusters=thrusters,
+        thrusters=_layout(levels, robot, owner.folder, world),
+        components=next((level.components for level in levels if level.components), None),
+        sensors=_sensors(levels, robot, world),
+        parts_folder=parts.folder,
         pose=pose,
         color=entry.color if entry else None,
         engines=engines or "fixed",
     )
+
+
+def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, world: WorldConfig) -> str | None:
+    """The thrusters that somebody says, or else the world's, or else the robot's first; None: it has no layouts."""
+    said = next((level.thrusters for level in levels if level.thrusters), None)
+    if said is not None:
+        return said
+    known = load_robot(robot, folder).layouts
+    return world.spawn.thrusters if world.spawn.thrusters in known else next(iter(known), None)
+
+
+def _sensors(levels: Sequence[_Built], robot: str, world: WorldConfig) -> tuple[str, ...] | None:
+    """The sensors that somebody says, or else those of a component file, or else the world's for its own robot."""
+    for level in levels:
+        if level.sensors is not None or level.components is not None:
+            return level.sensors
+    return world.spawn.sensors if robot == world.spawn.robot else None

@@ -8,7 +8,7 @@ from vrx_mj.config.fleet import FleetConfig, Located
 from vrx_mj.config.loading import Loading, Source, file_of, read_source, validated
 from vrx_mj.config.objects import Placed, Placement, load_object
 from vrx_mj.config.report import problem_at
-from vrx_mj.config.search import catalogue
+from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
@@ -58,6 +58,8 @@ def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault
 def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
     """Layouts of thrusters that a boat's kind does not have, where one of them is from elsewhere."""
     for boat, _, own in boats:
+        if boat.thrusters is None or is_path(boat.thrusters):
+            continue
         try:
             check_thrusters(boat.robot, boat.thrusters, boat.folder)
         except UnknownNameError as error:

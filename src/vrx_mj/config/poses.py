@@ -57,3 +57,26 @@ def compose(outer: Pose, inner: Pose) -> Pose:
     a, b, c = (apply(turn, column) for column in zip(*rotation(*inner[3:]), strict=True))
     roll, pitch, yaw = angles(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
     return x, y, z, roll, pitch, yaw
+
+
+def inverse(pose: Pose) -> Pose:
+    """Pose of the outer frame in the frame that is at `pose` in it."""
+    a, b, c = rotation(*pose[3:])
+    back = ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
+    x, y, z = apply(back, pose[:3])
+    roll, pitch, yaw = angles(back)
+    return -x, -y, -z, roll, pitch, yaw
+
+
+def facing(axis: Sequence[float]) -> Pose:
+    """A frame at the origin whose z axis points along `axis`, turned the shortest way: the identity for z itself."""
+    length = math.hypot(*axis)
+    x, y, z = (value / length for value in axis)
+    if z > 1.0 - 1e-12:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if z < 1e-12 - 1.0:
+        return 0.0, 0.0, 0.0, math.pi, 0.0, 0.0
+    k = 1.0 / (1.0 + z)
+    turn = ((1.0 - k * x * x, -k * x * y, x), (-k * x * y, 1.0 - k * y * y, y), (-x, -y, z))
+    roll, pitch, yaw = angles(turn)
+    return 0.0, 0.0, 0.0, roll, pitch, yaw

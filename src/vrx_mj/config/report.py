@@ -105,11 +105,18 @@ def _literal(value: Any, context: Mapping[str, Any]) -> str:
     return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
 
 
+def _tag(_: Any, context: Mapping[str, Any]) -> str:
+    known = context["expected_tags"].replace("'", "").split(", ")
+    return f"{str(context['discriminator']).strip(chr(39))}: {choice(context['tag'], known)}"
+
+
 _SAYS: dict[str, Callable[[Any, Mapping[str, Any]], str]] = {
     "vrx": lambda _, context: str(context["message"]),
     "missing": lambda *_: "required, but missing",
     "string_type": _text,
     "literal_error": _literal,
+    "union_tag_invalid": _tag,
+    "union_tag_not_found": lambda _, context: f"{context['discriminator']} is required, but missing".replace("'", ""),
     "finite_number": lambda value, _: f"must be finite, got {shown(value)}",
     "greater_than": _limit("above", "gt"),
     "greater_than_equal": _limit("at least", "ge"),

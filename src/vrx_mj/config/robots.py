@@ -1,89 +1,103 @@
-"""Kinds of boats: bodies, shapes, engines and hydrodynamics, as `robots/NAME/robot.yaml` gives them."""
+"""Kinds of boats: a URDF or xacro, and the small YAML beside it that says what a URDF cannot.
+
+A robot with a name is a folder with `robot.yaml`; a path leads to such a file, or to a `.urdf` or `.xacro`, whose
+YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from vrx_mj.config.base import (
     Config,
     Folder,
     Name,
-    NotEmpty,
+    NonNegative,
     Positive,
-    Principal,
+    Share,
+    Switch,
     Vec3,
     fault,
     faults,
 )
-from vrx_mj.config.dynamics import HydrodynamicsConfig, ServoConfig, ThrusterConfig
+from vrx_mj.config.dynamics import ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.search import contained
+from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.wording import shown
 
-__all__ = [
-    "BodyConfig",
-    "EngineConfig",
-    "Mount",
-    "PropellerConfig",
-    "RobotConfig",
-    "load_robot",
-]
+__all__ = ["HydrodynamicsEntry", "RobotConfig", "RudderEntry", "ThrusterEntry", "load_robot"]
+
+DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
+"""How a robot's description may end."""
 
 
-def _with_tuples(value: Any) -> Any:
+def _scalars(value: Any) -> Any:
+    """Values of xacro arguments as the texts that xacro wants."""
     if not isinstance(value, Mapping):
         return value
-    if not value:
-        raise fault("a robot has at least one layout")
-    return {key: tuple(mounts) if isinstance(mounts, list) else mounts for key, mounts in value.items()}
+    odd = [key for key, item in value.items() if not isinstance(item, str | int | float | bool)]
+    if odd:
+        raise faults(((odd[0],), f"expected a number, text, true or false, got {shown(value[odd[0]])}"))
+    return {key: str(item) for key, item in value.items()}
 
 
-class BodyConfig(Config):
-    """A rigid part of the hull."""
-
-    name: Name
-    mass: Positive
-    """Mass [kg]."""
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
-    """In the robot's frame [m]."""
-    inertia: Principal
-    """About its own centre of mass, along the robot's axes [kg m2]."""
+Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 
 
-class PropellerConfig(Config):
-    """A propeller; its frame is the hub, where thrust acts."""
+class ThrusterEntry(ThrusterConfig):
+    """A thruster, by the names of its links and joints in the URDF."""
 
-    position: Vec3
-    """Of the hub in the engine's frame [m]."""
-    mass: Positive
-    inertia: Principal
-    collisions: tuple[Shape, ...] = ()
-    visuals: tuple[Visual, ...] = ()
-
-
-class EngineConfig(Config):
-    """An engine; its frame is the hinge, which steers about z."""
-
-    mass: Positive
-    """Mass [kg]."""
-    center_of_mass: Vec3 = (0.0, 0.0, 0.0)
-    inertia: Principal
-    collisions: tuple[Shape, ...] = ()
-    visuals: tuple[Visual, ...] = ()
-    propeller: PropellerConfig
-    servo: ServoConfig
+    propeller: str
+    """Link at whose origin the thrust acts, along its x axis."""
+    joint: str | None = None
+    """What steers it; none: it does not steer."""
+    servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
 
 
-class Mount(Config):
-    """Where an engine's hinge sits."""
+class RudderEntry(Config):
+    """A rudder on a joint: a wing with the normal force of the MMG standard method."""
 
-    name: Name
-    position: Vec3
-    """In the robot's frame [m]."""
-    yaw: float = 0.0
-    """Heading at zero steering angle [rad]."""
+    joint: str
+    """What turns it; its axis points up."""
+    area: Positive
+    """Of the blade [m2]."""
+    aspect_ratio: Positive
+    """Span over mean chord."""
+    center: Vec3 = (0.0, 0.0, 0.0)
+    """Of pressure, in the frame of the joint's child link [m]."""
+    propeller: Name | None = None
+    """Thruster in whose race it stands."""
+    propeller_diameter: Positive | None = None
+    """[m]"""
+    race_share: Share = 1.0
+    """Share of the blade that the race covers."""
+    max_angle: NonNegative = 0.6109
+    """Largest angle either way [rad]."""
+    servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
+
+    @model_validator(mode="after")
+    def _race_is_complete(self) -> Self:
+        if (self.propeller is None) != (self.propeller_diameter is None):
+            missing = "propeller" if self.propeller is None else "propeller_diameter"
+            raise faults(((missing,), "propeller and propeller_diameter come together"))
+        return self
+
+
+class HydrodynamicsEntry(Config):
+    """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
+
+    water_level: float | None = None
+    water_density: Positive | None = None
+    hull_radius: Positive | None = None
+    boat_width: Positive | None = None
+    boat_length: Positive | None = None
+    length_n: Annotated[int, Field(ge=1, le=1000)] | None = None
+    added_mass: Six | None = None
+    drag_linear: Six | None = None
+    drag_quadratic: Six | None = None
 
 
 class RobotConfig(Config):
@@ -91,33 +105,65 @@ class RobotConfig(Config):
 
     folder: Folder = None
     description: str = ""
-    link: Name = "base_link"
-    bodies: Annotated[tuple[BodyConfig, ...], NotEmpty]
-    """Joined rigidly; the first is the hull."""
-    collisions: tuple[Shape, ...] = ()
-    visuals: tuple[Visual, ...] = ()
-    engine: EngineConfig
-    thruster: ThrusterConfig
-    layouts: Annotated[dict[Name, tuple[Mount, ...]], BeforeValidator(_with_tuples)]
-    """Where the engines are, by the layout's name: H, T or X."""
-    hydrodynamics: HydrodynamicsConfig
+    urdf: str
+    """The `.urdf` or `.xacro`, relative to this file."""
+    arguments: Arguments = Field(default_factory=dict)
+    """Of the xacro."""
+    layouts: dict[Name, Arguments] = Field(default_factory=dict)
+    """Layouts of thrusters by name, as xacro arguments."""
+    suites: dict[Name, Arguments] = Field(default_factory=dict)
+    """Sets of sensors by name, as xacro arguments; `vrx` and `none` among them, if it has any."""
+    vrx_parts: Switch = False
+    """Whether VRX's thruster and component files can furnish it."""
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
+    rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
+    wind: Vec3 | None = None
+    """Coefficients along x and y and about z, for worlds that list none for it."""
+    sensors: tuple[SensorConfig, ...] = ()
+    """Besides those of the URDF; posed in their link's frame."""
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Self:
-        found = []
-        for layout, mounts in self.layouts.items():
-            names = [mount.name for mount in mounts]
-            found += [
-                (("layouts", layout, index, "name"), f"{shown(name)} is the name of something else already")
-                for index, name in enumerate(names)
-                if name in names[:index]
-            ]
+    def _is_consistent(self) -> Self:
+        found: list[tuple[tuple[str | int, ...], str]] = []
+        if not self.urdf.lower().endswith(DESCRIPTIONS):
+            found.append((("urdf",), f"expected a .urdf or .xacro, got {shown(self.urdf)}"))
+        for name, rudder in self.rudders.items():
+            if name in self.thrusters:
+                found.append((("rudders", name), "is the name of a thruster already"))
+            if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
+                known = ", ".join(self.thrusters)
+                found.append((("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"))
         if found:
             raise faults(*found)
         return self
+
+    @property
+    def description_file(self) -> Path:
+        """The URDF or xacro."""
+        assert self.folder is not None, "a robot comes from a file"
+        return contained(self.urdf, self.folder)
 
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
     file = referenced("robots", name, near).absolute()
-    return validated(RobotConfig, read_source("robots", file), Loading())
+    if file.name.lower().endswith(DESCRIPTIONS):
+        beside = _beside(file)
+        if beside is None:
+            return RobotConfig(folder=file.parent, urdf=file.name)
+        section = read_source("robots", beside)
+        section.setdefault("urdf", file.name)
+    else:
+        section = read_source("robots", file)
+    loading = Loading()
+    config = validated(RobotConfig, section, loading)
+    if config.folder is None:
+        raise fault("a robot comes from a file")
+    return config
+
+
+def _beside(file: Path) -> Path | None:
+    """The YAML that goes with a description, if there is one."""
+    stem = next(file.name[: -len(end)] for end in DESCRIPTIONS if file.name.lower().endswith(end))
+    return next((path for path in (file.with_name(stem + end) for end in (".yaml", ".yml")) if path.is_file()), None)

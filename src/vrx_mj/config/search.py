@@ -7,7 +7,17 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
 
-__all__ = ["KINDS", "catalogue", "contained", "display", "find", "find_terrain", "is_path"]
+__all__ = [
+    "KINDS",
+    "PACKAGE_PATH",
+    "catalogue",
+    "contained",
+    "display",
+    "find",
+    "find_terrain",
+    "is_path",
+    "package_paths",
+]
 
 KINDS = {
     "worlds": "world",
@@ -18,11 +28,18 @@ KINDS = {
 }
 """Kinds of files that have names, and what a message calls one of them."""
 
-PATH_SUFFIXES = (".yaml", ".yml", ".txt")
+PATH_SUFFIXES = (".yaml", ".yml", ".txt", ".urdf", ".xacro")
+PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
+"""Environment variable with the folders in which `package://` and `$(find ...)` look."""
+
+
+def package_paths() -> tuple[Path, ...]:
+    """Folders in which a robot's files look for packages, besides their own."""
+    return tuple(Path(entry) for entry in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if entry)
 
 
 def is_path(source: str | Path) -> bool:
-    """A path ends in .yaml, .yml or .txt; anything else is a name."""
+    """A path ends in .yaml, .yml, .txt, .urdf or .xacro; anything else is a name."""
     return str(source).lower().endswith(PATH_SUFFIXES)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "BOX", "CYLINDER", "ELEMENT", "FLOAT", "FLOAT_STATE", "GLF", "HULL", "LINEAR", "SEA", "SPHERE",
+    "BOX", "CYLINDER", "ELEMENT", "FLOAT", "FLOAT_STATE", "GLF", "HULL", "LINEAR", "RUDDER", "SEA", "SPHERE",
     "THRUSTER", "THRUSTER_STATE", "WAVE", "WIND", "WIND_STATE", "Record", "Table", "table",
 ]  # fmt: skip
 
@@ -23,8 +23,8 @@ Record = Any
 BOX, SPHERE, CYLINDER = 0, 1, 2
 """Values of `ELEMENT.shape`."""
 
-LINEAR, GLF = 0, 1
-"""Values of `THRUSTER.mapping`: proportional, or the generalised logistic function."""
+LINEAR, GLF, RUDDER = 0, 1, 2
+"""Values of `THRUSTER.mapping`: proportional, the generalised logistic function, or no propeller but a rudder."""
 
 _i, _u, _f = np.int64, np.uint64, np.float64
 _vector = (_f, (3,))
@@ -80,10 +80,11 @@ THRUSTER = np.dtype(
         ("qpos", _i),  # of the hinge; -1: none
         ("dof", _i),  # of the hinge; -1: none
         ("position", *_vector),  # of the engine's hinge [m], hull axes from the link origin
-        ("yaw", _f),  # of the engine at zero steering [rad], hull axes
-        ("propeller", *_vector),  # where thrust acts [m], engine axes from the hinge
+        ("rotation", _f, (3, 3)),  # engine at zero steering to hull axes; it turns about its z
+        ("propeller", *_vector),  # where the force acts [m], engine axes from the hinge
+        ("direction", *_vector),  # of the force, unit vector, engine axes
         ("body_com", *_vector),  # CoM of `body` [m], that body's axes
-        ("mapping", _i),  # LINEAR or GLF
+        ("mapping", _i),  # LINEAR, GLF or RUDDER
         ("max_command", _f),
         ("max_forward", _f),  # [N]
         ("max_reverse", _f),  # [N], sign ignored
@@ -93,7 +94,13 @@ THRUSTER = np.dtype(
         ("kd", _f),  # servo damping [N m s/rad]
         ("effort", _f),  # largest servo torque [N m]
         ("velocity", _f),  # the servo pushes up to this rate [rad/s]
-        ("inertia", _f),  # of engine and propeller about the hinge [kg m2]
+        ("inertia", _f),  # of all that turns about the hinge [kg m2]
+        ("area", _f),  # of a rudder's blade [m2]
+        ("slope", _f),  # of a rudder's normal force over the sine of its angle of attack
+        ("density", _f),  # of the water at a rudder [kg/m3]
+        ("race", _i),  # row of the thruster in whose race a rudder stands; -1: none
+        ("race_area", _f),  # of that propeller's disc [m2]
+        ("race_share", _f),  # share of the blade that the race covers
     ],
     align=True,
 )
@@ -155,8 +162,13 @@ THRUSTER_STATE = np.dtype(
     align=True,
 )
 
-FLOAT_STATE = np.dtype([("height", _f)], align=True)
-"""height: `surface_height` at the link origin in the step before [m]; VRX starts with `FLOAT.level`."""
+FLOAT_STATE = np.dtype(
+    [
+        ("height", _f),  # `surface_height` at the link origin in the step before [m]; VRX starts with `FLOAT.level`
+        ("held", _i),  # 1: it is kept where it is, out of the water's reach
+    ],
+    align=True,
+)
 
 WIND_STATE = np.dtype(
     [

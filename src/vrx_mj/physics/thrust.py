@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench, rotated_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, rotated_wrench
 from vrx_mj.physics.tables import LINEAR, Record
 
 __all__ = [
-    "command_expiry", "effective_command", "engine_wrench", "servo_step", "servo_torque", "steering_target",
-    "thrust_force", "thruster_wrench",
+    "command_expiry", "effective_command", "engine_wrench", "force_point", "servo_step", "servo_torque",
+    "steering_target", "thrust_force", "thruster_wrench",
 ]  # fmt: skip
 
 
@@ -75,28 +75,50 @@ def steering_target(thruster: Record, angle: float) -> float:
 def thruster_wrench(thruster: Record, hull: Record, motion: Motion, force: float, angle: float) -> Wrench:
     """Return what `force` [N] at the propeller does: world axes, about `hull.link_com`.
 
-    `motion` is the hull's; `angle` [rad] is the steering angle, positive counter-clockwise from above.
+    `motion` is the hull's; `angle` [rad] is the steering angle, positive counter-clockwise about the hinge's axis.
     """
-    c, s = math.cos(thruster.yaw + angle), math.sin(thruster.yaw + angle)
-    p = thruster.propeller
-    x = thruster.position[0] + c * p[0] - s * p[1] - hull.link_com[0]
-    y = thruster.position[1] + s * p[0] + c * p[1] - hull.link_com[1]
-    z = thruster.position[2] + p[2] - hull.link_com[2]
-    fx, fy = c * force, s * force
-    return rotated_wrench(motion, Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx))
+    c, s = math.cos(angle), math.sin(angle)
+    p, com = _from_hinge(thruster, thruster.propeller, c, s), hull.link_com
+    x = thruster.position[0] + p[0] - com[0]
+    y = thruster.position[1] + p[1] - com[1]
+    z = thruster.position[2] + p[2] - com[2]
+    d = _from_hinge(thruster, thruster.direction, c, s)
+    fx, fy, fz = d[0] * force, d[1] * force, d[2] * force
+    return rotated_wrench(motion, Wrench(fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
 
 
 @kernel
 def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float) -> Wrench:
     """Return the same for an engine that is a body of its own: world axes, about that body's CoM.
 
-    `motion` is the hull's, and the engine's frame is the hull's turned by yaw and `angle` [rad].
+    `motion` is the hull's, and the engine's frame is the hinge's turned by `angle` [rad].
     """
-    c, s = math.cos(thruster.yaw + angle), math.sin(thruster.yaw + angle)
-    y = thruster.propeller[1] - thruster.body_com[1]
-    z = thruster.propeller[2] - thruster.body_com[2]
-    fx, fy = c * force, s * force
-    return rotated_wrench(motion, Wrench(fx, fy, 0.0, -z * fy, z * fx, -y * force))
+    c, s = math.cos(angle), math.sin(angle)
+    p, com, d = thruster.propeller, thruster.body_com, thruster.direction
+    x, y, z = p[0] - com[0], p[1] - com[1], p[2] - com[2]
+    fx, fy, fz = d[0] * force, d[1] * force, d[2] * force
+    push = _from_hinge(thruster, (fx, fy, fz), c, s)
+    turn = _from_hinge(thruster, (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx), c, s)
+    return rotated_wrench(motion, Wrench(push[0], push[1], push[2], turn[0], turn[1], turn[2]))
+
+
+@kernel
+def force_point(thruster: Record, angle: float) -> Vector:
+    """Return where the force acts at a steering `angle` [rad]: hull axes from the link's origin [m]."""
+    p = _from_hinge(thruster, thruster.propeller, math.cos(angle), math.sin(angle))
+    return thruster.position[0] + p[0], thruster.position[1] + p[1], thruster.position[2] + p[2]
+
+
+@kernel
+def _from_hinge(thruster: Record, v: Vector, c: float, s: float) -> Vector:
+    """Return a vector of the engine's axes, steered by an angle of cosine `c` and sine `s`, in the hull's axes."""
+    r = thruster.rotation
+    x, y, z = c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
+    return (
+        r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,
+        r[1, 0] * x + r[1, 1] * y + r[1, 2] * z,
+        r[2, 0] * x + r[2, 1] * y + r[2, 2] * z,
+    )
 
 
 @kernel

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.physics.tables import RUDDER
 from vrx_mj.runtime.rig import Rig, Row
 
 Commands = Mapping[str, Mapping[str, float]]
@@ -13,14 +14,15 @@ ANGLE = "_angle"
 
 
 class Helm:
-    """The names that take commands, and where they go."""
+    """The names that take commands, and where they go; a rudder takes an angle alone."""
 
     def __init__(self, boats: Sequence[str], rows: Sequence[Row]) -> None:
         self._channels: dict[str, dict[str, tuple[int, str]]] = {boat: {} for boat in boats}
         self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in boats}
         for index, row in enumerate(rows):
             boat = boats[row["hull"]]
-            self._channels[boat][row["name"]] = (index, "command")
+            if row["mapping"] != RUDDER:
+                self._channels[boat][row["name"]] = (index, "command")
             self.thrusters[boat][row["name"]] = index
         for index, row in enumerate(rows):
             self._channels[boats[row["hull"]]].setdefault(row["name"] + ANGLE, (index, "angle_target"))

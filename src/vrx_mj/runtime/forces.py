@@ -8,16 +8,11 @@ import numpy.typing as npt
 
 from vrx_mj.physics.drag import added_bias, added_inertia, drag
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.motion import Motion, Wrench, motion, shift
-from vrx_mj.physics.tables import Record
-from vrx_mj.physics.thrust import (
-    effective_command,
-    servo_step,
-    steering_target,
-    thrust_force,
-    thruster_wrench,
-)
+from vrx_mj.physics.motion import Motion, Wrench, add, motion, shift, zero_wrench
+from vrx_mj.physics.tables import RUDDER, Record
+from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
+from vrx_mj.runtime.loop import update_force
 from vrx_mj.runtime.observation import rotation_matrix
 from vrx_mj.runtime.rig import Rig
 
@@ -57,7 +52,7 @@ def boat_forces(rig: Rig, index: int, time: float) -> Forces:
         "hydrostatics": about_center(hydrostatics(hull, rig.waves, rig.sea[0], body, then)),
         "drag": about_center(drag(hull, body)),
         "wind": about_center(wind_load(hull["wind"], body, air)),
-        "thrust": np.sum([about_center(w) for w in _thrusts(rig, hull, body, then)] or [np.zeros(6)], axis=0),
+        **{name: about_center(wrench) for name, wrench in _thrusts(rig, hull, body, then).items()},
         "contact": _contacts(rig, int(hull["body"]), center + np.array(body[:3])),
     }
     return Forces(outside, {"added_mass": about_center(_added_mass(rig, hull, body))})
@@ -73,19 +68,22 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(rig: Rig, hull: Record, body: Motion, time: float) -> list[Wrench]:
-    """One wrench per thruster, about `link_com`."""
-    wrenches = []
+def _thrusts(rig: Rig, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
+    """What the thrusters do, and the rudders if there are any, about `link_com`."""
+    wrenches = {"thrust": zero_wrench()}
+    states = rig.thruster_state.copy()
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
-        thruster, state = rig.thrusters[row], rig.thruster_state[row]
-        force = thrust_force(thruster, effective_command(state, time))
+        thruster, state = rig.thrusters[row], states[row]
         if thruster["dof"] < 0:
             target = steering_target(thruster, state["angle_target"])
-            angle = servo_step(thruster, state["angle"], state["rate"], target, rig.timestep)[0]
+            state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, rig.timestep)
         else:
-            angle = float(rig.data.qpos[thruster["qpos"]])
-        wrenches.append(thruster_wrench(thruster, hull, body, force, angle))
+            state["angle"] = rig.data.qpos[thruster["qpos"]]
+        update_force(thruster, state, states, body, time)
+        name = "rudder" if thruster["mapping"] == RUDDER else "thrust"
+        push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"])
+        wrenches[name] = add(wrenches.get(name, zero_wrench()), push)
     return wrenches
 
 
@@ -99,8 +97,8 @@ def _boat_center(rig: Rig, hull: Record, body: Motion) -> tuple[float, FloatArra
         thruster = rig.thrusters[row]
         if thruster["dof"] >= 0:
             engine = float(rig.model.body_mass[thruster["body"]])
-            half = 0.5 * (float(thruster["yaw"]) + float(rig.data.qpos[thruster["qpos"]]))
-            turn = rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
+            half = 0.5 * float(rig.data.qpos[thruster["qpos"]])
+            turn = thruster["rotation"] @ rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
             moment = moment + engine * (thruster["position"] + turn @ thruster["body_com"])
             total += engine
     return total, _turned(body, moment / total)

@@ -13,7 +13,8 @@ from vrx_mj.physics.flotation import flotation, water_rise
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
-from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.rudder import rudder_force
+from vrx_mj.physics.tables import RUDDER, Record, Table
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -26,6 +27,7 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 from vrx_mj.runtime import engine
+from vrx_mj.runtime.moments import capture
 from vrx_mj.runtime.proximity import apart
 
 __all__ = ["HUGE", "advance"]
@@ -57,6 +59,7 @@ def advance(
     hulls: Table, thrusters: Table, thruster_state: Table,
     floats: Table, elements: Table, float_state: Table,
     movers: Table, obstacles: Table, look: Table,
+    clocks: Table, moments: Floats, marks: Floats,
     sampling: Ints, samples: Floats,
     time: float, dt: float, steps: int,
 ) -> int:
@@ -72,6 +75,7 @@ def advance(
         if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
             break
         sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time)
+        capture(clocks, moments, qpos, qvel, marks, time)
         if diverged(qpos, qvel):
             return -1
         time += dt
@@ -88,6 +92,8 @@ def advance(
             wrench = add(wrench, push)
             apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
         for i in range(floats.size):
+            if float_state[i].held != 0:
+                continue
             wrench = floating(floats[i], elements, float_state[i], waves, sea[0], air, qpos, qvel, time, dt)
             apply(xfrc_applied, floats[i].body, wrench)
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
@@ -133,26 +139,37 @@ def thrust(
     hull: Record, body: Motion, thrusters: Table, state: Table,
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
-    """Steer the hull's engines and thrust with them; returns the wrench on the hull about `link_com`.
+    """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
     """
     wrench = zero_wrench()
     for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
         thruster, own = thrusters[k], state[k]
-        command = effective_command(own, time)
-        if command != own.applied or own.fresh == 0:
-            own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
         target = steering_target(thruster, own.angle_target)
-        if thruster.dof < 0:
-            if own.angle != target or own.rate != 0.0:
-                own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle))
-        else:
+        if thruster.dof >= 0:
             own.angle, own.rate = qpos[thruster.qpos], qvel[thruster.dof]
             qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
+        elif own.angle != target or own.rate != 0.0:
+            own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
+        update_force(thruster, own, state, body, time)
+        if thruster.dof >= 0:
             apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
+        else:
+            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle))
     return wrench
+
+
+@kernel
+def update_force(thruster: Record, own: Record, state: Table, body: Motion, time: float) -> None:
+    """Bring a thruster's or rudder's force [N] up to date; a propeller's comes before its rudder's."""
+    if thruster.mapping == RUDDER:
+        race = state[thruster.race].thrust if thruster.race >= 0 else 0.0
+        own.thrust = rudder_force(thruster, body, own.angle, race)
+        return
+    command = effective_command(own, time)
+    if command != own.applied or own.fresh == 0:
+        own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
 
 
 @kernel

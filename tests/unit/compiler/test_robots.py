@@ -14,23 +14,28 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.compiler.masses import axis_inertia, joined, mounted, rigid
+from vrx_mj.compiler.masses import axis_inertia, joined, posed, rigid
 from vrx_mj.compiler.robots import (
     boat_mass,
-    engine_mass,
     hull_row,
     link_mass,
     robot_mjcf,
+    sensor_rows,
     thruster_rows,
+    turning_mass,
 )
-from vrx_mj.config.robots import RobotConfig, load_robot
+from vrx_mj.config.boats import Boat
+from vrx_mj.config.build import Order, build_boat
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.resources import root
 
 LAYOUTS = ("H", "T", "X")
 ENGINES = ("fixed", "hinged")
 FOLDER = root() / "assets" / "robots" / "wamv"
-MESHES = ("arches", "batteries", "deck", "engine", "hulls", "propeller", "trim")
+HULL = ("arches", "batteries", "deck", "engine", "hulls", "propeller", "trim")
+CARRIED = ("battery", "camera", "cpu_cases", "cpu_fittings", "gps", "hydrophone", "lidar", "post_arm", "shooter_base",
+           "shooter_launcher")  # fmt: skip
+MESHES = tuple(sorted(HULL + CARRIED))
 
 # layout: mass, centre of mass (8 digits), xx, yy, zz, xz of the inertia (1 digit)
 BOATS = {
@@ -67,12 +72,10 @@ PLATFORM = {
     "rear_left_beam_upper": ("cylinder", (0.30, 0.03), (-0.81, 0.67, 1.18), (1.45, -0.15, 0)),
     "left_joint": ("box", (0.65, 0.2, 0.1), (0.58, 1.03, 0.60), (0, -0.60, 0)),
 }
-BATTERIES = {"left_battery", "right_battery"}
 
 
-@pytest.fixture(scope="module")
-def wamv() -> RobotConfig:
-    return load_robot("wamv")
+def wamv(layout: str = "H", *sensors: str) -> Boat:
+    return build_boat(Order("wamv", layout=layout, sensors=sensors or ("none",)))
 
 
 @pytest.fixture(scope="module")
@@ -85,45 +88,46 @@ def script() -> ModuleType:
     return module
 
 
-def compiled(config, layout, engines, **options):
-    robot = robot_mjcf(config, layout, engines, **options)
+def compiled(boat, engines="fixed", **options):
+    robot = robot_mjcf(boat, engines, **options)
     return mujoco.MjModel.from_xml_string(robot.mjcf, robot.assets)
 
 
-def test_hull_and_batteries_are_vrxs_base_link(wamv):
-    link = link_mass(wamv)
+def test_hull_and_batteries_are_vrxs_base_link():
+    link = link_mass(wamv())
     assert link.mass == 227.0
     assert link.center == pytest.approx([0.0, 0.0, 0.12422907], abs=5e-9)
     assert np.diag(link.inertia) == pytest.approx([181.419798, 408.203132, 495.036667], abs=5e-7)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_boat_weighs_what_the_table_says(wamv, layout):
+def test_boat_weighs_what_the_table_says(layout):
     mass, center, (xx, yy, zz, xz) = BOATS[layout]
-    boat = boat_mass(wamv, layout)
+    boat = boat_mass(wamv(layout))
     assert boat.mass == mass
     assert boat.center == pytest.approx(center, abs=5e-9)
     assert boat.inertia[[0, 1, 2, 0], [0, 1, 2, 2]] == pytest.approx([xx, yy, zz, xz], abs=0.05)
     assert np.array_equal(boat.inertia, boat.inertia.T)
 
 
-def test_h_boat_has_the_inertia_worked_out_by_hand(wamv):
-    inertia = boat_mass(wamv, "H").inertia
+def test_h_boat_has_the_inertia_worked_out_by_hand():
+    inertia = boat_mass(wamv()).inertia
     assert inertia == pytest.approx(
         np.array([[217.03174, 0, 11.403578], [0, 566.0832, 0], [11.403578, 0, 682.85647]]), abs=5e-5
     )
 
 
-def test_engine_turns_with_its_propeller(wamv):
-    assert engine_mass(wamv).mass == 15.5
-    assert axis_inertia(engine_mass(wamv)) == pytest.approx(0.131210, abs=5e-7)
+def test_engine_turns_with_its_propeller():
+    engine = turning_mass(wamv().thrusters[0])
+    assert engine.mass == 15.5
+    assert axis_inertia(engine) == pytest.approx(0.131210, abs=5e-7)
 
 
 @pytest.mark.parametrize("engines", ENGINES)
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_mujoco_sees_the_same_mass_and_inertia(wamv, layout, engines):
-    model = compiled(wamv, layout, engines)
-    base = robot_mjcf(wamv, layout, engines).base
+def test_mujoco_sees_the_same_mass_and_inertia(layout, engines):
+    model = compiled(wamv(layout), engines)
+    base = robot_mjcf(wamv(layout), engines).base
     index = model.body("base_link").id
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, model.body_iquat[index])
@@ -135,15 +139,15 @@ def test_mujoco_sees_the_same_mass_and_inertia(wamv, layout, engines):
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_hinged_boat_has_its_centre_of_mass_where_the_fixed_one_has_it(wamv, layout):
-    model = compiled(wamv, layout, "hinged")
+def test_hinged_boat_has_its_centre_of_mass_where_the_fixed_one_has_it(layout):
+    model = compiled(wamv(layout), "hinged")
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     assert data.subtree_com[model.body("base_link").id] == pytest.approx(BOATS[layout][1], abs=5e-9)
 
 
-def test_platform_collides_as_25_shapes(wamv):
-    shapes = {shape.name: shape for shape in wamv.collisions if shape.name not in BATTERIES}
+def test_platform_collides_as_25_shapes():
+    shapes = {shape.name: shape for part in wamv().parts for shape in part.collisions if part.name == "dummy_link"}
     expected = {"top_base": ("box", (1.85, 1.0, 0.1), (0, 0, 1.25), (0, 0, 0))}
     for name, (kind, size, (x, y, z), (roll, pitch, yaw)) in PLATFORM.items():
         expected[name] = kind, size, (x, y, z), (roll, pitch, yaw)
@@ -156,8 +160,8 @@ def test_platform_collides_as_25_shapes(wamv):
     assert found == expected
 
 
-def test_shapes_stand_in_the_model_where_the_table_puts_them(wamv):
-    model = compiled(wamv, "H", "fixed")
+def test_shapes_stand_in_the_model_where_the_table_puts_them():
+    model = compiled(wamv())
     beam = model.geom("mid_right_beam_upper")
     cr, sr, cp, sp = math.cos(-1.35), math.sin(-1.35), math.cos(0.25), math.sin(0.25)
     turn = np.empty(9)
@@ -169,20 +173,20 @@ def test_shapes_stand_in_the_model_where_the_table_puts_them(wamv):
 
 
 @pytest.mark.parametrize("engines", ENGINES)
-def test_engine_shapes_stand_at_their_mount(wamv, engines):
-    model = compiled(wamv, "T", engines)
+def test_engine_shapes_stand_at_their_mount(engines):
+    model = compiled(wamv("T"), engines)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     hub = np.array(THRUST["T", "lateral"][0])
-    disc = data.geom("lateral_propeller_disc").xpos
+    disc = data.geom("lateral_propeller_collision").xpos
     assert disc == pytest.approx(hub - np.array([0.08 * 0.00009633, 0.08, 0.0]), abs=1e-6)
-    assert data.geom("left_engine_rear_end").xpos == pytest.approx([-2.713776, 1.027135, 0.438237])
+    assert data.geom("left_engine_rear_end_collision").xpos == pytest.approx([-2.713776, 1.027135, 0.438237])
 
 
 @pytest.mark.parametrize("engines", ENGINES)
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_no_part_of_a_boat_touches_another(wamv, layout, engines):
-    model = compiled(wamv, layout, engines)
+def test_no_part_of_a_boat_touches_another(layout, engines):
+    model = compiled(wamv(layout), engines)
     data = mujoco.MjData(model)
     for angle in np.linspace(-math.pi, math.pi, 9):
         data.qpos[7:] = angle
@@ -191,28 +195,29 @@ def test_no_part_of_a_boat_touches_another(wamv, layout, engines):
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_engines_on_hinges_are_bodies_of_their_own(wamv, layout):
-    fixed, hinged = (compiled(wamv, layout, engines) for engines in ENGINES)
+def test_engines_on_hinges_are_bodies_of_their_own(layout):
+    fixed, hinged = (compiled(wamv(layout), engines) for engines in ENGINES)
     assert (fixed.nbody, fixed.nv, fixed.nu) == (2, 6, 0)
-    count = len(wamv.layouts[layout])
+    thrusters = wamv(layout).thrusters
+    count = len(thrusters)
     assert (hinged.nbody, hinged.nv, hinged.nu) == (2 + count, 6 + count, 0)
-    for mount in wamv.layouts[layout]:
+    for mount in thrusters:
         joint = hinged.joint(f"{mount.name}_chasis_engine_joint")
         assert joint.range == pytest.approx([-math.pi, math.pi])
         assert joint.axis == pytest.approx([0, 0, 1])
     assert hinged.joint("free").type == fixed.joint("free").type == mujoco.mjtJoint.mjJNT_FREE
 
 
-def test_frame_of_the_free_joint_is_base_link(wamv):
-    model = compiled(wamv, "H", "fixed")
+def test_frame_of_the_free_joint_is_base_link():
+    model = compiled(wamv())
     assert model.qpos0.tolist() == [0, 0, 0, 1, 0, 0, 0]
     assert model.geom("left_float").pos == pytest.approx([-0.4, 1.03, 0.2])
 
 
-def test_what_is_seen_neither_collides_nor_hides_what_does(wamv):
-    model = compiled(wamv, "H", "fixed")
+def test_what_is_seen_neither_collides_nor_hides_what_does():
+    model = compiled(wamv())
     seen = model.geom_group == 2
-    assert seen.sum() == 5 + 2 * 2
+    assert seen.sum() == 6 + 2 * 2
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()
     assert (model.geom_group[~seen] == 3).all()
@@ -220,24 +225,23 @@ def test_what_is_seen_neither_collides_nor_hides_what_does(wamv):
 
 
 @pytest.mark.parametrize(("layout", "name"), THRUST)
-def test_thrust_acts_where_the_table_says(wamv, layout, name):
-    rows = {row["name"]: row for row in thruster_rows(wamv, layout, "fixed", "wamv1/")}
+def test_thrust_acts_where_the_table_says(layout, name):
+    rows = {row["name"]: row for row in thruster_rows(wamv(layout), "fixed", "wamv1/")}
     row, (point, direction) = rows[name], THRUST[layout, name]
-    cos, sin = math.cos(row["yaw"]), math.sin(row["yaw"])
-    turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    turn = np.array(row["rotation"])
     assert row["position"] + turn @ row["propeller"] == pytest.approx(point, abs=5e-7)
-    assert (cos, sin) == pytest.approx(direction, abs=5e-9)
+    assert turn @ row["direction"] == pytest.approx([*direction, 0.0], abs=5e-9)
 
 
-def test_every_thruster_of_the_table_exists_and_no_other(wamv):
-    found = {(layout, mount.name) for layout, mounts in wamv.layouts.items() for mount in mounts}
+def test_every_thruster_of_the_table_exists_and_no_other():
+    found = {(layout, thruster.name) for layout in LAYOUTS for thruster in wamv(layout).thrusters}
     assert found == set(THRUST)
 
 
-def test_hull_row_has_vrxs_numbers(wamv):
-    row = hull_row(wamv, "H", "fixed", "wamv1/")
-    assert row.pop("link_com") == link_mass(wamv).center.tolist()
-    assert row.pop("body_com") == boat_mass(wamv, "H").center.tolist()
+def test_hull_row_has_vrxs_numbers():
+    row = hull_row(wamv(), "fixed", "wamv1/")
+    assert row.pop("link_com") == link_mass(wamv()).center.tolist()
+    assert row.pop("body_com") == boat_mass(wamv()).center.tolist()
     assert row == {
         "body": "wamv1/base_link",
         "joint": "wamv1/free",
@@ -257,18 +261,18 @@ def test_hull_row_has_vrxs_numbers(wamv):
     }
 
 
-def test_hinged_boat_pushes_through_its_engines(wamv):
-    rows = thruster_rows(wamv, "T", "hinged", "wamv1/")
+def test_hinged_boat_pushes_through_its_engines():
+    rows = thruster_rows(wamv("T"), "hinged", "wamv1/")
     lateral = rows[2]
     assert lateral["body"] == "wamv1/lateral_engine_link"
     assert lateral["joint"] == "wamv1/lateral_chasis_engine_joint"
     assert lateral["body_com"] == pytest.approx([-0.278156 * 0.5 / 15.5, 0.0, -0.509371 * 0.5 / 15.5])
-    hull = hull_row(wamv, "T", "hinged", "wamv1/")
+    hull = hull_row(wamv("T"), "hinged", "wamv1/")
     assert (hull["mass"], hull["body_com"]) == (227.0, hull["link_com"])
 
 
-def test_thruster_row_has_vrxs_numbers(wamv):
-    row = thruster_rows(wamv, "H", "fixed", "wamv1/")[0]
+def test_thruster_row_has_vrxs_numbers():
+    row = thruster_rows(wamv(), "fixed", "wamv1/")[0]
     assert row["joint"] is None
     assert row["body"] == row["hull"] == "wamv1/base_link"
     numbers = (
@@ -289,9 +293,9 @@ def test_thruster_row_has_vrxs_numbers(wamv):
 
 @pytest.mark.parametrize("engines", ENGINES)
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_rows_are_plain_data_with_names_that_the_model_has(wamv, layout, engines):
-    model = compiled(wamv, layout, engines)
-    rows = [hull_row(wamv, layout, engines, ""), *thruster_rows(wamv, layout, engines, "")]
+def test_rows_are_plain_data_with_names_that_the_model_has(layout, engines):
+    model = compiled(wamv(layout), engines)
+    rows = [hull_row(wamv(layout), engines, ""), *thruster_rows(wamv(layout), engines, "")]
     assert json.loads(json.dumps(rows)) == rows
     for row in rows:
         assert model.body(row["body"]).ipos == pytest.approx(row["body_com"], abs=1e-12)
@@ -299,23 +303,22 @@ def test_rows_are_plain_data_with_names_that_the_model_has(wamv, layout, engines
             assert model.jnt_bodyid[model.joint(row["joint"]).id] == model.body(row["body"]).id
 
 
-@pytest.mark.parametrize("make", [robot_mjcf, boat_mass])
-def test_unknown_layout_is_named(wamv, make):
+def test_unknown_layout_is_named():
     with pytest.raises(UnknownNameError) as caught:
-        make(wamv, "Z")
+        wamv("Z")
     assert str(caught.value) == "no thruster layout named 'Z'; known: H, T, X"
 
 
-def test_colour_paints_the_hulls_only(wamv):
-    plain, red = compiled(wamv, "H", "fixed"), compiled(wamv, "H", "fixed", color=(0.9, 0.1, 0.1, 1.0))
+def test_colour_paints_the_hulls_only():
+    plain, red = compiled(wamv()), compiled(wamv(), color=(0.9, 0.1, 0.1, 1.0))
     changed = np.flatnonzero((plain.geom_rgba != red.geom_rgba).any(axis=1))
     assert len(changed) == 1
     assert red.geom_rgba[changed[0]] == pytest.approx([0.9, 0.1, 0.1, 1.0])
-    assert wamv.visuals[0].file == "meshes/hulls.obj"
+    assert next(shape for part in wamv().parts for shape in part.visuals).file == "meshes/hulls.obj"
 
 
-def test_same_boat_same_text(wamv):
-    assert robot_mjcf(wamv, "X", "hinged").mjcf == robot_mjcf(load_robot("wamv"), "X", "hinged").mjcf
+def test_same_boat_same_text():
+    assert robot_mjcf(wamv("X"), "hinged").mjcf == robot_mjcf(wamv("X"), "hinged").mjcf
 
 
 def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():
@@ -326,7 +329,7 @@ def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():
 
 
 def test_mounting_turns_a_part_with_its_inertia():
-    part = mounted(rigid(3.0, (1.0, 0.0, 0.0), (1.0, 2.0, 3.0)), (0.0, 0.0, 5.0), math.pi / 2)
+    part = posed(rigid(3.0, (1.0, 0.0, 0.0), (1.0, 2.0, 3.0)), (0.0, 0.0, 5.0, 0.0, 0.0, math.pi / 2))
     assert part.center == pytest.approx([0.0, 1.0, 5.0])
     assert part.inertia == pytest.approx(np.diag([2.0, 1.0, 3.0]))
 
@@ -357,7 +360,8 @@ def test_meshes_are_closed_and_look_outward(name):
 
 def test_a_boat_is_cheap_to_draw():
     faces = {name: len(welded(name).faces) for name in MESHES}
-    assert sum(faces.values()) + faces["engine"] + faces["propeller"] < 12_000  # two engines
+    assert sum(faces[name] for name in HULL) + faces["engine"] + faces["propeller"] < 12_000  # two engines
+    assert sum(faces[name] for name in CARRIED) < 6_000
     assert sum(Path(FOLDER / "meshes" / f"{name}.obj").stat().st_size for name in MESHES) < 1_000_000
 
 
@@ -368,6 +372,12 @@ def test_a_boat_is_cheap_to_draw():
         (("engine",), (-0.411, -0.078, -0.720), (0.032, 0.078, 0.186), 0.002),
         (("propeller",), (-0.167, -0.210, -0.164), (0.0, 0.213, 0.231), 0.03),  # blades of another shape
         (("batteries",), (-0.338, -1.231, 0.439), (0.287, 1.231, 0.767), 0.002),
+        (("gps",), (-0.156, -0.156, 0.0), (0.156, 0.156, 0.166), 0.005),
+        (("lidar",), (-0.052, -0.052, -0.035), (0.052, 0.052, 0.037), 0.011),  # the socket of its cable
+        (("camera",), (-0.038, -0.015, -0.015), (0.039, 0.015, 0.015), 0.005),  # ribs and foot
+        (("cpu_cases",), (-0.489, -0.415, -0.233), (0.483, 0.415, 0.230), 0.008),
+        (("shooter_base",), (-0.048, -0.060, 0.0), (0.026, 0.060, 0.121), 0.003),
+        (("shooter_launcher",), (-0.091, -0.053, -0.063), (0.106, 0.054, 0.060), 0.02),
     ],
 )
 def test_meshes_fill_the_boxes_of_vrxs(names, low, high, tolerance):

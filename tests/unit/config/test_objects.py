@@ -106,7 +106,7 @@ def test_a_drawing_from_python_says_row_and_column():
 def test_a_robot_is_found_in_its_folder(here):
     robot = load_robot("wamv")
     assert list(robot.layouts) == ["H", "T"]
-    assert robot.thruster.max_force_forward == 250.0
+    assert robot.description_file.name == "wamv.urdf"
 
 
 def test_names_are_found_along_the_search_path(here, ours, tmp_path, monkeypatch):

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import PROPELLER, hull, in_body_axes, moving, oracle, thruster
+from unit.physics.rows import PROPELLER, hull, in_body_axes, moving, oracle, rotation, thruster
 from vrx_mj.physics.motion import shift
 from vrx_mj.physics.tables import GLF, LINEAR, THRUSTER_STATE
 from vrx_mj.physics.thrust import (
     command_expiry,
     effective_command,
     engine_wrench,
+    force_point,
     servo_step,
     servo_torque,
     steering_target,
@@ -86,20 +87,22 @@ def test_a_straight_propeller_has_no_side_force():
 
 
 @given(
-    yaw=st.floats(-3, 3),
+    mount=st.tuples(*[st.floats(-3, 3)] * 3),
     angle=st.floats(-1.5, 1.5),
     force=st.floats(-100, 250),
     attitude=st.tuples(*[st.floats(-3, 3)] * 3),
+    across=st.booleans(),
 )
-def test_a_propeller_s_wrench_is_lever_times_force(yaw, angle, force, attitude):
-    engine, boat, body = thruster(yaw=yaw), hull(), moving(angles=attitude)
-    turn = yaw + angle
-    c, s = math.cos(turn), math.sin(turn)
-    spin = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+def test_a_propeller_s_wrench_is_lever_times_force(mount, angle, force, attitude, across):
+    direction = (0.0, 0.6, 0.8) if across else (1.0, 0.0, 0.0)
+    engine = thruster(rotation=rotation(*mount), direction=direction)
+    boat, body = hull(), moving(angles=attitude)
+    spin = rotation(*mount) @ rotation(0.0, 0.0, angle)
     lever = engine["position"] + spin @ PROPELLER - boat["link_com"]
-    push = spin @ (force, 0, 0)
+    push = force * spin @ direction
     wrench = thruster_wrench(engine, boat, body, force, angle)
     assert in_body_axes(body, wrench) == pytest.approx([*push, *np.cross(lever, push)], abs=1e-10)
+    assert force_point(engine, angle) == pytest.approx(engine["position"] + spin @ PROPELLER)
 
     own = engine_wrench(engine, body, force, angle)  # the same force, about the engine's centre of mass
     from_com = body[3:12] @ np.kron(

@@ -46,7 +46,7 @@ def test_added_mass_makes_the_boat_heavier_by_itself():
             thruster.update(mapping=0, max_forward=50.0)
 
     world = {"physics": {"timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
-    fleet = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}], "thrusters": "H"}
+    fleet = {"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}], "thrusters": "H", "sensors": "none"}
     sim = simulation(fleet, edit=in_a_void, **world)
     before = sim.data.qvel[:3].copy()
     sim.step({"a": {"left": 1.0, "right": 1.0}})

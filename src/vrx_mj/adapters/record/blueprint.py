@@ -13,7 +13,7 @@ import rerun.blueprint as rrb
 from vrx_mj.adapters.record.moving import TIMELINE
 from vrx_mj.adapters.record.scene import RecordedBody, RecordScene
 
-__all__ = ["blueprint_bytes"]
+__all__ = ["blueprint_bytes", "layout"]
 
 SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
@@ -61,8 +61,8 @@ def streamed(scene: RecordScene, application: str) -> bytes:
         rr.bindings.disconnect(native)
 
 
-def layout(scene: RecordScene) -> rrb.Blueprint:
-    """The views and where they stand."""
+def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
+    """The views and where they stand; `live`: at the newest moment instead of playing from the first."""
     left = rrb.Vertical(sea_view(scene), rrb.Horizontal(*map(plot_view, BELOW)), row_shares=[3.4, 1])
     beside = [plot_view(SPEED, legend=True)]
     if scene.thrusters:
@@ -73,7 +73,9 @@ def layout(scene: RecordScene) -> rrb.Blueprint:
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="playing", loop_mode="off"),
+        rrb.TimePanel(
+            state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing", loop_mode="off"
+        ),
     )
 
 

@@ -17,6 +17,7 @@ from rerun.chunk import Chunk
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import MovingBody, RecordedThruster, RecordScene
 from vrx_mj.adapters.record.sea import SIDE, sea_patch
+from vrx_mj.runtime.observation import rotation_matrix
 
 __all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk"]
 
@@ -239,10 +240,11 @@ def thrust_arrows(
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
     mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, ARROW_HEIGHT))
-    direction = angle + np.array([thruster.yaw for thruster in thrusters])
-    length = thrust * ARROW_PER_NEWTON
-    forward, left = np.cos(direction) * length, np.sin(direction) * length
-    vectors = np.stack([forward, left, np.zeros_like(length)], axis=-1)
+    x, y, z = np.array([thruster.direction for thruster in thrusters]).T
+    turns = np.array([rotation_matrix(thruster.mount) for thruster in thrusters])
+    cos, sin = np.cos(angle), np.sin(angle)
+    steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
+    vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * ARROW_PER_NEWTON)[..., None]
     columns = rr.Arrows3D.columns(
         vectors=vectors.reshape(-1, 3).astype(np.float32),
         origins=np.tile(mount, (len(time), 1)).astype(np.float32),
@@ -253,7 +255,8 @@ def thrust_arrows(
 
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
-    half = (angle + thruster.yaw) / 2
-    quaternion = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=-1)
+    c, s = np.cos(angle / 2), np.sin(angle / 2)
+    w, x, y, z = thruster.mount
+    quaternion = np.stack([x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s], axis=-1)
     position = np.tile(np.array(thruster.position), (len(time), 1))
     return transforms(f"{path}/{thruster.name}", time, position, quaternion)

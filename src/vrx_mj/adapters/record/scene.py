@@ -77,10 +77,10 @@ class RecordedThruster:
     boat: str
     position: Vec3
     """Where the engine is mounted [m], body frame."""
-    yaw: float = 0.0
-    """Mount angle about the body's z axis [rad]."""
-    propeller: Vec3 = (-0.28, 0.0, -0.51)
-    """Where the propeller is [m], in the engine's frame."""
+    mount: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
+    direction: Vec3 = (1.0, 0.0, 0.0)
+    """Of the force, unit vector in the engine's frame."""
     surfaces: tuple[Surface, ...] = ()
     """The engine's looks, in its own frame: they turn with the steering angle."""
 

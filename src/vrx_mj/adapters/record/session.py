@@ -161,8 +161,8 @@ def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
             name=row["name"],
             boat=boat,
             position=tuple(row["position"]),
-            yaw=row["yaw"],
-            propeller=tuple(row["propeller"]),
+            mount=_mount(row),
+            direction=tuple(row["direction"]),
             surfaces=tuple(looks.get(f"{boat}/{row['name']}", ())),
         )
 
@@ -184,13 +184,19 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
         part = re.sub(r"_(engine|propeller)_\w+$", "", model.geom(geom).name)
         if part in engines:
             if owner == engines[part]["body"] and engines[part]["joint"] is None:
-                half = 0.5 * engines[part]["yaw"]
-                mount = _placed(engines[part]["position"], (math.cos(half), 0.0, 0.0, math.sin(half)))
-                place = np.linalg.inv(mount) @ place
+                place = np.linalg.inv(_placed(engines[part]["position"], _mount(engines[part]))) @ place
             owner = part
         rgba = tuple(float(value) for value in model.geom_rgba[geom])
         seen.setdefault(owner, []).append(_surface(shapes[key], place, rgba))
     return seen
+
+
+def _mount(row: Any) -> tuple[float, float, float, float]:
+    """Quaternion (w, x, y, z) of an engine's rotation."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.array(row["rotation"], dtype=np.float64).ravel())
+    w, x, y, z = (float(value) for value in quaternion)
+    return w, x, y, z
 
 
 def _placed(position: Any, quaternion: Any) -> Any:

@@ -1,0 +1,87 @@
+"""Writes the meshes of our single hulls: lofts through parametric sections, closed at the stern.
+
+    python assets/robots/make_hulls.py
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+STATIONS, POINTS = 25, 13
+
+
+@dataclass(frozen=True)
+class Hull:
+    """A round-bilged hull with a transom; lengths in m, heights over the keel."""
+
+    length: float
+    beam: float
+    depth: float
+    keel: float
+    """Height of the keel in the mesh's frame."""
+    bottom: float
+    """Height up to which the bottom paint goes; above it the mesh `hull` is seen."""
+
+
+HULLS = {
+    "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12),
+    "cora": Hull(length=12.21, beam=3.58, depth=2.3, keel=-1.42, bottom=0.75),
+}
+
+
+def section(hull: Hull, share: float) -> np.ndarray:
+    """(n, 3): one section from the port sheer round the keel to starboard; `share` runs from 0 aft to 1 at the bow."""
+    fullness = 1.0 - max(0.0, (share - 0.45) / 0.55) ** 2.2  # of the breadth: full aft, fine at the bow
+    half = hull.beam / 2 * max(fullness, 0.03) * (0.92 + 0.08 * min(1.0, share / 0.3))
+    foot = hull.depth * 0.75 * max(0.0, (share - 0.8) / 0.2) ** 2  # the forefoot rises
+    sheer = hull.depth * (1.0 + 0.24 * share**2)
+    angle = np.linspace(0.0, np.pi, POINTS)
+    y = half * np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.6
+    z = foot + (sheer - foot) * (1.0 - np.sin(angle) ** 0.75)
+    return np.column_stack([np.full(POINTS, hull.length * (share - 0.5)), y, z + hull.keel])
+
+
+def lofted(sections: list[np.ndarray]) -> trimesh.Trimesh:
+    """A skin through sections, closed at the stern."""
+    n, faces = POINTS, []
+    for k in range(len(sections) - 1):
+        for i in range(n - 1):
+            a, b = k * n + i, k * n + i + 1
+            faces += [(a, a + n, b), (b, a + n, b + n)]
+    faces += [(0, i, i + 1) for i in range(1, n - 1)]
+    return trimesh.Trimesh(np.concatenate(sections), faces, process=False)
+
+
+def decked(sections: list[np.ndarray], drop: float) -> trimesh.Trimesh:
+    """A deck from sheer to sheer, `drop` below it."""
+    rail = [np.stack([own[0], own[-1]]) - (0.0, 0.0, drop) for own in sections]
+    pairs = range(0, 2 * (len(sections) - 1), 2)
+    faces = [face for a in pairs for face in ((a, a + 1, a + 2), (a + 1, a + 3, a + 2))]
+    return trimesh.Trimesh(np.concatenate(rail), faces, process=False)
+
+
+def painted(sections: list[np.ndarray], top: float) -> list[np.ndarray]:
+    """The part of the sections under the height `top`, a coat of paint further out."""
+    return [np.column_stack([own[:, 0], own[:, 1] * 1.006, np.minimum(own[:, 2], top)]) for own in sections]
+
+
+def write_meshes(name: str, folder: Path) -> None:
+    """Write `hull.obj`, `deck.obj` and `bottom.obj` of a hull."""
+    hull = HULLS[name]
+    sections = [section(hull, share) for share in np.linspace(0.0, 1.0, STATIONS)]
+    parts = {
+        "hull": lofted(sections),
+        "deck": decked(sections, 0.12 * hull.depth),
+        "bottom": lofted(painted(sections, hull.keel + hull.bottom)),
+    }
+    for part, mesh in parts.items():
+        lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
+        lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
+        (folder / f"{part}.obj").write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    for robot in HULLS:
+        write_meshes(robot, Path(__file__).parent / robot / "meshes")

@@ -1,0 +1,147 @@
+"""Building a boat: from what a fleet orders to a `Boat`, by xacro, URDF and the YAML beside it."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from vrx_mj.config.boats import Boat, assembled
+from vrx_mj.config.derive import derived_hydrodynamics
+from vrx_mj.config.dynamics import HydrodynamicsConfig
+from vrx_mj.config.parts.generate import wamv_urdf
+from vrx_mj.config.parts.read import load_parts
+from vrx_mj.config.robots import RobotConfig, load_robot
+from vrx_mj.config.search import package_paths
+from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.gazebo import read_gazebo
+from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.config.urdf.xacro_files import own_packages
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.resources import root
+
+__all__ = ["Order", "build_boat", "robot_urdf"]
+
+VRX, NONE = "vrx", "none"
+"""Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a fleet says about how a boat is built; equal orders give equal boats."""
+
+    robot: str
+    folder: Path | None = None
+    """Where a relative path of `robot` starts."""
+    layout: str | None = None
+    """Of the thrusters, where the robot has layouts."""
+    thrusters: Path | None = None
+    """VRX's thruster file."""
+    components: Path | None = None
+    """VRX's component file."""
+    sensors: tuple[str, ...] | None = None
+    """Suites or names of sensors; None: the robot's own."""
+
+
+def build_boat(order: Order) -> Boat:
+    """The boat of an order.
+
+    Raises:
+        ConfigError: a file is wrong; the error lists every problem with its place.
+        UnknownNameError: the robot has no such layout, suite or sensor.
+        VrxError: the robot takes no thruster or component file.
+    """
+    ours = load_robot(order.robot, order.folder).folder
+    packaged = ours is not None and ours.is_relative_to(root()) and not (order.thrusters or order.components)
+    return _kept(order) if packaged else _built(order)
+
+
+@lru_cache(maxsize=64)
+def _kept(order: Order) -> Boat:
+    """A boat of the package's own files, which do not change while it runs."""
+    return _built(order)
+
+
+def _built(order: Order) -> Boat:
+    config = load_robot(order.robot, order.folder)
+    arguments, wanted = _equipment(order, config)
+    text = robot_urdf(config, order, arguments=arguments)
+    urdf = read_urdf(text, config.description_file, packages=own_packages(), package_paths=package_paths())
+    boat = assembled(urdf, read_gazebo(urdf), config)
+    water, derived = _hydrodynamics(boat, config)
+    notes = (*boat.warnings, derived) if derived else boat.warnings
+    if notes:
+        warnings.warn(f"robot {order.robot}: {'; '.join(notes)}", VrxWarning, stacklevel=2)
+    return replace(boat, hydrodynamics=water, sensors=_chosen(boat, wanted), name=order.robot)
+
+
+def robot_urdf(
+    config: RobotConfig,
+    order: Order,
+    *,
+    namespace: str | None = None,
+    arguments: Mapping[str, str] | None = None,
+    locked: bool = False,
+) -> str:
+    """The URDF of a robot: its xacro expanded, with the thrusters and components of an order."""
+    given = {**config.arguments, **_layout(order, config), **(arguments or {})}
+    if not (order.thrusters or order.components):
+        named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
+        return expand(config.description_file, arguments=named, package_paths=package_paths())
+    if not config.vrx_parts:
+        raise VrxError(f"robot {order.robot} takes no thruster or component file: `vrx_parts` is not set in its YAML")
+    return wamv_urdf(
+        thrusters=load_parts(order.thrusters, "thrusters") if order.thrusters else None,
+        components=load_parts(order.components, "components") if order.components else None,
+        namespace=namespace or "wamv",
+        locked=locked,
+        arguments=given,
+    )
+
+
+def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:
+    if order.layout is None:
+        return next(iter(config.layouts.values()), {})
+    if order.layout not in config.layouts:
+        raise UnknownNameError("thruster layout", order.layout, known=config.layouts)
+    return config.layouts[order.layout]
+
+
+def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple[str, ...] | None]:
+    """Xacro arguments for the sensors of an order, and the names of those to keep; None: all of them."""
+    asked, suites = order.sensors, config.suites
+    if order.components or not suites:
+        return {}, None if asked in {None, (VRX,)} else () if asked == (NONE,) else asked
+    if asked is None:
+        return dict(suites.get(VRX, {})), None
+    if all(name in suites for name in asked):
+        return {key: value for name in asked for key, value in suites[name].items()}, None
+    return dict(suites.get(VRX, {})), asked
+
+
+def _chosen(boat: Boat, wanted: tuple[str, ...] | None) -> tuple[object, ...]:
+    if wanted is None:
+        return boat.sensors
+    known = {sensor.name: sensor for sensor in boat.sensors}
+    for name in wanted:
+        if name not in known:
+            raise UnknownNameError("sensor", name, known=known)
+    return tuple(known[name] for name in wanted)
+
+
+def _hydrodynamics(boat: Boat, config: RobotConfig) -> tuple[HydrodynamicsConfig, str]:
+    """What the YAML says, then the plugin, then the shapes; with a note about what was derived."""
+    said = config.hydrodynamics.model_dump(exclude_none=True)
+    if boat.hydrodynamics is not None:
+        return boat.hydrodynamics.model_copy(update=said), ""
+    guess = derived_hydrodynamics(boat)
+    missing = [key for key in guess if key not in said]
+    note = ", ".join(f"{key} {_short(guess[key])}" for key in missing)
+    values = HydrodynamicsConfig.model_validate({**guess, **said})
+    return values, f"derived from its shapes and mass: {note}; the YAML beside it can say better" if missing else ""
+
+
+def _short(value: object) -> str:
+    if isinstance(value, tuple):
+        return "[" + ", ".join(f"{item:.3g}" for item in value) + "]"
+    return f"{value:.3g}"
