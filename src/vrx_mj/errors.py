@@ -11,6 +11,8 @@ __all__ = [
     "DivergedError",
     "Problem",
     "RecordError",
+    "RenderError",
+    "SensorError",
     "StateError",
     "UnknownNameError",
     "VrxError",
@@ -60,7 +62,7 @@ class UnknownNameError(VrxError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with an input file. Lines and columns count from 1; None where there is no text."""
+    """One thing wrong with an input file. Lines and columns count from 1; None where none is known."""
 
     file: str
     line: int | None
@@ -69,7 +71,7 @@ class Problem:
     message: str
 
     def __str__(self) -> str:
-        place = self.file if self.line is None else f"{self.file}:{self.line}:{self.column}"
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
         return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
 
 
@@ -104,3 +106,11 @@ class DivergedError(VrxError):
 
 class RecordError(VrxError):
     """A recording that cannot be written or read."""
+
+
+class SensorError(VrxError):
+    """A sensor that cannot measure in this world, or cannot do what it is told."""
+
+
+class RenderError(VrxError):
+    """Pictures that cannot be drawn here, with what to install."""

@@ -1,8 +1,9 @@
 """Makes the WAM-V's meshes, `meshes/*.obj`, one file for each colour: `python make_meshes.py`.
 
 Frame of hulls, trim, arches, deck and batteries: base_link (x forward, y to port, z up, at keel level); of
-the engine: its steering hinge; of the propeller: its hub. Lengths in m. The shapes are drawn from scratch
-after the dimensions of the WAM-V 16 and the bounding boxes of VRX's meshes. Every part is a closed surface.
+the engine: its steering hinge; of the propeller: its hub; of anything else: that of its link. Lengths in m. The
+shapes are drawn from scratch after the dimensions of the WAM-V 16 and the bounding boxes of VRX's meshes. Every
+part is a closed surface.
 """
 
 import math
@@ -323,6 +324,109 @@ def blade(angle: float) -> Trimesh:
     return loft(np.array(rings))
 
 
+def battery() -> list[Trimesh]:
+    """The port battery's case in its own frame: the middle of its foot."""
+    case = batteries()
+    return [part.apply_translation((0.0, -1.0, -0.45)) for part in case[: len(case) // 2]]
+
+
+# What it carries, each in the frame of its own link
+
+
+def cpu_cases() -> list[Trimesh]:
+    """Two transit cases on deck; the larger forward, its lid parted from its base."""
+    large, small = (0.185, 0.0), (-0.3, 0.0)
+    case = [box((0.595, 0.83, 0.31), (*large, -0.078), 0.02), box((0.595, 0.83, 0.145), (*large, 0.1575), 0.02)]
+    case += [box((0.57, 0.805, 0.02), (*large, 0.08))]
+    case += [box((0.03, 0.845, 0.43), (x, 0.0, 0.0), 0.006) for x in (-0.02, 0.39)]
+    case += [box((0.375, 0.64, 0.19), (*small, -0.137), 0.015), box((0.375, 0.64, 0.075), (*small, 0.0105), 0.015)]
+    case += [box((0.355, 0.62, 0.02), (*small, -0.035))]
+    return case
+
+
+def cpu_fittings() -> list[Trimesh]:
+    """Latches, handles, connectors and the vent of the cases."""
+    latches = [box((0.05, 0.014, 0.07), (x, y, 0.075), 0.004) for x in (0.06, 0.31) for y in (-0.419, 0.419)]
+    latches += [box((0.05, 0.014, 0.06), (-0.3, y, -0.035), 0.004) for y in (-0.324, 0.324)]
+    handles = [
+        tube(
+            curve([(0.11, y, -0.06), (0.11, 1.055 * y, -0.065), (0.26, 1.055 * y, -0.065), (0.26, y, -0.06)], 2),
+            0.009,
+            8,
+        )
+        for y in (-0.418, 0.418)
+    ]
+    plugs = [rod((-0.485, y, -0.12), (-0.515, y, -0.12), 0.018, 10) for y in (-0.18, -0.06, 0.06, 0.18)]
+    vent = [box((0.012, 0.16, 0.012), (0.484, 0.0, z)) for z in (-0.12, -0.09, -0.06, -0.03)]
+    return [*latches, *handles, *plugs, *vent]
+
+
+def post_arm() -> list[Trimesh]:
+    """The arm from the top of a post to below a sensor, with the plate and the stud that carry it."""
+    bend = curve([(-0.03, 0.0, -0.012), (-0.03, 0.0, -0.003), (-0.022, 0.0, 0.0), (0.032, 0.0, 0.0)], 3)
+    plate = box((0.032, 0.024, 0.003), (0.012, 0.0, 0.006), 0.001)
+    return [tube(bend, 0.0065, 10), plate, rod((0.028, 0.0, 0.003), (0.028, 0.0, 0.0126), 0.009, 12)]
+
+
+def camera() -> list[Trimesh]:
+    """Body, cooling ribs, foot, barrel and lens ring; it looks along x."""
+    body = [box((0.036, 0.03, 0.03), (-0.0205, 0.0, 0.0), 0.003)]
+    ribs = [box((0.003, 0.032, 0.032), (x, 0.0, 0.0)) for x in (-0.030, -0.0235, -0.017, -0.0105)]
+    foot = box((0.03, 0.018, 0.006), (-0.014, 0.0, -0.0165), 0.001)
+    barrel = [(-0.003, 0.0125), (0.018, 0.0125), (0.0185, 0.0145), (0.0375, 0.0145), (0.0385, 0.0125)]
+    return [*body, *ribs, foot, turned(barrel, (0.0, 0.0, 0.0), sides=20)]
+
+
+def lidar() -> list[Trimesh]:
+    """Base, dark window's core and lid of a spinning lidar, and the socket of its cable."""
+    body = [(-0.0375, 0.044), (-0.034, 0.052), (-0.010, 0.052), (-0.009, 0.0495), (0.021, 0.0495), (0.022, 0.052),
+            (0.032, 0.052), (0.0365, 0.046), (0.0375, 0.03)]  # fmt: skip
+    socket = rod((-0.05, 0.0, -0.024), (-0.062, 0.0, -0.024), 0.008, 8)
+    return [turned(body, (0.0, 0.0, 0.0), "z", 28), socket]
+
+
+def gps() -> list[Trimesh]:
+    """Mushroom antenna on a short mast."""
+    mast = [(0.0, 0.034), (0.006, 0.034), (0.008, 0.015), (0.058, 0.015), (0.062, 0.045)]
+    dome = [(0.060, 0.040), (0.062, 0.125), (0.070, 0.148), (0.086, 0.154), (0.104, 0.148), (0.126, 0.126),
+            (0.145, 0.092), (0.158, 0.052), (0.164, 0.015)]  # fmt: skip
+    return [turned(mast, (0.0, 0.0, 0.0), "z", 16), turned(dome, (0.0, 0.0, 0.0), "z", 28)]
+
+
+def shooter_base() -> list[Trimesh]:
+    """Foot and the two cheeks that hold the launcher's axle."""
+    foot = box((0.07, 0.12, 0.008), (-0.011, 0.0, 0.004), 0.002)
+    cheeks = [box((0.05, 0.006, 0.112), (-0.0204, y, 0.063), 0.001) for y in (-0.056, 0.056)]
+    bolts = [rod((-0.0204, 0.051 * side, 0.107877), (-0.0204, 0.0605 * side, 0.107877), 0.009, 10) for side in (-1, 1)]
+    return [foot, *cheeks, *bolts]
+
+
+def shooter_launcher() -> list[Trimesh]:
+    """Barrel along x with its rings, wheel housings at the breech and a hopper for four balls."""
+    barrel = [
+        (-0.085, 0.030),
+        (-0.084, 0.037),
+        (0.094, 0.037),
+        (0.096, 0.042),
+        (0.106, 0.042),
+        (0.106, 0.0325),
+        (0.0, 0.03),
+    ]
+    wheels = [rod((-0.035, y - 0.009, 0.0), (-0.035, y + 0.009, 0.0), 0.046, 18) for y in (-0.043, 0.043)]
+    hopper = [(0.03, 0.032), (0.045, 0.033), (0.060, 0.046), (0.060, 0.041), (0.042, 0.028)]
+    axle = rod((0.0, -0.05, 0.0), (0.0, 0.05, 0.0), 0.012, 10)
+    return [turned(barrel, (0.0, 0.0, 0.0), sides=20), *wheels, axle, turned(hopper, (-0.035, 0.0, 0.0), "z", 16)]
+
+
+def hydrophone() -> list[Trimesh]:
+    """Receiver of the acoustic beacon: a bulb under a flange, between guard rods."""
+    body = [(0.05, 0.02), (0.046, 0.03), (0.034, 0.03), (0.032, 0.018), (0.005, 0.018), (0.0, 0.024), (-0.014, 0.029),
+            (-0.03, 0.026), (-0.04, 0.016), (-0.044, 0.004)]  # fmt: skip
+    legs = [rod((0.045 * x, 0.045 * y, -0.048), (0.045 * x, 0.045 * y, 0.04), 0.003, 6) for x, y in circle(4)]
+    flange = turned([(0.034, 0.049), (0.04, 0.049)], (0.0, 0.0, 0.0), "z", 20)
+    return [turned(body[::-1], (0.0, 0.0, 0.0), "z", 16), *legs, flange]
+
+
 # Files
 
 PARTS: dict[str, Callable[[], list[Trimesh]]] = {
@@ -333,6 +437,16 @@ PARTS: dict[str, Callable[[], list[Trimesh]]] = {
     "batteries": batteries,
     "engine": engine,
     "propeller": propeller,
+    "battery": battery,
+    "cpu_cases": cpu_cases,
+    "cpu_fittings": cpu_fittings,
+    "post_arm": post_arm,
+    "camera": camera,
+    "lidar": lidar,
+    "gps": gps,
+    "shooter_base": shooter_base,
+    "shooter_launcher": shooter_launcher,
+    "hydrophone": hydrophone,
 }
 
 

@@ -11,7 +11,8 @@ from typing import Annotated
 
 import typer
 
-from vrx_mj.cli.files import NEW_KINDS, copy_start_file, listing, writing
+from vrx_mj.cli import robot
+from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
 from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
 from vrx_mj.errors import DivergedError, RecordError, VrxError
 
@@ -23,6 +24,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.add_typer(robot.app)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
@@ -98,6 +100,31 @@ def run(
 
 
 @app.command()
+def view(
+    world: World,
+    fleet: Fleet = None,
+    boat: Annotated[str | None, typer.Option(help="The boat that the keys drive first; default: the first.")] = None,
+    pace: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
+    seed: Seed = None,
+    control: Annotated[str | None, typer.Option(help="module:function, steers boats no key has driven.")] = None,
+    thrust: Annotated[str | None, typer.Option(help="Steady commands until a key is pressed.")] = None,
+    browser: Annotated[bool, typer.Option("--browser", help="In a browser, even where there is a display.")] = False,
+) -> None:
+    """Watch a world live and drive its boats by keys; without a display, in a browser on this machine.
+
+    Example: vrx-mj view example_course --fleet trio --boat wamv2
+    """
+    from vrx_mj.adapters.view import view as open_view
+    from vrx_mj.cli.sailing import steering
+    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
+
+    steer = steering(control, thrust)
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
+    open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, tell=typer.echo)
+
+
+@app.command()
 def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")]) -> None:
     """Open a recording in rerun's viewer.
 
@@ -156,13 +183,19 @@ def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None) ->
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)}.".replace(", object", " or object"))],
-    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix.")],
+    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)} or robot.")],
+    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; of a robot, of its folder.")],
 ) -> None:
-    """Copy a commented start file into the current folder.
+    """Copy a commented start file into the current folder; for a robot, a folder with two.
 
     Example: vrx-mj new world my_bay
     """
+    if kind == "robot":
+        folder = copy_robot_files(name)
+        thrusters, components = (folder / file for file in NEW_ROBOT)
+        typer.echo(f"{folder}: edit its {' and '.join(NEW_ROBOT)}, then")
+        typer.echo(f"vrx-mj robot check --thrusters '{thrusters}' --components '{components}'")
+        return
     typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
 
 

@@ -3,6 +3,7 @@
 Everything is warmed up first; ratios alternate their two sides and take medians.
 """
 
+import math
 import statistics
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -59,6 +61,7 @@ def measure() -> list[Row]:
         _row("record_overhead", record_overhead(), "of the run", 0.05),
         _row("import_s", import_seconds(), "s", 0.1),
         _row("compile_100_s", compile_seconds(100), "s", 3.0),
+        _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True),
         _row("rss_3_mb", resident_megabytes(), "MB", 350.0),
         _row("rtf_1", real_time_factor(), "x real time", None),
     ]
@@ -178,6 +181,31 @@ def compile_seconds(count: int) -> float:
         mujoco.MjModel.from_xml_string(world.mjcf, dict(world.assets))
         seconds.append(time.perf_counter() - begun)
     return statistics.median(seconds)
+
+
+def lidar_scans(buoys: int) -> float:
+    """Scans per second of 16 x 1875 rays with another boat in view, and buoys of three kinds, 15 to 100 m away."""
+    from vrx_mj.config.sensors import LidarConfig
+    from vrx_mj.sensors.lidar import Lidar
+
+    kinds = ("mb_marker_buoy_red", "mb_round_buoy_orange", "polyform_a7")
+    places = [(15.0 + 85.0 * i / buoys, 2.4 * i) for i in range(buoys)]  # a spiral: none hides another
+    objects = [
+        {"name": f"buoy{i}", "model": kinds[i % 3], "pose": [r * math.cos(a), r * math.sin(a), 0, 0, 0, 0]}
+        for i, (r, a) in enumerate(places)
+    ]
+    sim = Simulation(compile_world({"objects": objects}, fleet=fleet(2)))
+    model = sim.visual_model
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    body = model.body(f"{sim.boats[0]}/base_link").id
+    lidar = Lidar(model, LidarConfig(name="lidar", link="lidar_link"), body, (0.7, 0.0, 1.8), np.eye(3))
+    seconds = []
+    for number in range(100 + 2):
+        begun = time.perf_counter()
+        lidar.scan(data, key=1, index=number)
+        seconds.append(time.perf_counter() - begun)
+    return 1.0 / statistics.median(seconds[2:])
 
 
 MEMORY_CODE = """

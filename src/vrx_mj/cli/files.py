@@ -13,6 +13,8 @@ TASKS = ("stationkeeping", "wayfinding")
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
+NEW_ROBOT = ("thruster_config.yaml", "component_config.yaml")
+"""The start files of a robot, which `new` puts in a folder."""
 
 
 def listing(kind: str) -> Iterator[str]:
@@ -39,7 +41,7 @@ def copy_start_file(kind: str, name: str) -> Path:
         VrxError: the file is there already, or cannot be written.
     """
     if kind not in NEW_KINDS:
-        raise UnknownNameError("start file", kind, NEW_KINDS)
+        raise UnknownNameError("start file", kind, (*NEW_KINDS, "robot"))
     source = root() / "assets" / "start" / NEW_KINDS[kind]
     stem = Path(name.removesuffix(source.suffix))
     if not stem.name:
@@ -50,6 +52,25 @@ def copy_start_file(kind: str, name: str) -> Path:
     with writing("the start file", target):
         target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
     return target
+
+
+def copy_robot_files(name: str) -> Path:
+    """Copy a robot's start files into a new folder, a thruster and a component file as VRX names them.
+
+    Raises:
+        VrxError: the folder is there already, or cannot be written.
+    """
+    folder = Path(name)
+    if not folder.name:
+        raise VrxError("the new robot needs a name, as in vrx-mj new robot my_robot")
+    if folder.exists():
+        raise VrxError(f"{folder} is there already: choose another name, or remove it")
+    with writing("the folder", folder):
+        folder.mkdir()
+        for file in NEW_ROBOT:
+            text = (root() / "assets" / "start" / file).read_text(encoding="utf-8")
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    return folder
 
 
 @contextmanager

@@ -25,11 +25,9 @@ def sail(
     progress: Progress,
 ) -> Summary:
     """Compile, sail and record as asked."""
-    if control is not None and thrust is not None:
-        raise CommandError("--control and --thrust both command the boats: give one of them")
-    commands = None if thrust is None else parse_thrust(thrust)
+    steer = steering(control, thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
-    controller = _controller(sim, control, commands)
+    controller = steer(sim)
     sim.steps_in(duration)
     with _recording(sim, path), progress as tick:
         return run(sim, duration, controller=controller, progress=tick)
@@ -43,11 +41,23 @@ def _recording(sim: Simulation, path: Path | None) -> AbstractContextManager[obj
     return record(sim, path)
 
 
-def _controller(sim: Simulation, control: str | None, commands: Mapping[str, float] | None) -> Controller | None:
-    if control is not None:
-        sys.path.insert(0, str(Path.cwd()))
-        return load_controller(control, sim.seed)
-    return None if commands is None else steady(sim, commands)
+def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:
+    """From `--control` or `--thrust` to what makes the controller of a simulation.
+
+    Raises:
+        CommandError: both are given, or the thrust is not of its form.
+    """
+    if control is not None and thrust is not None:
+        raise CommandError("--control and --thrust both command the boats: give one of them")
+    commands = None if thrust is None else parse_thrust(thrust)
+
+    def make(sim: Simulation) -> Controller | None:
+        if control is not None:
+            sys.path.insert(0, str(Path.cwd()))
+            return load_controller(control, sim.seed)
+        return None if commands is None else steady(sim, commands)
+
+    return make
 
 
 def parse_thrust(text: str) -> Mapping[str, float]:

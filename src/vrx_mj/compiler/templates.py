@@ -11,9 +11,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
+from vrx_mj.config.urdf.meshes import obj_text, read_mesh
 from vrx_mj.resources import root
 
 __all__ = ["Geom", "Mesh", "geoms", "meshes", "render"]
+
+MUJOCO_SUFFIXES = (".obj", ".stl")
+"""Of the meshes that MuJoCo reads as they are."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +77,13 @@ def meshes(shapes: Iterable[Shape]) -> list[Mesh]:
 
 
 def mesh(shape: Shape) -> Mesh:
-    """The mesh of a shape of type `mesh`, read from its file."""
+    """The mesh of a shape of type `mesh`, read from its file; what MuJoCo cannot read becomes OBJ."""
     path = contained(str(shape.file), shape.folder)
-    content = path.read_bytes()
+    suffix = PurePosixPath(path.name).suffix.lower()
+    content = path.read_bytes() if suffix in MUJOCO_SUFFIXES else obj_text(read_mesh(path)).encode()
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if shape.scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, shape.scale))
-    return Mesh(stem + scaled, stem + PurePosixPath(path.name).suffix.lower(), shape.scale, content)
+    return Mesh(stem + scaled, stem + (suffix if suffix in MUJOCO_SUFFIXES else ".obj"), shape.scale, content)
 
 
 def _size(shape: Shape) -> tuple[float, ...]:

@@ -98,7 +98,7 @@ def assembled(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Boat:
     hinges = dict(_hinges(urdf, thrusters, config))
     turning = {name: tree.below(joint.child) for name, joint in hinges.items()}
     taken = {link for links in turning.values() for link in links}
-    propellers = {item.propeller_joint for item in thrusters.values()}
+    propellers = {item.propeller_joint for item in thrusters.values() if item.propeller_joint}
     steering = {joint.name for joint in hinges.values()}
     pushing = (*_engines(tree, thrusters, hinges), *_rudders(tree, config, hinges))
     return Boat(
@@ -282,7 +282,7 @@ def _own_sensors(tree: _Tree, config: RobotConfig) -> Iterator[SensorConfig]:
         yield sensor.model_copy(update={"pose": pose, "link": local, "frame": sensor.frame or local})
 
 
-def _loose(urdf: Urdf, used: set[str | None]) -> Iterator[str]:
+def _loose(urdf: Urdf, used: set[str]) -> Iterator[str]:
     """Joints that could move in the file and do not here."""
     for joint in urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):

@@ -13,6 +13,7 @@ from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.robots import RobotConfig, load_robot
 from vrx_mj.config.search import package_paths
+from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.reader import read_urdf
@@ -119,7 +120,7 @@ def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple
     return dict(suites.get(VRX, {})), asked
 
 
-def _chosen(boat: Boat, wanted: tuple[str, ...] | None) -> tuple[object, ...]:
+def _chosen(boat: Boat, wanted: tuple[str, ...] | None) -> tuple[SensorConfig, ...]:
     if wanted is None:
         return boat.sensors
     known = {sensor.name: sensor for sensor in boat.sensors}

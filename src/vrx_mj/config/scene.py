@@ -33,6 +33,12 @@ class SkyConfig(Config):
     sunset: Hour = 20.0
     clouds: CloudsConfig = CloudsConfig()
 
+    @model_validator(mode="after")
+    def _sets_after_it_rises(self) -> Self:
+        if self.sunset <= self.sunrise:
+            raise faults((("sunset",), f"must be later than sunrise, {self.sunrise:g}; got {self.sunset:g}"))
+        return self
+
 
 class FogConfig(Config):
     """Fog; `start` and `end` are for linear fog, `density` for the others."""

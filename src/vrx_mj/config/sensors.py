@@ -1,9 +1,9 @@
 """Sensors of a boat: what they measure, how often, how well, and where they sit."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, model_validator
 
 from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3
 
@@ -21,6 +21,8 @@ __all__ = [
 ]
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
+_RAYS = 1_000_000
+"""Of a lidar, at most: so many take 24 MB."""
 
 
 class ErrorModel(Config):
@@ -39,8 +41,8 @@ class _Sensor(Config):
     name: Name
     link: str
     """The link that carries it, without the boat's namespace."""
-    frame: str
-    """Of its readings' header, without the boat's namespace."""
+    frame: str = ""
+    """Of its readings' header, without the boat's namespace; by default the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
     topic: str = ""
@@ -89,6 +91,19 @@ class LidarConfig(_Sensor):
     sea_returns: Switch = False
     """Whether water reflects; VRX's does not."""
 
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        near, far = self.range
+        if not 0.0 <= near < far:
+            raise ValueError(f"range begins at {near:g} m and ends at {far:g} m: it takes 0 <= begin < end")
+        if max(abs(angle) for angle in self.elevation) > 1.571:
+            raise ValueError(f"elevation {list(self.elevation)} rad: at most pi/2, straight up, and -pi/2")
+        if self.output == "scan" and self.rings != 1:
+            raise ValueError(f"a scan has one ring, not {self.rings}; several give points")
+        if self.rings * self.samples > _RAYS:
+            raise ValueError(f"{self.rings} rings of {self.samples} samples: at most {_RAYS} rays")
+        return self
+
 
 class GpsConfig(_Sensor):
     """A satellite receiver: fix and velocity."""
@@ -96,9 +111,9 @@ class GpsConfig(_Sensor):
     type: Literal["gps"] = "gps"
     rate: Rate = 15.0
     position: ErrorModel = ErrorModel()
-    """Errors north, west and up [m]."""
+    """Errors along the world's x, y and z axes [m], as Hector's."""
     velocity: ErrorModel = ErrorModel()
-    """Errors north, west and up [m/s]."""
+    """Errors along the world's x, y and z axes [m/s]."""
 
 
 class ImuConfig(_Sensor):

@@ -2,16 +2,17 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Color, Config, Folder, Name, Pose, Positive, fault, faults, numbers
 from vrx_mj.config.loading import check
 from vrx_mj.config.search import contained
+from vrx_mj.config.wording import one_of
 
-__all__ = ["Shape", "Visual"]
+__all__ = ["MESH_SUFFIXES", "Shape", "Visual"]
 
-MESH_SUFFIXES = (".obj", ".stl")
+MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 
 KEYS = {
     "box": ("size",),
@@ -23,7 +24,18 @@ KEYS = {
 }
 """What each type of shape must have; `scale` goes with a mesh too, but has a default."""
 
+
+
+def _not_zero(value: float) -> float:
+    if value == 0:
+        raise fault("must not be 0")
+    return value
+
+
 Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
+
+Factor = Annotated[float, AfterValidator(_not_zero)]
+Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 
 def _three(value: Any) -> Any:
@@ -43,9 +55,9 @@ class Shape(Config):
     length: Positive | None = None
     """Length along z [m]; a capsule's without its two caps."""
     file: str | None = None
-    """A mesh (.obj or .stl), relative to the folder of the file that names it."""
-    scale: Annotated[Size, BeforeValidator(_three)] = (1.0, 1.0, 1.0)
-    """Of a mesh, along x, y and z. A file may give one number for all three."""
+    """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
+    scale: Annotated[Scale, BeforeValidator(_three)] = (1.0, 1.0, 1.0)
+    """Of a mesh, along x, y and z; a negative one mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """In the link's frame."""
 
@@ -53,7 +65,7 @@ class Shape(Config):
     @classmethod
     def _is_a_mesh(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None and not value.lower().endswith(MESH_SUFFIXES):
-            raise fault(f"expected a mesh that ends in {' or '.join(MESH_SUFFIXES)}, got '{value}'")
+            raise fault(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{value}'")
         if value is not None:
             check(info, lambda: contained(value, info.data.get("folder")))
         return value

@@ -5,7 +5,7 @@ from typing import Any
 
 from vrx_mj.errors import nearest
 
-__all__ = ["choice", "shown", "unknown_key"]
+__all__ = ["choice", "one_of", "shown", "unknown_key"]
 
 _LONGEST = 60
 

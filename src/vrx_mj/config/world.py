@@ -4,9 +4,9 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -28,6 +28,7 @@ from vrx_mj.config.objects import DockPlacement, Placed, Placement, repeated
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.scene import SceneConfig
 from vrx_mj.config.search import find_terrain
+from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY
 from vrx_mj.errors import UnknownNameError, VrxWarning
 
@@ -36,6 +37,7 @@ __all__ = [
     "PhysicsConfig",
     "SceneConfig",
     "SeaConfig",
+    "Sensors",
     "SpawnConfig",
     "TaskConfig",
     "WindConfig",
@@ -151,8 +153,39 @@ class Georeference(Config):
         east, north, up = pymap3d.geodetic2enu(
             latitude, longitude, height, self.latitude, self.longitude, self.elevation
         )
-        cos, sin = math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
+        cos, sin = self._turn()
         return float(cos * east + sin * north), float(cos * north - sin * east), float(up)
+
+    def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
+        import pymap3d
+
+        east, north, up = self.to_east_north_up(x, y, z)
+        latitude, longitude, altitude = pymap3d.enu2geodetic(
+            east, north, up, self.latitude, self.longitude, self.elevation
+        )
+        return float(latitude), float(longitude), float(altitude)
+
+    def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
+        cos, sin = self._turn()
+        return cos * x - sin * y, sin * x + cos * y, z
+
+    def _turn(self) -> tuple[float, float]:
+        """Cosine and sine of the heading."""
+        return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
+
+
+def _names(value: Any) -> Any:
+    if isinstance(value, str):
+        return (value,)
+    if not isinstance(value, Sequence) or not all(isinstance(name, str) for name in value):
+        raise fault(f"expected vrx, none, or a list of names, got {shown(value)}")
+    return tuple(value)
+
+
+Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
+"""Which sensors a boat carries: `vrx`, `none`, or a list of suites or of sensors by name."""
 
 
 class SpawnConfig(Config):
@@ -163,6 +196,8 @@ class SpawnConfig(Config):
     robot: str = "wamv"
     thrusters: str = "T"
     """Layout of the thrusters: H, T or X."""
+    sensors: Sensors | None = None
+    """`vrx`, `none`, or names of suites or sensors; by default what the robot carries."""
 
     @field_validator("thrusters")
     @classmethod
@@ -237,7 +272,7 @@ class WorldConfig(Config):
 
 
 def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
-    """Refuses a layout of thrusters that the kind of boat does not have."""
+    """Refuses a layout of thrusters that the kind of boat does not have; a robot without layouts has the one."""
     known = load_robot(robot, folder).layouts
     if layout not in known:
         raise UnknownNameError("thruster layout", layout, known)

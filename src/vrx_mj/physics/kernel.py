@@ -18,7 +18,7 @@ __all__ = ["cache_folder", "cached", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_PACKAGES = ("physics", "runtime")
+_PACKAGES = ("physics", "sensors", "runtime")
 """The packages whose modules hold kernels. A kernel may call kernels of other files, so all count."""
 
 

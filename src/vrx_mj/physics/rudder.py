@@ -49,7 +49,8 @@ def rudder_force(rudder: Record, motion: Motion, angle: float, thrust: float) ->
     pressure = 0.5 * rudder.density * rudder.area * rudder.slope
     share = rudder.race_share if rudder.race >= 0 else 0.0
     raced = race_speed(ahead, thrust, rudder.density, rudder.race_area) if share > 0.0 else 0.0
-    return pressure * (share * _head(raced, aside, sine, cosine) + (1.0 - share) * _head(ahead, aside, sine, cosine))
+    outside = (1.0 - share) * _head(ahead, aside, sine, cosine)
+    return float(pressure * (share * _head(raced, aside, sine, cosine) + outside))
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation, rotation_matrix
 from vrx_mj.runtime.rig import Rig
@@ -55,6 +55,12 @@ class FreeBodies:
             if (size := float(np.abs(values).max())) > worst:
                 worst, name = size, candidate
         return name
+
+
+def check_name(kind: str, name: str, known: Sequence[str]) -> None:
+    """Raise an UnknownNameError unless the name is known."""
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
 
 
 def _six(what: str, values: Sequence[float]) -> tuple[float, ...]:

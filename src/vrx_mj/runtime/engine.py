@@ -1,32 +1,12 @@
-"""MuJoCo's C functions, callable by name from compiled kernels.
+"""The stages of MuJoCo's step, callable from compiled kernels with the addresses of a model and its data."""
 
-The functions are those of the library that the `mujoco` package loaded. They take the addresses of a
-model and its data (`model._address`, `data._address`), release the GIL inside a kernel, and cache.
-"""
-
-import sys
-from pathlib import Path
-
-import llvmlite.binding
-import mujoco
 from numba import types
 
-_LIBRARY = {"win32": "mujoco.dll", "darwin": "libmujoco*.dylib"}.get(sys.platform, "libmujoco.so*")
-
-
-def library() -> Path:
-    """Path of the MuJoCo library that the installed `mujoco` package carries."""
-    folder = Path(mujoco.__file__).parent
-    found = sorted(folder.glob(_LIBRARY))
-    assert found, f"no {_LIBRARY} in {folder}"
-    return found[0]
-
-
-llvmlite.binding.load_library_permanently(str(library()))
+from vrx_mj.libmujoco import c_function
 
 
 def _stage(name: str) -> types.ExternalFunction:
-    return types.ExternalFunction(name, types.void(types.uintp, types.uintp))
+    return c_function(name, types.void, types.uintp, types.uintp)
 
 
 mj_kinematics = _stage("mj_kinematics")

@@ -7,11 +7,16 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import CompileError
+from vrx_mj.errors import CompileError, StateError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
+from vrx_mj.runtime.moments import Moments
+from vrx_mj.runtime.mounted import mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles
+
+__all__ = ["Rig", "drawing_model", "quiet_model", "stepping_model"]
 
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
@@ -29,23 +34,18 @@ NO_JOINT = -1
 
 def stepping_model(world: World) -> mujoco.MjModel:
     """The model that steps: compiled from the saved form, without anything that is only looked at."""
-    return _compiled(world, visual=False)
-
-
-def drawing_model(world: World) -> mujoco.MjModel:
-    """The model that is drawn: the same bodies, with their visual geoms and materials."""
-    return _compiled(world, visual=True)
+    return _compiled(world)
 
 
 def quiet_model(world: World) -> mujoco.MjModel:
     """The stepping model without any shapes; it steps the same data while nothing can touch anything."""
-    return _compiled(world, visual=False, shapes=False)
+    return _compiled(world, shapes=False)
 
 
-def _compiled(world: World, *, visual: bool, shapes: bool = True) -> mujoco.MjModel:
+def _compiled(world: World, *, shapes: bool = True) -> mujoco.MjModel:
     try:
         spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
-        spec.compiler.discardvisual = not visual
+        spec.compiler.discardvisual = True
         if not shapes:
             for geom in spec.geoms:  # what cannot collide is discarded; deleting them singly takes minutes
                 geom.contype = geom.conaffinity = 0
@@ -80,6 +80,8 @@ class Rig:
         self.quiet = quiet_model(world)
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
+        self.sensors = mounted(world, model)
+        self.moments = Moments(model.nq, model.nv, start_marks(self.sensors))
 
     @property
     def state_tables(self) -> Sequence[npt.NDArray[Any]]:
@@ -93,6 +95,10 @@ class Rig:
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
         self.thruster_state["expires"] = -np.inf
+        for sensor in self.sensors:
+            if sensor.ball is not None:
+                self.float_state["held"][sensor.ball] = 1
+        self.moments.reset()
 
     def refresh(self) -> None:
         """Carry what was changed in the model over to its twin without shapes."""
@@ -106,8 +112,19 @@ class Rig:
         self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
 
     def pack(self) -> bytes:
-        """The state tables as bytes."""
-        return b"".join(table.tobytes() for table in self.state_tables)
+        """The state tables and what the sensors' clocks caught, as bytes."""
+        return b"".join(table.tobytes() for table in self.state_tables) + self.moments.pack()
+
+    def check(self, block: bytes) -> None:
+        """Tell whether `unpack` can take these bytes.
+
+        Raises:
+            StateError: it cannot.
+        """
+        size = sum(table.nbytes for table in self.state_tables)
+        if len(block) < size:
+            raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
+        self.moments.check(block[size:])
 
     def unpack(self, block: bytes) -> None:
         """Write back what `pack` gave."""
@@ -115,11 +132,12 @@ class Rig:
         for table in self.state_tables:
             table[:] = np.frombuffer(block, table.dtype, len(table), offset)
             offset += table.nbytes
+        self.moments.unpack(block[offset:])
 
-    @property
-    def packed_size(self) -> int:
-        """Number of bytes that `pack` gives."""
-        return sum(table.nbytes for table in self.state_tables)
+    def row(self, time: float) -> npt.NDArray[np.float64]:
+        """The row of this moment, at `time` [s], as `sample` makes them in the loop."""
+        engines, now = self.thruster_state, [time, self.wind_state["speed"][0]]
+        return np.concatenate((now, engines["thrust"], engines["angle"], self.data.qpos, self.data.qvel))
 
     def arguments(self, sampling: npt.NDArray[np.int64], samples: npt.NDArray[np.float64]) -> tuple[Any, ...]:
         """What `advance` takes before time and steps."""
@@ -147,6 +165,9 @@ class Rig:
             self.movers,
             self.obstacles,
             self.look,
+            self.moments.clocks,
+            self.moments.caught,
+            self.moments.marks,
             sampling,
             samples,
         )

@@ -80,7 +80,7 @@ def run(
     try:
         while done < steps:
             if controller is not None:
-                _obey(sim, controller(before, sim.time))
+                obey(sim, controller(before, sim.time))
             calls += 1
             count = min(max(round(calls * per_call), done + 1), steps) - done
             sim.advance(count)
@@ -149,7 +149,13 @@ def _processor() -> str:
         return platform.processor()
 
 
-def _obey(sim: Simulation, commands: Commands | None) -> None:
+def obey(sim: Simulation, commands: Commands | None) -> None:
+    """Command what a controller returned.
+
+    Raises:
+        CommandError: it is nonsense.
+        UnknownNameError: no such boat or thruster.
+    """
     if commands is None:
         return
     if not isinstance(commands, Mapping):

@@ -1,7 +1,5 @@
 """A world that runs."""
 
-import math
-import tempfile
 import time as clock
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,15 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameError
-from vrx_mj.runtime.bodies import FreeBodies
+from vrx_mj.errors import DivergedError
+from vrx_mj.runtime.bodies import FreeBodies, check_name
 from vrx_mj.runtime.commands import Commands, Helm
+from vrx_mj.runtime.divergence import told
+from vrx_mj.runtime.durations import steps_to_second, whole_steps
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig, drawing_model, stepping_model
 from vrx_mj.runtime.sampling import Listener, Sampler
-from vrx_mj.runtime.state import STATE_VERSION, State, check_version
+from vrx_mj.runtime.sensing import Readings, Sensing
+from vrx_mj.runtime.shooter import fire
+from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 
@@ -54,6 +56,7 @@ class Simulation:
         self._pace, self._drained = 1e-5, 0.0
         self._drawing: mujoco.MjModel | None = None
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
+        self._sensing = Sensing(world, self._rig, lambda: self.visual_model, self._renew_arguments)
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
@@ -183,16 +186,7 @@ class Simulation:
         Raises:
             CommandError: it is not a whole number.
         """
-        if not duration >= self.timestep * (1.0 - 1e-6) or math.isinf(duration):
-            raise CommandError(f"a duration of {duration:g} s: at least one timestep, {self.timestep:g} s, is needed")
-        steps = round(duration / self.timestep)
-        if abs(steps * self.timestep - duration) > 1e-4 * self.timestep:
-            below = math.floor(duration / self.timestep)
-            raise CommandError(
-                f"a duration of {duration:g} s is no multiple of the timestep {self.timestep:g} s; "
-                f"near it are {below * self.timestep:g} and {(below + 1) * self.timestep:g} s"
-            )
-        return steps
+        return whole_steps(duration, self.timestep)
 
     def advance(self, steps: int) -> None:
         """Advance by a number of physics steps under the commands that stand.
@@ -202,7 +196,7 @@ class Simulation:
         """
         left = steps
         while left > 0:
-            second = self._to_next_second()
+            second = steps_to_second(self.time, self.timestep)
             count = min(left, second, max(1, int(SLICE / self._pace)))
             begun = clock.perf_counter()
             done = int(LOOP(*self._arguments, self.time, self.timestep, count))
@@ -236,15 +230,9 @@ class Simulation:
         Raises:
             StateError: it belongs to another world or another version, or is not finite.
         """
-        check_version(state.version)
-        if state.world != self._world_id:
-            raise StateError(
-                f"the state belongs to the world {state.world[:12]}, not to this one, {self._world_id[:12]}"
-            )
-        if not np.isfinite(state.mujoco).all():
-            raise StateError(f"the state at t = {state.time:g} s is not finite")
-        if len(state.ours) != self._rig.packed_size:
-            raise StateError(f"the state has {len(state.ours)} bytes of tables instead of {self._rig.packed_size}")
+        state.check(self._world_id)
+        self._rig.check(state.ours)
+        mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)
         self._seed = state.seed
@@ -272,7 +260,7 @@ class Simulation:
             UnknownNameError: no boat has that name.
             CommandError: not six finite numbers.
         """
-        self._check_name("boat", name, self.boats)
+        check_name("boat", name, self.boats)
         self._bodies.put(name, pose, velocity)
         self._derive()
 
@@ -289,11 +277,11 @@ class Simulation:
             UnknownNameError: no floating object has that name.
             CommandError: not six finite numbers.
         """
-        self._check_name("floating object", name, self._bodies.objects)
+        check_name("floating object", name, self._bodies.objects)
         self._bodies.put(name, pose, velocity)
         x, y, _ = self._bodies.observe(name).position
         row = self._bodies.objects.index(name)
-        self._rig.float_state["height"][row] = self.sea.height(x, y, self.time)
+        self._rig.float_state[row] = (self.sea.height(x, y, self.time), 0)
         self._derive()
 
     def observe_object(self, name: str) -> BoatObservation:
@@ -302,7 +290,7 @@ class Simulation:
         Raises:
             UnknownNameError: no floating object has that name.
         """
-        self._check_name("floating object", name, self._bodies.objects)
+        check_name("floating object", name, self._bodies.objects)
         return self._bodies.observe(name)
 
     def forces(self, boat: str) -> Forces:
@@ -314,8 +302,45 @@ class Simulation:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        self._check_name("boat", boat, self.boats)
+        check_name("boat", boat, self.boats)
         return boat_forces(self._rig, self.boats.index(boat), self.time)
+
+    # Sensors
+
+    def sensors(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's sensors; UnknownNameError if no boat has that name."""
+        return self._sensing.names(boat)
+
+    def sense(self, boat: str) -> Readings:
+        """What a boat's sensors last measured, each at its own rate: a mapping of names to readings.
+
+        A sensor measures when it is looked up for the first time, and at its rate from then on.
+
+        Raises:
+            UnknownNameError: no boat has that name; when looking up, no sensor.
+            SensorError: when looking up: it cannot measure here, as a GPS in a world without georeference.
+        """
+        return self._sensing.readings(boat)
+
+    def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
+        """Put the beacon that a receiver hears at (x, y, z) [m, ENU]; until then it is at the world's origin.
+
+        Raises:
+            UnknownNameError: no such boat, or no such receiver on it.
+            CommandError: not three finite numbers.
+        """
+        self._sensing.set_beacon(boat, sensor, position)
+
+    def fire(self, boat: str, sensor: str | None = None) -> bool:
+        """Shoot a ball; tells whether there was a shot left. The sensor's name may be left out if there is one only.
+
+        Raises:
+            UnknownNameError: no such boat, or no such ball shooter on it.
+            CommandError: the boat has no ball shooter, or several and none is named.
+        """
+        fired = fire(self._sensing, self._rig, self._sea, boat, sensor)
+        self._derive()
+        return fired
 
     # Recorders
 
@@ -329,8 +354,12 @@ class Simulation:
         """Give a listener what is left and let it go."""
         self._keep()
         self._sampler.remove(listener)
-        listener.rows(self._row()[None])
+        listener.rows(self.row()[None])
         self._renew_arguments()
+
+    def row(self) -> npt.NDArray[np.float64]:
+        """The row of the present moment, as listeners get them."""
+        return self._rig.row(self.time)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a line into the recordings, at the present time."""
@@ -342,22 +371,18 @@ class Simulation:
     def _settle(self) -> None:
         """Begin anew from a state that was set."""
         self._rig.refresh()
+        self._sensing.begin(self._seed)
         self._renew_arguments()
         self._derive()
         self._keep()
 
     def _derive(self) -> None:
-        """Make derived quantities follow a state that was set."""
+        """Make what follows from the state, and what sensors see of it, follow a state that was set."""
         mujoco.mj_forward(self._model, self._data)
+        self._sensing.renew()
 
     def _renew_arguments(self) -> None:
         self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)
-
-    def _row(self) -> npt.NDArray[np.float64]:
-        """The row of the present moment, as `sample` makes them: that of a run's end."""
-        engines = self._rig.thruster_state
-        now = [self.time, self._rig.wind_state["speed"][0]]
-        return np.concatenate((now, engines["thrust"], engines["angle"], self._data.qpos, self._data.qvel))
 
     def _keep(self) -> None:
         self._last_good = self.get_state()
@@ -366,23 +391,8 @@ class Simulation:
             for listener in self._sampler.listeners:
                 listener.state(self.time, blob)
 
-    def _to_next_second(self) -> int:
-        per_second = max(1, round(1.0 / self.timestep))
-        return per_second - round(self.time / self.timestep) % per_second
-
-    def _check_name(self, kind: str, name: str, known: Sequence[str]) -> None:
-        if name not in known:
-            raise UnknownNameError(kind, name, known)
-
     def _diverged(self) -> None:
-        name = self._bodies.broken()
-        step = round(self.time / self.timestep)
-        file = Path(tempfile.mkdtemp(prefix="vrx_mj-")) / "last_good.state"
-        self._last_good.save(file)
         self._sampler.drain()
-        message = (
-            f"{name} has a state that is not finite, or huge, at step {step} (t = {self.time:g} s). "
-            f"The state at t = {self._last_good.time:g} s is in {file}: State.load reads it"
-        )
+        message = told(self._bodies.broken(), self.time, self.timestep, self._last_good)
         self.event(message, "ERROR")
         raise DivergedError(message)

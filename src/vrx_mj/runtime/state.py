@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vrx_mj.errors import StateError
 
-STATE_VERSION = 1
+STATE_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class State:
     mujoco: npt.NDArray[np.float64]
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), flat."""
     ours: bytes
-    """Gusts, commands, servos and wave memory: the state tables of the compiled loop."""
+    """Gusts, commands, servos, wave memory and sensors' moments: the state tables of the compiled loop."""
 
     @property
     def sha256(self) -> str:
@@ -39,6 +39,18 @@ class State:
         digest.update(self.mujoco.tobytes())
         digest.update(self.ours)
         return digest.hexdigest()
+
+    def check(self, world: str) -> None:
+        """Tell whether a run of the world with this fingerprint can go on from here.
+
+        Raises:
+            StateError: it belongs to another world or another version, or is not finite.
+        """
+        check_version(self.version)
+        if self.world != world:
+            raise StateError(f"the state belongs to the world {self.world[:12]}, not to this one, {world[:12]}")
+        if not np.isfinite(self.mujoco).all():
+            raise StateError(f"the state at t = {self.time:g} s is not finite")
 
     def to_bytes(self) -> bytes:
         """One block of bytes that `from_bytes` reads; no pickle in it."""

@@ -21,7 +21,10 @@ class Instance:
     index: int
     """Among those of its type, from 0."""
     parameters: Mapping[str, Any]
-    """As the file has them, in its order: numbers, booleans and texts; `position` and `orientation` are texts."""
+    """As the file has them, in its order: numbers, booleans and texts; `position` and `orientation` are texts.
+
+    Expressions are worked out, and numbers in quotes are numbers.
+    """
     place: Place
 
     @property
@@ -37,3 +40,5 @@ class PartsFile:
     path: Path
     kind: Kind
     instances: tuple[Instance, ...]
+    stops: tuple[str, ...] = ()
+    """What VRX's own generator stops at, with its place, though the file is read here."""

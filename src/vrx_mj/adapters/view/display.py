@@ -1,0 +1,90 @@
+"""Whether pictures can be drawn here: each way is tried, in a process of its own, since a failure may end it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+__all__ = ["BACKENDS", "Attempt", "no_window", "try_backend"]
+
+BACKENDS = ("egl", "osmesa", "glfw")
+"""MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
+PATIENCE = 20.0
+"""Longest that an attempt may take [s]."""
+
+DRAW = """
+import mujoco
+model = mujoco.MjModel.from_xml_string(
+    '<mujoco><worldbody><light pos="0 0 3"/><geom size="1" rgba="1 0 0 1"/></worldbody></mujoco>')
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+renderer = mujoco.Renderer(model, 48, 48)
+renderer.update_scene(data)
+picture = renderer.render()
+from OpenGL import GL
+name = GL.glGetString(GL.GL_RENDERER)
+renderer.close()
+print("DREW" if picture[24, 24, 0] > 20 else "BLANK", name.decode() if name else "")
+"""
+"""Draws a red ball; the last line says whether it is seen, and on what."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """How drawing went."""
+
+    works: bool
+    said: str
+    """What drew, or why nothing did."""
+
+
+def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> Attempt:
+    """Draw a picture with one of MuJoCo's ways."""
+    variables = {**(os.environ if environment is None else environment), "MUJOCO_GL": backend}
+    if backend != "glfw":
+        variables["PYOPENGL_PLATFORM"] = backend
+    command = [sys.executable, "-W", "ignore", "-c", DRAW]
+    try:
+        done = subprocess.run(
+            command, env=variables, capture_output=True, timeout=PATIENCE, check=False, encoding="utf-8",
+            errors="replace", stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return Attempt(False, str(error).partition("\n")[0])
+    said, _, name = _last_line(done.stdout).partition(" ")
+    if done.returncode == 0 and said == "DREW":
+        return Attempt(True, name)
+    return Attempt(False, "the picture stays blank" if said == "BLANK" else _last_line(done.stderr) or "no answer")
+
+
+def no_window(
+    environment: Mapping[str, str] | None = None, platform: str = sys.platform, *, main_thread: bool | None = None
+) -> str | None:
+    """Why MuJoCo's window cannot be opened here; None where it can.
+
+    Args:
+        environment: variables; those of this process by default.
+        platform: as `sys.platform`.
+        main_thread: whether MuJoCo has the main thread, which macOS wants; found out by default.
+    """
+    variables = os.environ if environment is None else environment
+    if platform == "darwin" and not (_has_main_thread() if main_thread is None else main_thread):
+        return "on macOS MuJoCo's window needs its own Python: mjpython -m vrx_mj view ..."
+    if platform.startswith("linux") and not (variables.get("DISPLAY") or variables.get("WAYLAND_DISPLAY")):
+        return "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
+    attempt = try_backend("glfw", variables)
+    return None if attempt.works else f"the display cannot draw: {attempt.said}"
+
+
+def _has_main_thread() -> bool:
+    from mujoco import viewer
+
+    return getattr(viewer, "_MJPYTHON", None) is not None
+
+
+def _last_line(text: str) -> str:
+    lines = text.strip().splitlines()
+    return lines[-1].strip() if lines else ""

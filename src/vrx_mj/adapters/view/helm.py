@@ -1,0 +1,83 @@
+"""From throttle and turn to the commands of a boat's engines, whatever their layout."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vrx_mj.compiler.world import World
+
+__all__ = ["Engine", "Wheel", "engine_commands", "engines_of"]
+
+ACROSS = 0.2
+"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
+SHORT_ARM = 0.1
+"""Arm [m] of the engines' thrusts about the centre of mass, below which a boat is steered by turning them."""
+FULL_RUDDER = 0.5
+"""Angle [rad] of a full turn where engines are turned to steer."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """What a helmsman asks of one boat."""
+
+    power: float = 0.0
+    """Forward, as a share of full power."""
+    turn: float = 0.0
+    """Counter-clockwise, as a share of the largest difference between the sides."""
+    angle: float = 0.0
+    """Steering angle of the engines [rad], counter-clockwise."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """One thruster that the keys drive."""
+
+    name: str
+    forward: float
+    """Share of its thrust that points forward: the cosine of its mount angle."""
+    arm: float
+    """Arm of its thrust about the centre of mass [m]; positive turns counter-clockwise."""
+    aft: bool
+    """Whether it stands behind the centre of mass."""
+    max_angle: float
+    """Largest steering angle [rad]."""
+
+
+def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
+    """The thrusters of a boat that the keys drive."""
+    hull = world.boats.index(boat)
+    engines = (_engine(row) for row in world.parameters["thrusters"] if row["hull"] == hull)
+    return tuple(engine for engine in engines if abs(engine.forward) > ACROSS)
+
+
+def _engine(row: Mapping[str, Any]) -> Engine:
+    x, y = row["position"][0] - row["body_com"][0], row["position"][1] - row["body_com"][1]
+    forward, left = math.cos(row["yaw"]), math.sin(row["yaw"])
+    return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"])
+
+
+def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]:
+    """Commands of the engines: thrusts in [-1, 1], and their `_angle` in rad.
+
+    Thrusts turn the boat where they have an arm: for two engines side by side, left is power minus turn and right
+    is power plus turn, as in VRX's twist2thrust. Else the engines turn to steer.
+    """
+    reach = max((abs(engine.arm) for engine in engines), default=0.0)
+    commands: dict[str, float] = {}
+    for engine in engines:
+        angle = wheel.angle
+        thrust = math.copysign(1.0, engine.forward) * wheel.power
+        if reach > SHORT_ARM:
+            thrust += wheel.turn * engine.arm / reach
+        else:
+            angle += (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn
+        commands[engine.name] = _within(thrust, 1.0)
+        commands[f"{engine.name}_angle"] = _within(angle, engine.max_angle)
+    return commands
+
+
+def _within(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

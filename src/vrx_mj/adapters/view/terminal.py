@@ -1,0 +1,98 @@
+"""Keys pressed in a terminal, without waiting for Enter, and a line of status there."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, Self, TextIO
+
+from vrx_mj.adapters.view.keys import terminal_keys
+from vrx_mj.adapters.view.session import Clock, Session
+
+__all__ = ["Terminal", "status_line"]
+
+STATUS_PERIOD = 0.2
+"""Wall time between status lines [s]."""
+
+
+class Terminal:
+    """The terminal of this process, in a `with` statement; where there is none, no key ever comes.
+
+    Ctrl-C works as ever: only echo and the wait for whole lines are switched off.
+    """
+
+    def __init__(
+        self, stdin: TextIO | None = None, stderr: TextIO | None = None, clock: Clock = time.perf_counter
+    ) -> None:
+        self._stdin = sys.stdin if stdin is None else stdin
+        self._stderr = sys.stderr if stderr is None else stderr
+        self._clock, self._due, self._wrote = clock, 0.0, False
+        self._before: Any = None
+
+    @property
+    def reads(self) -> bool:
+        """Whether keys come from here."""
+        return self._before is not None
+
+    def pressed(self) -> Iterator[str]:
+        """The names of the keys pressed since the last call."""
+        if not self.reads:
+            return iter(())
+        descriptor, sent = self._stdin.fileno(), b""
+        while select.select([descriptor], [], [], 0.0)[0]:
+            part = os.read(descriptor, 1024)
+            if not part:  # the terminal is gone
+                self._restore()
+                break
+            sent += part
+        return terminal_keys(sent.decode("utf-8", "replace"))
+
+    def show(self, session: Session) -> None:
+        """Renew the line of status, where somebody sees it."""
+        now = self._clock()
+        if now < self._due or not self._stderr.isatty():
+            return
+        self._due, self._wrote = now + STATUS_PERIOD, True
+        width = shutil.get_terminal_size().columns
+        self._stderr.write(f"\r{status_line(session.status(), width):<{width - 1}}")
+        self._stderr.flush()
+
+    def __enter__(self) -> Self:
+        if _foreground(self._stdin):
+            import termios
+            import tty
+
+            self._before = termios.tcgetattr(self._stdin)
+            tty.setcbreak(self._stdin, termios.TCSANOW)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._restore()
+        if self._wrote:
+            self._stderr.write("\n")
+
+    def _restore(self) -> None:
+        if self._before is not None:
+            import termios
+
+            termios.tcsetattr(self._stdin, termios.TCSADRAIN, self._before)
+            self._before = None
+
+
+def status_line(status: Sequence[tuple[str, str]], width: int) -> str:
+    """The status as one line that fits a terminal's width."""
+    return "  ".join(f"{name} {value}" for name, value in status)[: max(0, width - 1)]
+
+
+def _foreground(stream: TextIO | None) -> bool:
+    """Whether `stream` is a terminal whose keys this process may read: a job in the background would be stopped."""
+    try:
+        if stream is None or not stream.isatty() or not hasattr(os, "tcgetpgrp"):
+            return False
+        return os.tcgetpgrp(stream.fileno()) == os.getpgrp()
+    except (OSError, ValueError):  # closed, or no file at all
+        return False

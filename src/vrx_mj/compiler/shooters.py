@@ -1,0 +1,52 @@
+"""The balls of ball shooters: one for each, parked far under water until it is fired, and used again for every shot.
+
+A parked ball sleeps, in MuJoCo's sense: it takes no part in a step until its pose is changed. Nothing else ever falls
+asleep, as the tolerance is 0.
+"""
+
+from collections.abc import Sequence
+
+import mujoco
+
+from vrx_mj.compiler.placement import PlacedObject
+from vrx_mj.config.objects import load_object
+
+__all__ = ["BALL", "ball_name", "park", "parked_balls"]
+
+BALL = "blue_projectile"
+"""The object that shooters shoot; VRX's."""
+DEPTH = 200.0
+"""Of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
+SPACING = 25.0
+"""Between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
+COLUMNS = 32
+
+
+def ball_name(boat: str, shooter: str) -> str:
+    """Name of a shooter's ball among the objects of a world."""
+    return f"{boat}/{shooter}"
+
+
+def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
+    """The balls of shooters, each given as (boat, sensor), where they wait: on a grid around the world's origin."""
+    config = load_object(BALL)
+    left = SPACING * (min(len(shooters), COLUMNS) - 1) / 2.0
+    return [
+        PlacedObject(
+            ball_name(boat, shooter),
+            BALL,
+            config,
+            (SPACING * (index % COLUMNS) - left, SPACING * (index // COLUMNS), -DEPTH, 0.0, 0.0, 0.0),
+        )
+        for index, (boat, shooter) in enumerate(shooters)
+    ]
+
+
+def park(spec: mujoco.MjSpec, balls: Sequence[PlacedObject]) -> None:
+    """Let balls that were attached to a world sleep from the start."""
+    if not balls:
+        return
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    spec.option.sleep_tolerance = 0.0
+    for ball in balls:
+        spec.body(f"{ball.name}/{ball.config.link}").sleep = mujoco.mjtSleepPolicy.mjSLEEP_INIT

@@ -1,0 +1,205 @@
+"""Elements of an XML file, read so that everything wrong with them is found at once.
+
+A value that cannot be read is noted as a problem and its default is handed on, so that reading continues.
+"""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from vrx_mj.config.base import Config
+from vrx_mj.config.report import problems_of
+from vrx_mj.config.tree import File, of_python
+from vrx_mj.config.wording import choice, shown
+from vrx_mj.errors import ConfigError, Problem
+
+__all__ = ["Findings", "Node"]
+
+ConfigT = TypeVar("ConfigT", bound=Config)
+
+SWITCHES = {"true": True, "1": True, "false": False, "0": False}
+LARGEST = 1e12
+"""Largest number that a file may give, in any unit."""
+
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)
+
+
+@dataclass
+class Findings:
+    """What is wrong with a file, and what is odd in it."""
+
+    file: str
+    """As messages call it."""
+    problems: list[Problem] = field(default_factory=list)
+    odd: dict[str, list[str]] = field(default_factory=dict)
+    """Things that are legal but suspicious, by their kind."""
+
+    def note(self, kind: str, thing: str) -> None:
+        """Remembers a suspicious thing, once."""
+        things = self.odd.setdefault(kind, [])
+        if thing not in things:
+            things.append(thing)
+
+    def settle(self) -> None:
+        """Raises all problems, in the order of the file."""
+        if self.problems:
+            raise ConfigError(sorted(dict.fromkeys(self.problems), key=lambda problem: problem.line or 0))
+
+
+class Node:
+    """An element: where it is, its attributes, its children, and their texts."""
+
+    def __init__(self, element: Any, path: str, findings: Findings) -> None:
+        self.element = element
+        self.path = path
+        """From the root, for messages: "link 'hull' / inertial"."""
+        self.findings = findings
+
+    @property
+    def tag(self) -> str:
+        """The element's name."""
+        return str(self.element.tag)
+
+    @property
+    def line(self) -> int | None:
+        """Line of the file at which the element starts."""
+        line: int | None = self.element.sourceline
+        return line
+
+    @property
+    def place(self) -> str:
+        """File and line, as messages show them."""
+        return self.findings.file if self.line is None else f"{self.findings.file}:{self.line}"
+
+    def fault(self, message: str, key: str = "") -> None:
+        """Notes a problem with the element, or with its attribute or child `key`."""
+        path = " / ".join(filter(None, (self.path, key)))
+        self.findings.problems.append(Problem(self.findings.file, self.line, None, path, message))
+
+    def children(self, tag: str) -> list["Node"]:
+        """All children of this name; those with a name of their own are called by it."""
+        found = []
+        for element in self.element.iterchildren(tag):
+            name = f" '{element.get('name')}'" if element.get("name") else ""
+            found.append(Node(element, " / ".join(filter(None, (self.path, f"{tag}{name}"))), self.findings))
+        return found
+
+    def child(self, *tags: str) -> "Node | None":
+        """The first child of this name; of several names, the first child down that path."""
+        node: Node | None = self
+        for tag in tags:
+            node = next(iter(node.children(tag)), None) if node else None
+        return node
+
+    def needed(self, tag: str) -> "Node | None":
+        """A child that must be there."""
+        node = self.child(tag)
+        if node is None:
+            self.fault("required, but missing", tag)
+        return node
+
+    def attribute(self, name: str) -> str | None:
+        """An attribute's text, without blanks around it; None if there is none."""
+        value = self.element.get(name)
+        return None if value is None else str(value).strip()
+
+    def name(self) -> str:
+        """The attribute `name`, which must be there; empty if it is not."""
+        return self.required("name")
+
+    def required(self, attribute: str) -> str:
+        """An attribute that must be there and not be empty."""
+        value = self.attribute(attribute)
+        if not value:
+            self.fault("required, but missing" if value is None else "must not be empty", attribute)
+        return value or ""
+
+    def number(self, attribute: str, default: float | None = None, **limits: float) -> float:
+        """An attribute that is a number; it must be there if it has no default."""
+        found = self.numbers(attribute, attribute, None if default is None else (default,), **limits)
+        return found[0]
+
+    def numbers(
+        self, attribute: str, labels: str, default: Sequence[float] | None = None, **limits: float
+    ) -> tuple[float, ...]:
+        """An attribute that is one number for each of the labels, within `above`, `low` and `high`."""
+        value = self.attribute(attribute)
+        instead = tuple(default or (math.nan,) * len(labels.split()))
+        if value is None:
+            if default is None:
+                self.fault("required, but missing", attribute)
+            return instead
+        return self._parsed(value, attribute, labels, **limits) or instead
+
+    def text(self, tag: str, default: str = "") -> str:
+        """The text of a child, without blanks around it."""
+        node = self.child(tag)
+        found = None if node is None else " ".join(str(node.element.xpath("string()")).split())
+        return found or default
+
+    def value(self, tag: str, default: float, **limits: float) -> float:
+        """A child whose text is a number; VRX leaves some empty, which means the default."""
+        return self.values(tag, tag, (default,), **limits)[0]
+
+    def values(self, tag: str, labels: str, default: Sequence[float], **limits: float) -> tuple[float, ...]:
+        """A child whose text is one number for each of the labels."""
+        node, text = self.child(tag), self.text(tag)
+        if node is None or not text:
+            return tuple(default)
+        return node._parsed(text, "", labels, **limits) or tuple(default)
+
+    def flag(self, tag: str, default: bool) -> bool:
+        """A child that says true or false."""
+        node, text = self.child(tag), self.text(tag)
+        if node is None or not text:
+            return default
+        if text.lower() not in SWITCHES:
+            node.fault(choice(text, ["true", "false"]))
+        return SWITCHES.get(text.lower(), default)
+
+    def configured(self, model: type[ConfigT], values: Mapping[str, Any]) -> ConfigT | None:
+        """A model of these values; what is wrong with them is a problem of this element."""
+        try:
+            return model.model_validate(values)
+        except ValidationError as error:
+            plain = {key: value for key, value in values.items() if key != "folder"}
+            for problem in problems_of(error, model, of_python(plain, File(self.findings.file, None))):
+                self.fault(problem.message, problem.key)
+        return None
+
+    def _parsed(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
+        words, names = text.split(), labels.split()
+        message = _count_fault(text, words, names) or next(filter(None, (_fault(word, **limits) for word in words)), "")
+        if message:
+            self.fault(message, key)
+            return None
+        return tuple(float(word) + 0.0 for word in words)
+
+
+def _count_fault(text: str, words: list[str], names: list[str]) -> str:
+    if len(words) == len(names):
+        return ""
+    if len(names) == 1:
+        return f"expected a number, got {shown(text)}"
+    return f"expected {len(names)} numbers '{' '.join(names)}' with blanks between them, got {shown(text)}"
+
+
+def _fault(word: str, above: float = -math.inf, low: float = -math.inf, high: float = math.inf) -> str:
+    """What is wrong with the text of a number; empty if nothing is."""
+    if _NOT_FINITE.fullmatch(word):
+        return f"must be finite, got {shown(word)}"
+    if not _NUMBER.fullmatch(word):
+        return f"expected a number, got {shown(word)}"
+    value = float(word)
+    if value <= above:
+        return f"must be above {above:g}, got {word}"
+    if value < low:
+        return f"must be at least {low:g}, got {word}"
+    if value > high:
+        return f"must be at most {high:g}, got {word}"
+    return f"must lie between -{LARGEST:g} and {LARGEST:g}, got {word}" if abs(value) > LARGEST else ""

@@ -1,0 +1,76 @@
+"""xacro files expanded to URDF by the xacro package, without trusting them.
+
+A xacro file is a program: its expressions are Python. Ours are worked out by an evaluator that knows numbers, texts and
+lists (`expressions`), files are read from the robot's own folder and from packages only, and work and sizes are
+limited. What is wrong with a file is one `ConfigError` with the file, line and element.
+"""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vrx_mj.config.search import display
+from vrx_mj.config.urdf.xacro_document import FileError, parse_document, written
+from vrx_mj.config.urdf.xacro_engine import Engine
+from vrx_mj.config.urdf.xacro_files import Files, own_packages, read_bytes
+from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError
+from vrx_mj.config.urdf.xacro_wording import problem_of
+from vrx_mj.errors import ConfigError, Problem, VrxWarning
+
+__all__ = ["arguments", "expand"]
+
+_SHOWN_WARNINGS = 10
+
+
+def expand(
+    file: Path,
+    *,
+    arguments: Mapping[str, str] | None = None,
+    packages: Mapping[str, Path] | None = None,
+    package_paths: Sequence[Path] = (),
+) -> str:
+    """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
+
+    `arguments` are the file's `$(arg NAME)`. `$(find NAME)` looks in `packages` (by default our own), in
+    `package_paths` and beside the file; a file may read only what lies there or in its own folder. Warnings of xacro
+    come as one VrxWarning. Raises ConfigError.
+    """
+    file = Path(file)
+    engine = _engine(file, arguments or {}, own_packages() if packages is None else packages, package_paths)
+    try:
+        text = written(engine.expand(file))
+    except Exception as error:
+        raise ConfigError([problem_of(error, engine, file)]) from None
+    if engine.warnings:
+        warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=2)
+    return text
+
+
+def arguments(file: Path) -> dict[str, str]:
+    """The arguments that a xacro file itself declares, with their defaults as written. Raises ConfigError."""
+    file = Path(file)
+    try:
+        document = parse_document(read_bytes(file), display(file), file.parent, Budget())
+    except FileError as error:
+        place = error.place
+        raise ConfigError([Problem(place.file.name, place.line, place.column, error.key, str(error))]) from None
+    except ExpressionError as error:
+        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+    found: dict[str, str] = {}
+    for node in document.getElementsByTagName("xacro:arg"):
+        found.setdefault(str(node.getAttribute("name")), str(node.getAttribute("default")))
+    return found
+
+
+def _engine(file: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], paths: Sequence[Path]) -> Engine:
+    """An engine made ready for a file that exists."""
+    if not file.is_file():
+        raise ConfigError([Problem(display(file), None, None, "", "there is no such file")])
+    given = {str(name): str(value) for name, value in arguments.items()}
+    return Engine(Files(file, packages, paths), given, Budget())
+
+
+def _warning(file: Path, said: list[str]) -> str:
+    rest = len(said) - _SHOWN_WARNINGS
+    more = [f"and {rest} more"] if rest > 0 else []
+    return "\n".join([f"{display(file)}: xacro warns", *said[:_SHOWN_WARNINGS], *more])

@@ -1,0 +1,337 @@
+"""Expressions in xacro files, worked out without Python's `eval`.
+
+An expression is parsed into Python's syntax tree, and the tree is walked: whatever is not listed here is refused. Only
+numbers, texts, lists and mappings exist; only listed functions are called; attributes are those of modules, of
+namespaces and of mappings read from YAML, and listed methods. Work and sizes have limits (`xacro_limits`).
+"""
+
+import ast
+import operator
+import re
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any
+
+from vrx_mj.config.urdf.xacro_functions import check_format, check_power, check_repeat
+from vrx_mj.config.urdf.xacro_limits import (
+    MOST_VALUES,
+    Budget,
+    ExpressionError,
+    Function,
+    Module,
+    kind_of,
+    measure,
+)
+from vrx_mj.config.urdf.xacro_names import Method, Names, absent, check_name, described, member
+
+__all__ = ["Names", "evaluate"]
+
+LONGEST = 5000
+"""Characters of an expression."""
+
+_BINARY: dict[type[ast.operator], tuple[str, Callable[[Any, Any], Any]]] = {
+    ast.Add: ("+", operator.add), ast.Sub: ("-", operator.sub), ast.Mult: ("*", operator.mul),
+    ast.Div: ("/", operator.truediv), ast.FloorDiv: ("//", operator.floordiv), ast.Mod: ("%", operator.mod),
+    ast.Pow: ("**", operator.pow), ast.LShift: ("<<", operator.lshift), ast.RShift: (">>", operator.rshift),
+    ast.BitAnd: ("&", operator.and_), ast.BitOr: ("|", operator.or_), ast.BitXor: ("^", operator.xor),
+}  # fmt: skip
+_UNARY: dict[type[ast.unaryop], tuple[str, Callable[[Any], Any]]] = {
+    ast.USub: ("-", operator.neg), ast.UAdd: ("+", operator.pos),
+    ast.Invert: ("~", operator.invert), ast.Not: ("not", operator.not_),
+}  # fmt: skip
+_COMPARE: dict[type[ast.cmpop], tuple[str, Callable[[Any, Any], Any]]] = {
+    ast.Eq: ("==", operator.eq), ast.NotEq: ("!=", operator.ne), ast.Lt: ("<", operator.lt),
+    ast.LtE: ("<=", operator.le), ast.Gt: (">", operator.gt), ast.GtE: (">=", operator.ge),
+    ast.Is: ("is", operator.is_), ast.IsNot: ("is not", operator.is_not),
+    ast.In: ("in", lambda item, items: item in items), ast.NotIn: ("not in", lambda item, items: item not in items),
+}  # fmt: skip
+_REFUSED: dict[type[ast.AST], str] = {
+    ast.Lambda: "functions of one's own (lambda)",
+    ast.NamedExpr: "assignments (:=)",
+    ast.JoinedStr: "f-strings",
+    ast.Await: "await",
+    ast.Yield: "yield",
+    ast.YieldFrom: "yield",
+    ast.Set: "sets",
+    ast.SetComp: "sets",
+}
+_WORDED = {
+    "math domain error": "not defined for this value",
+    "math range error": "the result is too large",
+    "int too large to convert to float": "the number is too large",
+}
+_QUIET = threading.Lock()
+
+
+def evaluate(text: str, names: Names, budget: Budget) -> Any:
+    """The value of an expression: a number, text, list or mapping."""
+    budget.spend(20 + len(text) // 10)
+    if len(text) > LONGEST:
+        raise ExpressionError(f"an expression of more than {LONGEST} characters is too long")
+    try:
+        result = _Walk(names, budget).value(_parsed(text.strip()))
+    except RecursionError:
+        raise ExpressionError("nested too deeply: does something refer to itself?") from None
+    if isinstance(result, names.spaces):
+        raise ExpressionError("is the name of an include, not a value; write NAME.PROPERTY")
+    measure(result, budget)
+    return result
+
+
+def _parsed(text: str) -> ast.expr:
+    try:
+        if "\\" not in text and not re.search(r"\d[a-zA-Z]", text):
+            return ast.parse(text, mode="eval").body
+        with _QUIET, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        raise ExpressionError(_unparsed(text, error.msg)) from None
+    except (ValueError, RecursionError, MemoryError):
+        raise ExpressionError("is no expression, or nested too deeply") from None
+
+
+def _unparsed(text: str, said: str) -> str:
+    """What to say about a text that is no expression."""
+    hint = "; an expression ends at the first '}'" if "{" in text else ""
+    brackets = re.match(r".*(never closed|unmatched|does not match|unterminated)[^(]*", said)
+    reason = f": {brackets[0].strip()}" if brackets else ""
+    return f"is no expression{reason}{hint}" if text else "is empty"
+
+
+class _Walk:
+    """One expression's evaluation, with the names of the comprehensions it is in."""
+
+    def __init__(self, names: Names, budget: Budget) -> None:
+        self.names = names
+        self.budget = budget
+        self.inner: dict[str, Any] = {}
+
+    def value(self, node: ast.AST) -> Any:
+        """The value of a part of the syntax tree."""
+        self.budget.spend(2)
+        visit = _VISITS.get(type(node))
+        if visit is None:
+            words = _REFUSED.get(type(node), f"'{ast.unparse(node)[:40]}'")
+            raise ExpressionError(f"{words}: not allowed in a robot file")
+        return visit(self, node)
+
+    def constant(self, node: ast.Constant) -> Any:
+        if isinstance(node.value, bytes | complex) or node.value is Ellipsis:
+            raise ExpressionError(f"{ast.unparse(node)[:40]}: not allowed in a robot file")
+        return node.value
+
+    def name(self, node: ast.Name, kind: str = "property") -> Any:
+        return self.inner[node.id] if node.id in self.inner else self.names.find(node.id, kind)
+
+    def unary(self, node: ast.UnaryOp) -> Any:
+        sign, apply = _UNARY[type(node.op)]
+        return self.applied(sign, apply, self.data(node.operand))
+
+    def binary(self, node: ast.BinOp) -> Any:
+        left, right = self.data(node.left), self.data(node.right)
+        if type(node.op) not in _BINARY:
+            raise ExpressionError("'@': not allowed in a robot file")
+        sign, apply = _BINARY[type(node.op)]
+        _check_size(sign, left, right)
+        result = self.applied(sign, apply, left, right)
+        measure(result, self.budget)
+        return result
+
+    def compare(self, node: ast.Compare) -> Any:
+        left, result = self.data(node.left), True
+        for op, other in zip(node.ops, node.comparators, strict=True):
+            right = self.data(other)
+            sign, apply = _COMPARE[type(op)]
+            result = self.applied(sign, apply, left, right)
+            if not result:
+                break
+            left = right
+        return result
+
+    def boolean(self, node: ast.BoolOp) -> Any:
+        wanted = isinstance(node.op, ast.Or)
+        for part in node.values:
+            result = self.value(part)
+            if bool(result) is wanted:
+                break
+        return result
+
+    def choice(self, node: ast.IfExp) -> Any:
+        return self.value(node.body if self.value(node.test) else node.orelse)
+
+    def items(self, nodes: Iterable[ast.expr]) -> list[Any]:
+        """Values of several expressions, starred ones spread."""
+        found: list[Any] = []
+        for node in nodes:
+            if isinstance(node, ast.Starred):
+                found.extend(self.iterated(node.value))
+            else:
+                found.append(self.value(node))
+        return found
+
+    def sequence(self, node: ast.List | ast.Tuple) -> Any:
+        found = self.items(node.elts)
+        measure(found, self.budget)
+        return found if isinstance(node, ast.List) else tuple(found)
+
+    def mapping(self, node: ast.Dict) -> dict[Any, Any]:
+        if None in node.keys:
+            raise ExpressionError("'**': not allowed in a robot file")
+        pairs = zip((self.value(key) for key in node.keys if key), map(self.value, node.values), strict=True)
+        return _keyed(self.checked(list(pairs)))
+
+    def subscript(self, node: ast.Subscript) -> Any:
+        owner = self.value(node.value)
+        if isinstance(owner, Function | Module | int | float | None):
+            raise ExpressionError(f"'{ast.unparse(node)[:40]}': takes an item of {described(owner)}")
+        index = self.value(node.slice)
+        try:
+            return self.checked(owner[index]) if isinstance(index, slice) else owner[index]
+        except (IndexError, KeyError, AttributeError):
+            raise ExpressionError(absent(owner, index)) from None
+        except (TypeError, ValueError):
+            raise ExpressionError(f"'{ast.unparse(node)[:40]}': {kind_of(index)} is no index here") from None
+
+    def slice(self, node: ast.Slice) -> slice:
+        return slice(*(self.value(part) if part else None for part in (node.lower, node.upper, node.step)))
+
+    def attribute(self, node: ast.Attribute) -> Any:
+        owner = self.value(node.value)
+        found = member(owner, node.attr, self.names)
+        if not isinstance(found, Method):
+            return found
+        return Function(node.attr, partial(self.method, found.call, owner))
+
+    def method(self, call: Callable[..., Any], owner: Any, *values: Any, **named: Any) -> Any:
+        self.budget.spend(1 + len(owner) // 50)
+        return call(owner, *values, **named)
+
+    def call(self, node: ast.Call) -> Any:
+        function = self.name(node.func, "function") if isinstance(node.func, ast.Name) else self.value(node.func)
+        if not isinstance(function, Function):
+            raise ExpressionError(f"'{ast.unparse(node.func)[:40]}' is no function")
+        values = self.items(node.args)
+        named = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise ExpressionError("'**': not allowed in a robot file")
+            check_name(keyword.arg)
+            named[keyword.arg] = self.value(keyword.value)
+        for value in (*values, *named.values()):
+            if not isinstance(value, Function):
+                measure(value, self.budget)
+        return self.called(function, values, named)
+
+    def called(self, function: Function, values: list[Any], named: dict[str, Any]) -> Any:
+        self.budget.spend(5)
+        try:
+            result = function(*values, **named)
+        except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError, RecursionError) as error:
+            said = re.sub(r"could not convert string to float: (.*)", r"\1 is no number", str(error))
+            said = re.sub(r"invalid literal for int\(\) with base 10: (.*)", r"\1 is no whole number", said)
+            raise ExpressionError(f"{function.name}: {_WORDED.get(said, said)}") from None
+        return self.checked(result)
+
+    def comprehension(self, node: ast.ListComp | ast.GeneratorExp) -> Any:
+        return self.checked(self.gathered(node.generators, lambda: self.value(node.elt)))
+
+    def mapping_comprehension(self, node: ast.DictComp) -> dict[Any, Any]:
+        pairs = self.gathered(node.generators, lambda: (self.value(node.key), self.value(node.value)))
+        return _keyed(self.checked(pairs))
+
+    def gathered(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
+        """What a comprehension's loops give."""
+        found: list[Any] = []
+        outer = self.inner
+        for _ in self.loops(generators):
+            found.append(make())
+            if len(found) > MOST_VALUES:
+                raise ExpressionError(f"a list of more than {MOST_VALUES} values is too large")
+        self.inner = outer
+        return found
+
+    def loops(self, generators: list[ast.comprehension]) -> Iterator[None]:
+        if not generators:
+            yield
+            return
+        first, *rest = generators
+        if first.is_async:
+            raise ExpressionError("async: not allowed in a robot file")
+        for item in self.iterated(first.iter):
+            self.budget.spend(2)
+            self.inner = {**self.inner, **_bound(first.target, item)}
+            if all(self.value(condition) for condition in first.ifs):
+                yield from self.loops(rest)
+
+    def iterated(self, node: ast.expr) -> Iterable[Any]:
+        value = self.data(node)
+        if not isinstance(value, str | list | tuple | dict | range):
+            raise ExpressionError(f"'{ast.unparse(node)[:40]}' is {kind_of(value)}, not a list")
+        return value
+
+    def data(self, node: ast.expr) -> Any:
+        """A value that is measured, so that working on it has a known cost."""
+        return self.checked(self.value(node))
+
+    def checked(self, value: Any) -> Any:
+        measure(value, self.budget)
+        return value
+
+    def applied(self, sign: str, apply: Callable[..., Any], *values: Any) -> Any:
+        try:
+            return apply(*values)
+        except ZeroDivisionError:
+            raise ExpressionError("division by zero") from None
+        except OverflowError:
+            raise ExpressionError(f"'{sign}': the result is too large") from None
+        except (TypeError, ValueError, LookupError):
+            kinds = " and ".join(map(kind_of, values))
+            raise ExpressionError(f"'{sign}' does not work with {kinds}") from None
+
+
+_VISITS: dict[type[ast.AST], Callable[[_Walk, Any], Any]] = {
+    ast.Constant: _Walk.constant, ast.Name: _Walk.name, ast.UnaryOp: _Walk.unary, ast.BinOp: _Walk.binary,
+    ast.Compare: _Walk.compare, ast.BoolOp: _Walk.boolean, ast.IfExp: _Walk.choice, ast.List: _Walk.sequence,
+    ast.Tuple: _Walk.sequence, ast.Dict: _Walk.mapping, ast.Subscript: _Walk.subscript, ast.Slice: _Walk.slice,
+    ast.Attribute: _Walk.attribute, ast.Call: _Walk.call, ast.ListComp: _Walk.comprehension,
+    ast.GeneratorExp: _Walk.comprehension, ast.DictComp: _Walk.mapping_comprehension,
+}  # fmt: skip
+
+
+def _check_size(sign: str, left: Any, right: Any) -> None:
+    """Refuse what would be too large before it is computed."""
+    if sign == "**":
+        check_power(left, right)
+    elif sign == "<<" and isinstance(right, int) and right > MOST_VALUES:
+        raise ExpressionError(f"'<<' by {right}: too large")
+    elif sign == "%" and isinstance(left, str):
+        check_format(left)
+    elif sign == "*":
+        for value, times in ((left, right), (right, left)):
+            if isinstance(value, str | list | tuple) and isinstance(times, int):
+                check_repeat(value, times)
+
+
+def _keyed(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
+    try:
+        return dict(pairs)
+    except TypeError:
+        raise ExpressionError("a list or mapping cannot be a key") from None
+
+
+def _bound(target: ast.expr, value: Any) -> dict[str, Any]:
+    """The names of a loop's target with their values."""
+    if isinstance(target, ast.Name):
+        check_name(target.id)
+        return {target.id: value}
+    if not isinstance(target, ast.Tuple | ast.List):
+        raise ExpressionError(f"'{ast.unparse(target)[:40]}' cannot be a loop's variable")
+    values = list(value) if isinstance(value, str | list | tuple) else [value]
+    if len(values) != len(target.elts):
+        raise ExpressionError(f"expected {len(target.elts)} values for '{ast.unparse(target)[:40]}', got {len(values)}")
+    return {
+        name: item for part, each in zip(target.elts, values, strict=True) for name, item in _bound(part, each).items()
+    }

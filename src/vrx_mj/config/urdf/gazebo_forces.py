@@ -1,0 +1,156 @@
+"""Gazebo's plugins that push a boat: thrusters, water and wind."""
+
+import math
+from typing import Any
+
+from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.urdf.elements import Node
+from vrx_mj.config.urdf.gazebo_scope import Scope
+from vrx_mj.config.urdf.model import Urdf, UrdfThruster
+
+__all__ = ["read_hydrodynamics", "read_newer_hydrodynamics", "read_newer_thruster", "read_thrusters", "read_wind"]
+
+ADDED_MASS = {"xDotU": 5.0, "yDotV": 5.0, "zDotW": 0.1, "kDotP": 0.1, "mDotQ": 0.1, "nDotR": 1.0}
+LINEAR = {"xU": 20.0, "yV": 20.0, "zW": 20.0, "kP": 20.0, "mQ": 20.0, "nR": 20.0}
+QUADRATIC = {"xUU": 0.0, "yVV": 0.0, "zWW": 0.0, "kPP": 0.0, "mQQ": 0.0, "nRR": 0.0}
+"""What the dynamics plugin takes for what a file leaves out: usv_gazebo_dynamics_plugin.cc."""
+WATER_DENSITY = 997.7735
+MAPPINGS = {0.0: "linear", 1.0: "glf"}
+LEAST_THRUST = -1000.0
+"""Smallest command [N] of the newer Gazebo's thrusters, unless a file says so."""
+
+
+def read_thrusters(node: Node, scope: Scope) -> list[UrdfThruster]:
+    """The thrusters of VRX's thrust plugin. A sign of maxForceRev that is lost is put right."""
+    timeout = node.value("cmdTimeout", 1.0)
+    if not node.child("thruster"):
+        scope.warn(node, "no <thruster> in it")
+    return [found for part in node.children("thruster") if (found := _thruster(part, timeout, scope)) is not None]
+
+
+def _thruster(node: Node, timeout: float, scope: Scope) -> UrdfThruster | None:
+    link, topic = scope.link(node, "linkName"), node.text("cmdTopic")
+    mapping = node.value("mappingType", 0.0)
+    if mapping not in MAPPINGS:
+        node.fault(f"expected 0 (linear) or 1 (logistic), got {node.text('mappingType')}", "mappingType")
+    propeller, engine = scope.joint(node, "propJointName"), scope.joint(node, "engineJointName")
+    steers = node.flag("enableAngle", node.child("angleTopic") is not None)
+    drive = {
+        "mapping": MAPPINGS.get(mapping, "linear"),
+        "max_command": node.value("maxCmd", 1.0, above=0),
+        "max_force_forward": node.value("maxForceFwd", 250.0, low=0),
+        "max_force_reverse": -abs(node.value("maxForceRev", -100.0)),
+        "timeout": timeout,
+        "max_angle": node.value("maxAngle", math.pi / 2, low=0),
+    }
+    config = node.configured(ThrusterConfig, drive)
+    if config is None or not link:
+        return None
+    name = topic.rpartition("/")[2].removesuffix("_thrust_cmd") or scope.local(link).removesuffix("_propeller_link")
+    engine = (engine or _steering_joint(scope.urdf, link)) if steers else None
+    return UrdfThruster(name, link, propeller, engine, config, line=node.line)
+
+
+def _steering_joint(urdf: Urdf, propeller: str) -> str | None:
+    """The hinge above a propeller's own, which turns it if no file says what does."""
+    above = {joint.child: joint for joint in urdf.joints.values()}
+    own = above.get(propeller)
+    hinge = above.get(own.parent) if own else None
+    return hinge.name if hinge and hinge.type == "revolute" and not hinge.locked else None
+
+
+def read_newer_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
+    """A thruster of the newer Gazebo: a joint whose child is the propeller, and commands in newtons."""
+    name = scope.joint(node, "joint_name")
+    if name is None:
+        if not node.text("joint_name"):
+            node.fault("required, but missing", "joint_name")
+        return []
+    joint, topic = scope.urdf.joints[name], node.text("topic").removesuffix("/thrust")
+    engine = _steering_joint(scope.urdf, joint.child)
+    limits = scope.urdf.joints[engine].limits if engine else None
+    drive: dict[str, Any] = {
+        "mapping": "linear",
+        "max_force_forward": node.value("max_thrust_cmd", -LEAST_THRUST, low=0),
+        "max_force_reverse": -abs(node.value("min_thrust_cmd", LEAST_THRUST)),
+        "timeout": 0.0,
+        "max_angle": min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2,
+    }
+    config = node.configured(ThrusterConfig, drive)
+    scope.warn(node, "commands are shares of the largest thrust, -1 to 1, not newtons")
+    own = node.text("name") or topic.rpartition("/")[2] or scope.local(joint.child).removesuffix("_propeller_link")
+    return [UrdfThruster(own, joint.child, name, engine, config, line=node.line)] if config else []
+
+
+def read_hydrodynamics(node: Node, scope: Scope) -> HydrodynamicsConfig | None:
+    """The parameters of VRX's dynamics plugin; what a file leaves out is as in the plugin."""
+    _check_body(node, "bodyName", scope)
+    values = _coefficients(node) | {
+        "water_level": node.value("waterLevel", 0.5),
+        "water_density": node.value("waterDensity", WATER_DENSITY, above=0),
+        "hull_radius": node.value("hullRadius", 0.213, above=0),
+        "boat_width": node.value("boatWidth", 1.0, above=0),
+        "boat_length": node.value("boatLength", 1.35, above=0),
+        "length_n": round(node.value("length_n", 2.0, low=1, high=1000)),
+    }
+    return node.configured(HydrodynamicsConfig, values)
+
+
+def read_newer_hydrodynamics(drag: Node, hulls: list[Node], scope: Scope) -> HydrodynamicsConfig | None:
+    """Newer VRX's drag and hulls, two of them alike; their points are spread over the length as in the older plugin."""
+    points = [_point(point) for hull in hulls for point in hull.element.iterfind("points/point")]
+    if len(hulls) != 2 or not points or None in points:
+        scope.warn(drag, f"expected two hulls (Surface) with points, got {len(hulls)}; the water does not carry it")
+        return None
+    _check_body(drag, "link_name", scope)
+    count = len(points) // 2
+    length, width = hulls[0].value("hull_length", 1.0, above=0), 2 * max(abs(point[1]) for point in points if point)
+    scope.warn(hulls[0], f"buoyancy acts at {count} points of each hull, spread evenly over hull_length")
+    values = _coefficients(drag) | {
+        "water_level": hulls[0].value("fluid_level", 0.0),
+        "water_density": hulls[0].value("fluid_density", WATER_DENSITY, above=0),
+        "hull_radius": hulls[0].value("hull_radius", 1.0, above=0),
+        "boat_width": width,
+        "boat_length": length,
+        "length_n": max(count, 1),
+    }
+    return drag.configured(HydrodynamicsConfig, values)
+
+
+def read_wind(node: Node, scope: Scope) -> tuple[float, float, float] | None:
+    """The coefficients of VRX's wind plugin for this robot: those of a link it has, else the first."""
+    parts = node.children("wind_obj")
+    ours = [
+        part for part in parts if scope.local(part.text("link_name"), hard_coded=True) == scope.local(scope.urdf.root)
+    ]
+    for part in (*ours, *parts):
+        return _vector(part, "coeff_vector")
+    return _vector(node, "wind_coeff_vector") if node.text("wind_coeff_vector") else None
+
+
+def _vector(node: Node, tag: str) -> tuple[float, float, float]:
+    x, y, yaw = node.values(tag, "x y yaw", (0.0, 0.0, 0.0))
+    return (x, y, yaw)
+
+
+def _coefficients(node: Node) -> dict[str, Any]:
+    tables = {"added_mass": ADDED_MASS, "drag_linear": LINEAR, "drag_quadratic": QUADRATIC}
+    return {
+        key: tuple(node.value(tag, default, low=0) for tag, default in table.items()) for key, table in tables.items()
+    }
+
+
+def _check_body(node: Node, tag: str, scope: Scope) -> None:
+    """The water acts on the root link here."""
+    name = node.text(tag)
+    link = scope.link(node, tag) if name else scope.urdf.root
+    if name and link and link != scope.urdf.root:
+        scope.warn(node, f"the water acts on '{scope.urdf.root}', the root link, not on '{link}'")
+
+
+def _point(element: Any) -> tuple[float, ...] | None:
+    try:
+        x, y, z = (float(word) for word in (element.text or "").split())
+    except ValueError:
+        return None
+    return (x, y, z) if all(map(math.isfinite, (x, y, z))) else None

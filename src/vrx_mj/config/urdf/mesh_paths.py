@@ -1,0 +1,121 @@
+"""Where the mesh files of a URDF are: beside it, or in the packages that the user points at.
+
+No file is read outside these folders, not even through a link.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from urllib.parse import unquote
+
+from vrx_mj.config.search import display
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import VrxError
+
+__all__ = ["MeshFiles", "MissingMeshError"]
+
+_PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
+_PACKAGE_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
+
+
+class MissingMeshError(VrxError):
+    """A mesh file that is not there, or where nothing may be read."""
+
+
+@dataclass(frozen=True)
+class MeshFiles:
+    """The folders in which meshes may lie."""
+
+    folder: Path
+    """Of the URDF."""
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    """Folders of ROS packages, by name."""
+    package_paths: Sequence[Path] = ()
+    """Folders that are packages, or hold them."""
+
+    def find(self, name: str) -> tuple[Path, str]:
+        """The folder and the path inside it of a mesh, from what a `filename` says."""
+        text = unquote(name)
+        if "\\" in text or "\0" in text or PureWindowsPath(text).drive:
+            raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
+        outside = False
+        for file in self._candidates(text):
+            base = next((base for base in self._bases() if _contains(base, file)), None)
+            if base is not None and _is_file(file):
+                return base, _inside(file, base)
+            outside = outside or base is None
+        if outside:
+            raise MissingMeshError(f"{shown(name)} leads out of the folders that may be read: {self._shown_bases()}")
+        raise MissingMeshError(f"no file {shown(name)}; {self._advice(text)}")
+
+    def _candidates(self, text: str) -> Iterator[Path]:
+        package, scheme = _PACKAGE.fullmatch(text), _SCHEME.match(text)
+        if package:
+            for folder in self._package(package[2]):
+                yield folder / package[3].lstrip("/")
+        elif scheme and scheme[1] != "file":
+            raise VrxError(f"nothing is fetched: expected a path, package://, model:// or file://, got {shown(text)}")
+        else:
+            path = text.removeprefix("file://")
+            for base in [self.folder] if PurePosixPath(path).is_absolute() else [self.folder, *self.package_paths]:
+                yield base / path
+
+    def _package(self, name: str) -> Iterator[Path]:
+        """The folders that may be the package of this name."""
+        if name in self.packages:
+            yield self.packages[name]
+        if name in {"", ".", ".."}:
+            return
+        for path in (*self.package_paths, self.folder):
+            yield path / name
+            if path.resolve().name == name or _named(path) == name:
+                yield path
+
+    def _bases(self) -> list[Path]:
+        return [self.folder, *self.packages.values(), *self.package_paths]
+
+    def _advice(self, text: str) -> str:
+        package = _PACKAGE.fullmatch(text)
+        if package and not any(folder.is_dir() for folder in self._package(package[2])):
+            return f"the package {shown(package[2])} is not known: give the folder that holds it as package path"
+        return f"looked in {self._shown_bases()}"
+
+    def _shown_bases(self) -> str:
+        return ", ".join(dict.fromkeys(display(base) for base in self._bases()))
+
+
+def _contains(base: Path, file: Path) -> bool:
+    try:
+        return file.resolve().is_relative_to(base.resolve())
+    except (OSError, ValueError, RuntimeError):
+        return False
+
+
+def _is_file(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _inside(file: Path, base: Path) -> str:
+    """The path as it was written where that is possible, else with its links followed."""
+    try:
+        relative = file.relative_to(base)
+    except ValueError:
+        relative = None
+    if relative is None or ".." in relative.parts:
+        relative = file.resolve().relative_to(base.resolve())
+    return relative.as_posix()
+
+
+def _named(folder: Path) -> str:
+    """What a folder's `package.xml` calls the package; empty if it has none."""
+    try:
+        with (folder / "package.xml").open("rb") as stream:
+            found = _PACKAGE_NAME.search(stream.read(10_000))
+    except OSError:
+        return ""
+    return found[1].decode("utf-8", "replace") if found else ""

@@ -1,0 +1,133 @@
+"""URDF text as a `Urdf`: every element checked, every problem of the file found at once."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vrx_mj.config.search import display
+from vrx_mj.config.urdf.elements import Findings, Node
+from vrx_mj.config.urdf.joints import read_joint, root_of
+from vrx_mj.config.urdf.links import SLIGHT, Surroundings, material_colors, read_link
+from vrx_mj.config.urdf.mesh_paths import MeshFiles
+from vrx_mj.config.urdf.model import Joint, Link, Urdf
+from vrx_mj.config.urdf.xml_text import parse_robot
+from vrx_mj.errors import VrxWarning, nearest
+
+__all__ = ["read_urdf"]
+
+LIGHT = 0.01
+"""Share of a robot's mass below which a link's impossible inertia does not matter."""
+
+ODD = {
+    "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
+    "massless": "links with mass 0; they count as links without mass",
+    "inertia": "moments of inertia that no body has, one more than the other two together; they are used as they are",
+    "shapeless": "visuals without a geometry; they are left out",
+    "mesh": "meshes that are not found in the folders that may be read; they are not drawn",
+    "mimic": "joints that mimic another; they are free of it",
+    "element": "unknown elements; they are left out",
+}
+"""What is legal but suspicious, each said once for all that have it."""
+
+KNOWN = {
+    "robot": ("link", "joint", "material", "gazebo", "transmission"),
+    "link": ("inertial", "visual", "collision"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"),
+}
+"""Elements that URDF has; others are extensions, unless they look like one of these misspelt."""
+
+
+def read_urdf(
+    text: str,
+    file: Path,
+    *,
+    packages: Mapping[str, Path] | None = None,
+    package_paths: Sequence[Path] = (),
+) -> Urdf:
+    """The robot that a URDF's text describes; xacro is expanded before.
+
+    Args:
+        text: The URDF.
+        file: Where it is from; messages name it, and relative paths of meshes start in its folder.
+        packages: Folders of ROS packages by name, for `package://NAME/...`.
+        package_paths: Folders that are packages, or that hold them.
+
+    Raises:
+        ConfigError: With everything that is wrong, each with its line and element.
+
+    Warns:
+        VrxWarning: Once for each kind of thing that is legal but suspicious.
+    """
+    findings = Findings(display(file))
+    root = Node(parse_robot(text, findings.file), "", findings)
+    materials, gazebo = material_colors(root)
+    files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
+    around = Surroundings(files, findings, materials, gazebo)
+    links = {link.name: link for link in (read_link(node, around) for node in _named(root, "link"))}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in _named(root, "joint"))}
+    top = _checked_root(links, joints, root)
+    _check_masses(links, around, root)
+    _note_misspelt(root)
+    findings.settle()
+    _warn(findings)
+    return Urdf(
+        file=file,
+        name=root.attribute("name") or file.stem,
+        root=top,
+        links=links,
+        joints=joints,
+        gazebo=tuple(root.element.iterchildren("gazebo")),
+        namespace=top.partition("/")[0] if "/" in top else "",
+    )
+
+
+def _named(root: Node, tag: str) -> list[Node]:
+    """Elements of this name, with names of their own that none shares."""
+    nodes = root.children(tag)
+    lines: dict[str, int | None] = {}
+    for node in nodes:
+        name = node.attribute("name") or ""
+        if name in lines and name:
+            node.fault(f"a {tag} of this name is in line {lines[name]} already")
+        lines.setdefault(name, node.line)
+    return nodes
+
+
+def _checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
+    """The root link; a file whose joints name links that are not there has other problems first."""
+    if not links:
+        root.fault("has no links", "robot")
+    if not links or root.findings.problems:
+        return ""
+    return root_of(links, joints, root.findings)
+
+
+def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:
+    """A robot has a mass; the inertia of a link that is no small part of it can exist."""
+    total = sum(link.inertial.mass for link in links.values() if link.inertial)
+    if links and total == 0 and not around.findings.problems:
+        root.fault("no link has a mass", "robot")
+    for node, name, excess, words in around.impossible:
+        inertial = links[name].inertial
+        if excess > SLIGHT and inertial and inertial.mass > LIGHT * total:
+            node.fault(f"no body has these moments of inertia: about its principal axes they are {words} kg m2, "
+                       "and the largest is more than the other two together")  # fmt: skip
+        else:
+            around.findings.note("inertia", name)
+
+
+def _note_misspelt(root: Node) -> None:
+    """Elements that look like a misspelt one of URDF; whatever else is unknown is an extension."""
+    for tag, known in KNOWN.items():
+        for node in [root] if tag == "robot" else root.children(tag):
+            for child in node.element.iterchildren("*"):
+                close = None if child.tag in known else nearest(str(child.tag), known)
+                if close:
+                    thing = f"<{child.tag}> in line {child.sourceline} (did you mean '{close}'?)"
+                    root.findings.note("element", thing)
+
+
+def _warn(findings: Findings) -> None:
+    for kind, things in findings.odd.items():
+        names = ", ".join(things[:8]) + (f" and {len(things) - 8} more" if len(things) > 8 else "")
+        warnings.warn(f"{findings.file}: {ODD[kind]}: {names}", VrxWarning, stacklevel=3)

@@ -1,0 +1,194 @@
+"""XML read into the nodes that xacro works on, each element with its place; and the result written out."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.dom import expatbuilder, minidom
+from xml.parsers import expat
+
+from vrx_mj.config.tree import File, Place
+from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError
+
+__all__ = ["FileError", "Located", "children", "parse_document", "place_of", "written"]
+
+DEEPEST = 60
+"""Levels of elements in elements."""
+MOST_NODES = 50_000
+"""Elements and attributes in a file."""
+LONGEST_OUTPUT = 16_000_000
+"""Characters of a result."""
+
+_NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
+_WORDS = {
+    "no element found": "ends before its outermost element does, or is empty",
+    "unclosed token": "a tag, comment or quote is never closed",
+    "not well-formed (invalid token)": "is no XML here: a stray '<' or '&' (write &lt; &amp;), or no quote or '='",
+    "junk after document element": "text after the end of the outermost element",
+    "duplicate attribute": "an attribute is given twice",
+    "syntax error": "is no XML, which begins with '<'",
+    "undefined entity": "no such &name; here; XML knows &lt; &gt; &amp; &quot; and &apos;",
+    "XML or text declaration not at start of entity": "'<?xml ...?>' must be the very first thing in the file",
+    "unknown encoding": "its encoding is not known; save the file as UTF-8",
+    "encoding specified in XML declaration is incorrect": "is not in the encoding its first line names; use UTF-8",
+}
+
+
+class FileError(ExpressionError):
+    """Something wrong at a known place of a file."""
+
+    def __init__(self, place: Place, key: str, message: str) -> None:
+        super().__init__(message)
+        self.place = place
+        self.key = key
+
+
+class Located(str):
+    """Text of a file that has something to expand, with the element it is in."""
+
+    __slots__ = ("place", "tag")
+
+    place: Place
+    tag: str
+
+    @classmethod
+    def at(cls, text: str, element: minidom.Element) -> "Located":
+        """The text of an element's attribute, or in the element."""
+        located = cls(text)
+        located.place, located.tag = place_of(element), element.tagName
+        return located
+
+
+def place_of(element: Any) -> Place:
+    """Where an element, or what it was copied from, stands in a file."""
+    place: Place = element.getUserData("place")
+    return place
+
+
+def children(node: Any) -> Iterator[Any]:
+    """Every node below this one, in no particular order."""
+    waiting = list(node.childNodes)
+    while waiting:
+        found = waiting.pop()
+        yield found
+        waiting.extend(found.childNodes)
+
+
+def parse_document(data: bytes, name: str, folder: Path, budget: Budget) -> minidom.Document:
+    """A document whose elements know their places, and whose texts with a '$' are `Located`."""
+    budget.spend(len(data) // 4)
+    text = data.decode("utf-8", errors="replace")
+    builder = _Builder(File(name, folder, tuple(text.split("\n"))), budget)
+    try:
+        document: minidom.Document = builder.parseString(data)
+    except expat.ExpatError as error:
+        place = Place(builder.file, max(error.lineno, 1), error.offset + 1)
+        raise FileError(place, "", _worded(expat.ErrorString(error.code), builder)) from None
+    except (ValueError, LookupError):
+        raise FileError(Place(builder.file, 1, 1), "", _WORDS["unknown encoding"]) from None
+    for node in children(document):
+        _locate(node)
+    return document
+
+
+def written(document: minidom.Document) -> str:
+    """The document as text, checked to be XML."""
+    for node in children(document):
+        if node.nodeType == node.ELEMENT_NODE:
+            _check_names(node)
+    sink = _Sink()
+    document.writexml(sink, "", "  ", "\n")
+    return "".join(sink.parts)
+
+
+class _Copied:
+    """Gives a copied element its original's place, and counts the copies."""
+
+    def __init__(self, budget: Budget) -> None:
+        self.budget = budget
+
+    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+        self.budget.spend(20 + 10 * len(source.attributes) + 5 * len(source.childNodes))
+        copy.setUserData(key, data, self)
+
+
+class _Builder(expatbuilder.ExpatBuilderNS):
+    """The standard builder; it notes places, and refuses document types with their entities."""
+
+    def __init__(self, file: File, budget: Budget) -> None:
+        self.file = file
+        self.copied = _Copied(budget)
+        self.open: list[tuple[str, int]] = []
+        self.nodes = 0
+        super().__init__()
+
+    def here(self) -> Place:
+        parser = self.getParser()
+        return Place(self.file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+
+    def start_doctype_decl_handler(self, name: str, *_: Any) -> None:
+        message = "document types and entities are not read from robot files; delete it"
+        raise FileError(self.here(), "<!DOCTYPE>", message)
+
+    def start_element_handler(self, name: str, attributes: list[str]) -> None:
+        tag = ":".join(name.split(" ")[1:][::-1]) or name  # expat writes "URI LOCAL PREFIX"
+        self.nodes += 1 + len(attributes) // 2
+        if len(self.open) >= DEEPEST:
+            raise FileError(self.here(), f"<{tag}>", f"elements are nested deeper than {DEEPEST} levels")
+        if self.nodes > MOST_NODES:
+            raise FileError(self.here(), f"<{tag}>", f"more than {MOST_NODES} elements and attributes in a file")
+        super().start_element_handler(name, attributes)
+        self.curNode.setUserData("place", self.here(), self.copied)
+        self.open.append((tag, self.here().line or 1))
+
+    def end_element_handler(self, name: str) -> None:
+        self.open.pop()
+        super().end_element_handler(name)
+
+
+def _worded(said: str, builder: _Builder) -> str:
+    """What the parser complains of, in our words."""
+    if said == "mismatched tag":
+        tag, line = builder.open[-1]
+        return f"expected </{tag}>, which ends the <{tag}> of line {line}"
+    if said == "unbound prefix":
+        return "the prefix of a name here, as in 'xacro:if', is not declared; <robot> needs xmlns:xacro"
+    if said in {"no element found", "unclosed token"} and builder.open:
+        tag, line = builder.open[-1]
+        return f"the file ends before </{tag}>, which ends the <{tag}> of line {line}"
+    return _WORDS.get(said, said)
+
+
+def _locate(node: Any) -> None:
+    if node.nodeType == node.ELEMENT_NODE:
+        for attribute in list(node.attributes.values()):
+            if "$" in attribute.value:
+                attribute.value = Located.at(attribute.value, node)
+    elif node.nodeType in {node.TEXT_NODE, node.COMMENT_NODE} and "$" in node.data and place_of(node.parentNode):
+        node.data = Located.at(node.data, node.parentNode)
+
+
+def _check_names(element: Any) -> None:
+    names = [element.tagName, *element.attributes.keys()]
+    for name in names:
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise FileError(
+                place_of(element), f"<{element.tagName}>", f"'{name}' is no name for an element or attribute"
+            )
+    for attribute in element.attributes.values():
+        if not isinstance(attribute.value, str):
+            attribute.value = str(attribute.value)
+
+
+class _Sink:
+    """Gathers a text of bounded length."""
+
+    def __init__(self) -> None:
+        self.parts: list[str] = []
+        self.room = LONGEST_OUTPUT
+
+    def write(self, part: str) -> None:
+        self.room -= len(part)
+        if self.room < 0:
+            raise ExpressionError(f"becomes longer than {LONGEST_OUTPUT / 1e6:g} MB")
+        self.parts.append(part)

@@ -1,0 +1,152 @@
+"""What sensors see, kept at their own rates: one clock for every rate, and the moments that it caught.
+
+A clock of rate r takes its k-th moment at the first step at or after k / r, so rates that do not divide the step are
+kept on average, without drift; above the step's rate it takes one at every step, and numbers are left out. A clock
+begins to run when a sensor is first asked for.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import StateError
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.tables import Table
+
+__all__ = ["CLOCK", "Moment", "Moments", "capture"]
+
+Floats = npt.NDArray[np.float64]
+
+DUE = 1e-6
+"""Share of an interval that a moment may come early: times are rounded."""
+
+CLOCK = np.dtype(
+    [
+        ("rate", np.float64),  # [1/s]
+        ("index", np.int64),  # of the last moment that was caught
+        ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
+        ("time", np.float64),  # of the last moment [s]
+        ("before", np.float64),  # of the one before it [s]; NaN: there is none
+    ],
+    align=True,
+)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """All that sensors see at one time."""
+
+    index: int
+    """Number of the moment by its clock; 0 is at time 0."""
+    time: float
+    """[s]"""
+    qpos: Floats
+    qvel: Floats
+    marks: Floats
+    """What else there is: positions of beacons, shots left."""
+
+
+@kernel
+def capture(clocks: Table, moments: Floats, qpos: Floats, qvel: Floats, marks: Floats, time: float) -> None:
+    """Let every clock whose next moment is due at `time` [s] catch it; `moments` has shape (clocks, 2, numbers)."""
+    for k in range(clocks.size):
+        clock = clocks[k]
+        index = math.floor(time * clock.rate + DUE)
+        if index != clock.index:
+            clock.index, clock.slot = index, 1 - clock.slot
+            clock.before, clock.time = clock.time, time
+            _copy(moments[k, clock.slot], qpos, qvel, marks)
+
+
+@kernel
+def _copy(row: Floats, qpos: Floats, qvel: Floats, marks: Floats) -> None:
+    for i in range(qpos.size):
+        row[i] = qpos[i]
+    for i in range(qvel.size):
+        row[qpos.size + i] = qvel[i]
+    for i in range(marks.size):
+        row[qpos.size + qvel.size + i] = marks[i]
+
+
+class Moments:
+    """The clocks that run, what they caught, and the marks: part of a run's state."""
+
+    def __init__(self, nq: int, nv: int, marks: Sequence[float]) -> None:
+        self._nq, self._nv = nq, nv
+        self._start = np.array(marks, np.float64)
+        self.marks = self._start.copy()
+        self.reset()
+
+    def reset(self) -> None:
+        """No clock runs, and the marks are as at the start."""
+        self.marks[:] = self._start
+        self.clocks = np.zeros(0, CLOCK)
+        self.caught = np.zeros((0, 2, self._nq + self._nv + len(self.marks)))
+
+    def runs(self, rate: float) -> bool:
+        """Whether the clock of a rate has been started."""
+        return bool((self.clocks["rate"] == rate).any())
+
+    def start(self, rate: float, qpos: Floats, qvel: Floats, time: float) -> None:
+        """Start the clock of a rate [1/s] with the present moment."""
+        clock = np.array([(rate, math.floor(time * rate + DUE), 0, time, np.nan)], CLOCK)
+        row = np.zeros((1, *self.caught.shape[1:]))
+        row[0, 0] = np.concatenate((qpos, qvel, self.marks))
+        self.clocks = np.concatenate((self.clocks, clock))
+        self.caught = np.concatenate((self.caught, row))
+
+    def catch(self, qpos: Floats, qvel: Floats, time: float) -> None:
+        """Let the clocks catch what is due now, as they do in the loop."""
+        capture(self.clocks, self.caught, qpos, qvel, self.marks, time)
+
+    def renew(self, qpos: Floats, qvel: Floats, time: float) -> None:
+        """The state of `time` was changed by hand: moments of this very time are caught again."""
+        for k in np.flatnonzero(self.clocks["time"] == time):
+            self.caught[k, self.clocks["slot"][k]] = np.concatenate((qpos, qvel, self.marks))
+
+    def last(self, rate: float) -> tuple[Moment, Moment | None]:
+        """The last moment that the clock of a rate caught, and the one before it: views, until it catches more."""
+        row = int(np.flatnonzero(self.clocks["rate"] == rate)[0])
+        clock = self.clocks[row]
+        slot, before = int(clock["slot"]), float(clock["before"])
+        now = self._moment(int(clock["index"]), float(clock["time"]), self.caught[row, slot])
+        if math.isnan(before):
+            return now, None
+        return now, self._moment(-1, before, self.caught[row, 1 - slot])
+
+    def pack(self) -> bytes:
+        """Clocks, moments and marks as bytes."""
+        return np.int64(len(self.clocks)).tobytes() + b"".join(
+            array.tobytes() for array in (self.clocks, self.caught, self.marks)
+        )
+
+    def check(self, block: bytes) -> None:
+        """Tell whether `unpack` can take these bytes.
+
+        Raises:
+            StateError: it cannot.
+        """
+        count = int(np.frombuffer(block, np.int64, 1)[0]) if len(block) >= 8 else -1
+        needed = self._size(max(count, 0))
+        if count < 0 or len(block) != needed:
+            raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
+
+    def unpack(self, block: bytes) -> None:
+        """Write back what `pack` gave."""
+        count = int(np.frombuffer(block, np.int64, 1)[0])
+        width = self.caught.shape[2]
+        end = 8 + count * CLOCK.itemsize
+        self.clocks = np.frombuffer(block[8:end], CLOCK).copy()
+        numbers = np.frombuffer(block[end:], np.float64)
+        self.caught = numbers[: count * 2 * width].reshape(count, 2, width).copy()
+        self.marks[:] = numbers[count * 2 * width :]
+
+    def _size(self, count: int) -> int:
+        return 8 + count * (CLOCK.itemsize + 16 * self.caught.shape[2]) + self.marks.nbytes
+
+    def _moment(self, index: int, time: float, row: Floats) -> Moment:
+        end = self._nq + self._nv
+        return Moment(index, time, row[: self._nq], row[self._nq : end], row[end:])

@@ -1,0 +1,92 @@
+"""The sensors of a world, from its rows: what they are, what carries them, and where their marks are."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.shooters import ball_name
+from vrx_mj.compiler.world import World
+from vrx_mj.config.sensors import BallShooterConfig, PingerConfig, sensor_config
+from vrx_mj.sensors.places import Mount, Place, carried
+
+__all__ = ["Mounted", "mounted", "start_marks"]
+
+Floats = npt.NDArray[np.float64]
+
+MARKS = {"pinger": 3, "ball_shooter": 1}
+"""How many marks a kind of sensor has: its beacon's position [m], or the shots left."""
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A sensor on a boat."""
+
+    boat: str
+    config: Any
+    """One of `config.sensors`."""
+    frame: str
+    mount: Mount
+    """On the body that carries it."""
+    body: str
+    qpos: int
+    """Address of that body's free joint in `qpos`."""
+    dof: int
+    """The same in `qvel`."""
+    mark: int
+    """Where its marks begin."""
+    ball: int | None
+    """Row of its ball among what floats."""
+
+    @property
+    def name(self) -> str:
+        """Of the sensor, on its boat."""
+        return str(self.config.name)
+
+    def place(self, qpos: Floats, qvel: Floats, mount: Mount | None = None) -> Place:
+        """Where it is and how it moves in a state of the world, or another frame on the same body."""
+        return carried(qpos[self.qpos : self.qpos + 7], qvel[self.dof : self.dof + 6], mount or self.mount)
+
+    @property
+    def marks(self) -> slice:
+        """Where its marks are."""
+        return slice(self.mark, self.mark + MARKS.get(self.config.type, 0))
+
+
+def mounted(world: World, model: mujoco.MjModel) -> tuple[Mounted, ...]:
+    """The sensors of a world's boats, in its order."""
+    floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
+    found: list[Mounted] = []
+    mark = 0
+    for row in world.parameters.get("sensors", ()):
+        config = sensor_config(row)
+        joint = int(model.body(row["body"]).jntadr[0])
+        name = ball_name(row["boat"], config.name)
+        found.append(
+            Mounted(
+                boat=row["boat"],
+                config=config,
+                frame=row["frame"],
+                mount=Mount.of(row["position"], row["rotation"]),
+                body=row["body"],
+                qpos=int(model.jnt_qposadr[joint]),
+                dof=int(model.jnt_dofadr[joint]),
+                mark=mark,
+                ball=floating.index(name) if name in floating else None,
+            )
+        )
+        mark += MARKS.get(config.type, 0)
+    return tuple(found)
+
+
+def start_marks(sensors: tuple[Mounted, ...]) -> list[float]:
+    """The marks at the start: beacons at the world's origin, as in VRX, and all shots left."""
+    marks: list[float] = []
+    for sensor in sensors:
+        if isinstance(sensor.config, PingerConfig):
+            marks += [0.0, 0.0, 0.0]
+        elif isinstance(sensor.config, BallShooterConfig):
+            marks.append(float(sensor.config.shots))
+    return marks

@@ -1,0 +1,227 @@
+"""What boats sense: readings made when they are asked for, from the moments that the sensors' clocks caught.
+
+A reading is a function of its moment, the moment before it, the run's seed and the moment's number: whether, when and
+how often sensors are read changes neither the motion nor what any of them tells.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from vrx_mj.compiler.world import World
+from vrx_mj.config.world import Georeference
+from vrx_mj.errors import CommandError, SensorError, UnknownNameError
+from vrx_mj.runtime.loop import HUGE
+from vrx_mj.runtime.moments import Moment
+from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.sights import Sights
+from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.gps import fix
+from vrx_mj.sensors.imu import inertia
+from vrx_mj.sensors.pinger import sound
+from vrx_mj.sensors.places import Mount, Place
+from vrx_mj.sensors.readings import Fix, Inertia, Reading, Shooter, Sound, Truth
+from vrx_mj.sensors.truth import truth
+
+__all__ = ["AT_BASE", "Readings", "Sensing"]
+
+AT_BASE: Mapping[str, frozenset[str]] = {"vrx": frozenset(("gps", "imu", "pinger"))}
+"""By profile, the kinds of sensors that measure at the origin of the boat's `base_link`; all others measure at their
+own place. GPS and IMU keep their own axes there, a pinger takes those of `base_link`."""
+BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+"""`base_link` itself."""
+
+
+class Readings(Mapping[str, Reading]):
+    """The readings of a boat by sensor, each made when it is looked up: what is not asked for costs nothing."""
+
+    def __init__(self, names: Sequence[str], read: Callable[[str], Reading]) -> None:
+        self._names = tuple(names)
+        self._read = read
+
+    def __getitem__(self, name: str) -> Reading:
+        return self._read(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The reading of a sensor, or `default` where there is no such sensor."""
+        return self._read(name) if name in self._names else default
+
+
+class Sensing:
+    """The sensors of all boats of a run."""
+
+    def __init__(
+        self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel], rebound: Callable[[], None]
+    ) -> None:
+        """Sensors of a rig.
+
+        Args:
+            world: what they are in.
+            rig: whose moments they see.
+            drawing: gives the model that cameras and lidars see.
+            rebound: is called when the rig's arrays of moments are new ones.
+        """
+        self._world, self._rig, self._rebound = world, rig, rebound
+        self._sights = Sights(world, rig, drawing)
+        self._earth = _earth(world)
+        self._at_base = AT_BASE.get(world.parameters["profile"], frozenset())
+        self._seed = 0
+        self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
+        for sensor in rig.sensors:
+            self._boats[sensor.boat][sensor.name] = sensor
+        self._kept: dict[tuple[str, str], Reading] = {}
+        self._makers: Mapping[str, Callable[[Mounted, Moment, Moment | None, Draw], Any]] = {
+            "gps": self._fix,
+            "imu": self._inertia,
+            "p3d": self._truth,
+            "pinger": self._sound,
+            "ball_shooter": self._shooter,
+            "camera": self._sights.image,
+            "lidar": self._sights.scan,
+        }
+
+    def names(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's sensors.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        return tuple(self._of(boat))
+
+    def begin(self, seed: int) -> None:
+        """The state was set, by a reset or from a saved one."""
+        self._seed = seed
+        self._kept.clear()
+
+    def renew(self) -> None:
+        """Something was moved by hand: moments of the present time are caught again."""
+        self._rig.moments.renew(self._rig.data.qpos, self._rig.data.qvel, self._rig.data.time)
+        self._kept.clear()
+
+    def readings(self, boat: str) -> Readings:
+        """What a boat senses.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        return Readings(self.names(boat), lambda name: self.read(boat, name))
+
+    def read(self, boat: str, name: str) -> Reading:
+        """What a sensor last measured; the same object until it measures again.
+
+        Raises:
+            UnknownNameError: no such boat, or no such sensor on it.
+        """
+        sensor = _find(f"sensor of {boat}", name, self._of(boat))
+        now, before = self._caught(sensor.config.rate)
+        kept = self._kept.get((boat, name))
+        if kept is not None and kept.time == now.time:
+            return kept
+        draw = Draw(self._seed, boat, name, now.index, sensor.config.rate)
+        data = self._makers[sensor.config.type](sensor, now, before, draw)
+        reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data)
+        self._kept[boat, name] = reading
+        return reading
+
+    def of_kind(self, boat: str, kind: str) -> dict[str, Mounted]:
+        """A boat's sensors of a kind, by name.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+        """
+        return {name: sensor for name, sensor in self._of(boat).items() if sensor.config.type == kind}
+
+    def set_beacon(self, boat: str, name: str, position: Sequence[float]) -> None:
+        """Put the beacon that a receiver hears somewhere [m, ENU].
+
+        Raises:
+            UnknownNameError: no such boat, or no such receiver on it.
+            CommandError: not three finite numbers.
+        """
+        sensor = _find(f"pinger of {boat}", name, self.of_kind(boat, "pinger"))
+        self._rig.moments.marks[sensor.marks] = _three(f"the position of {name}'s beacon", position)
+        self.renew()
+
+    @property
+    def inherits(self) -> bool:
+        """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
+        return str(self._world.parameters["profile"]) != "vrx"
+
+    # Inside
+
+    def _of(self, boat: str) -> dict[str, Mounted]:
+        if boat not in self._boats:
+            raise UnknownNameError("boat", boat, self._boats)
+        return self._boats[boat]
+
+    def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
+        """The last moment of a clock, and the one before it."""
+        moments, data = self._rig.moments, self._rig.data
+        if moments.runs(rate):
+            moments.catch(data.qpos, data.qvel, data.time)
+        else:
+            moments.start(rate, data.qpos, data.qvel, data.time)
+            self._rebound()
+        return moments.last(rate)
+
+    def _measured(self, sensor: Mounted, moment: Moment) -> Place:
+        """Where a sensor measures, and how that place moves."""
+        mount = sensor.mount
+        if sensor.config.type in self._at_base:
+            mount = BASE if sensor.config.type == "pinger" else mount.at_base()
+        return sensor.place(moment.qpos, moment.qvel, mount)
+
+    def _fix(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Fix:
+        if self._earth is None:
+            whose = f"{sensor.name} of {sensor.boat}"
+            raise SensorError(f"{whose} cannot tell where it is: the world {self._world.name} has no georeference")
+        return fix(sensor.config, self._measured(sensor, now), self._earth, draw)
+
+    def _inertia(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Inertia:
+        earlier = None if before is None else self._measured(sensor, before)
+        interval = 0.0 if before is None else now.time - before.time
+        gravity = np.array(self._rig.model.opt.gravity)
+        return inertia(sensor.config, self._measured(sensor, now), earlier, interval, gravity, draw)
+
+    def _truth(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Truth:
+        return truth(sensor.config, self._measured(sensor, now), draw)
+
+    def _sound(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Sound:
+        return sound(sensor.config, self._measured(sensor, now), now.marks[sensor.marks], draw)
+
+    def _shooter(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Shooter:
+        return Shooter(round(float(self._rig.moments.marks[sensor.mark])))
+
+
+def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return known[name]
+
+
+def _earth(world: World) -> Georeference | None:
+    """Where on Earth a world is; a saved one has the values without their file."""
+    values = world.parameters["georeference"]
+    return None if values is None else Georeference(**values)
+
+
+def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != 3 or not all(abs(number) < HUGE for number in numbers):
+        raise CommandError(f"{what} is {values!r}: three numbers below {HUGE:g} are needed")
+    return numbers

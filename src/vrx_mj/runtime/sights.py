@@ -1,0 +1,54 @@
+"""What cameras and lidars see: the drawing model, posed as the world was at a moment."""
+
+from collections.abc import Callable
+
+import mujoco
+
+from vrx_mj.compiler.world import World
+from vrx_mj.runtime.moments import Moment
+from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.sensors.camera import Cameras
+from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.lidar import Lidar, Water
+from vrx_mj.sensors.readings import Image, PointCloud, Scan
+
+__all__ = ["Sights"]
+
+
+class Sights:
+    """The cameras and lidars of a run; the drawing model is made for the first that is used."""
+
+    def __init__(self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel]) -> None:
+        self._world, self._rig, self._drawing = world, rig, drawing
+        self._data: mujoco.MjData | None = None
+        self._cameras: Cameras | None = None
+        self._lidars: dict[tuple[str, str], Lidar] = {}
+
+    def image(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Image:
+        """The picture of a camera."""
+        model = self._drawing()
+        if self._cameras is None:
+            self._cameras = Cameras(model, self._world.parameters)
+        place = sensor.place(now.qpos, now.qvel)
+        data = self._scene(model, now)
+        return self._cameras.image(sensor.config, data, place.position, place.rotation, now.time, draw.key, draw.index)
+
+    def scan(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> PointCloud | Scan:
+        """The scan of a lidar."""
+        model = self._drawing()
+        key = sensor.boat, sensor.name
+        if key not in self._lidars:
+            body = int(model.body(sensor.body).id)
+            mount = sensor.mount
+            self._lidars[key] = Lidar(model, sensor.config, body, mount.position, mount.rotation)
+        water = Water(self._rig.waves, self._rig.sea, now.time) if sensor.config.sea_returns else None
+        return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
+
+    def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:
+        """Where everything was at a moment."""
+        if self._data is None:
+            self._data = mujoco.MjData(model)
+        self._data.qpos[:] = now.qpos
+        mujoco.mj_kinematics(model, self._data)
+        return self._data

@@ -1,0 +1,139 @@
+"""Drawing a MuJoCo scene into memory. A canvas belongs to the thread that made it."""
+
+import importlib
+import threading
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import RenderError
+from vrx_mj.sensors.gl import new_context
+from vrx_mj.sensors.sea import SeaSkin
+from vrx_mj.sensors.view import View
+
+__all__ = ["Canvas"]
+
+SPARE_GEOMS = 16
+"""Room in a scene for more than the model's own geoms and skins."""
+FLAGS = {
+    mujoco.mjtRndFlag.mjRND_SHADOW: False,  # three times the work
+    mujoco.mjtRndFlag.mjRND_REFLECTION: False,
+    mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
+    mujoco.mjtRndFlag.mjRND_SKYBOX: True,
+}
+
+
+class Canvas:
+    """One OpenGL context with a model's meshes and textures in it, for pictures of any size.
+
+    The model must not be used elsewhere: what a picture does not show is hidden in it.
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool) -> None:
+        self._gl: Any = None
+        self._model = model
+        self._thread = threading.get_ident()
+        self._size = (width, height)
+        self._groups = model.geom_group.copy()
+        model.vis.quality.offsamples = 0
+        model.vis.quality.shadowsize = 0
+        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + SPARE_GEOMS)
+        for flag, value in {**FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
+            self._scene.flags[flag] = value
+        self._option = mujoco.MjvOption()
+        self._free_camera = mujoco.MjvCamera()
+        self._gl = new_context(width, height)
+        self._gl.make_current()
+        self._context = _context(model)
+        self._functions: Any = importlib.import_module("OpenGL.GL")
+        self._simplify_textures()
+
+    def draw(self, data: mujoco.MjData, view: View, sea: SeaSkin, out: npt.NDArray[np.uint8]) -> None:
+        """Draw what `view` sees into `out` (height, width, 3), the lowest row first."""
+        if threading.get_ident() != self._thread:
+            raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
+        self._gl.make_current()
+        height, width = out.shape[:2]
+        self._grow(width, height)
+        self._collect(data, view)
+        if sea.wet:
+            self._pour(sea)
+        area = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(area, self._scene, self._context)
+        mujoco.mjr_readPixels(out, None, area, self._context)
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free what the graphics card or its stand-in holds."""
+        if self._gl is not None:
+            with self._gl.as_current():
+                self._context.free()
+            self._gl.free()
+            self._gl = None
+
+    def _simplify_textures(self) -> None:
+        """Look up one or four pixels of sea and sky instead of eight: without a graphics card that saves a tenth."""
+        gl = self._functions
+        kinds = {
+            int(mujoco.mjtTexture.mjTEXTURE_SKYBOX): (gl.GL_TEXTURE_CUBE_MAP, gl.GL_LINEAR),
+            int(mujoco.mjtTexture.mjTEXTURE_2D): (gl.GL_TEXTURE_2D, gl.GL_NEAREST),
+        }
+        material = int(self._model.skin_matid[0]) if self._model.nskin else -1
+        flat = self._model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB] if material >= 0 else -1
+        for index, texture in enumerate(self._model.tex_type):
+            if texture == mujoco.mjtTexture.mjTEXTURE_SKYBOX or index == flat:
+                kind, lookup = kinds[int(texture)]
+                gl.glBindTexture(kind, int(self._context.texture[index]))
+                for case in (gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER):
+                    gl.glTexParameteri(kind, case, lookup)
+                gl.glBindTexture(kind, 0)
+
+    def _grow(self, width: int, height: int) -> None:
+        """Make room for a larger picture."""
+        wider, higher = max(width, self._size[0]), max(height, self._size[1])
+        if (wider, higher) != self._size:
+            self._size = (wider, higher)
+            mujoco.mjr_resizeOffscreen(wider, higher, self._context)
+
+    def _collect(self, data: mujoco.MjData, view: View) -> None:
+        """Fill the scene with what is in view."""
+        model = self._model
+        hidden = ~view.shows(data.geom_xpos, model.geom_rbound)
+        model.geom_group[:] = np.where(hidden, mujoco.mjNGROUP - 1, self._groups)
+        mujoco.mjv_updateScene(
+            model, data, self._option, None, self._free_camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+        )
+        for camera in self._scene.camera:
+            camera.pos[:] = view.position
+            camera.forward[:] = view.rotation[:, 0]
+            camera.up[:] = view.rotation[:, 2]
+            camera.orthographic = 0
+            camera.frustum_center = 0.0
+            camera.frustum_width = view.near * view.half_width
+            camera.frustum_top = view.near * view.half_height
+            camera.frustum_bottom = -view.near * view.half_height
+            camera.frustum_near, camera.frustum_far = view.near, view.end
+
+    def _pour(self, sea: SeaSkin) -> None:
+        """Give the sea's skin its vertices, normals and colours."""
+        self._scene.skinvert[:] = sea.vertices.reshape(self._scene.skinvert.shape)
+        self._scene.skinnormal[:] = sea.normals.reshape(self._scene.skinnormal.shape)
+        gl, buffer = self._functions, int(self._context.skintexcoordVBO[0])
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, buffer)
+        gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, sea.palette.nbytes, sea.palette)
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, 0)
+
+
+def _context(model: mujoco.MjModel) -> mujoco.MjrContext:
+    """The model's meshes and textures in the current OpenGL context, which draws into memory."""
+    try:
+        context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+    except mujoco.FatalError as error:
+        raise RenderError(f"MuJoCo cannot draw with the OpenGL found here: {error}") from error
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+    return context

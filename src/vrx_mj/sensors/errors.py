@@ -1,0 +1,57 @@
+"""Errors of sensors as Hector's plugins model them: offset, drift and white noise along three axes.
+
+Hector scales a drift's increments by the interval instead of its root, so that its size depends on the rate; here a
+drift has the standard deviation that is configured. VRX configures none.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.config.sensors import ErrorModel
+from vrx_mj.physics.errors import axis_error
+from vrx_mj.physics.noise import stream_key
+
+__all__ = ["Draw", "errors", "variances"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Draw:
+    """The random numbers of one measurement of one sensor."""
+
+    def __init__(self, seed: int, boat: str, sensor: str, index: int, rate: float) -> None:
+        self.key = _key(seed, boat, sensor)
+        """Of the sensor's stream."""
+        self.index = index
+        """Number of the measurement."""
+        self.rate = rate
+        """Measurements per second."""
+
+    def error(
+        self, axis: int, noise: float, *, offset: float = 0.0, drift: float = 0.0, frequency: float = 0.0
+    ) -> float:
+        """One error; every `axis` of a sensor is a stream of its own."""
+        return float(axis_error(np.uint64(self.key), axis, self.index, offset, drift, frequency / self.rate, noise))
+
+
+@lru_cache(maxsize=4096)
+def _key(seed: int, boat: str, sensor: str) -> int:
+    return stream_key(seed, "sensor", boat, sensor)
+
+
+def errors(model: ErrorModel, draw: Draw, axis: int) -> FloatArray:
+    """(3,) errors along the axes of a model, whose streams are `axis` and the two after it."""
+    columns = zip(model.noise, model.offset, model.drift, model.drift_frequency, strict=True)
+    return np.array(
+        [
+            draw.error(axis + k, noise, offset=offset, drift=drift, frequency=frequency)
+            for k, (noise, offset, drift, frequency) in enumerate(columns)
+        ]
+    )
+
+
+def variances(model: ErrorModel) -> FloatArray:
+    """(3,) variances of the errors, drift included: what Hector's plugins write into covariances."""
+    return np.square(model.drift) + np.square(model.noise)

@@ -1,0 +1,58 @@
+"""The sea's skin in a drawing model: moved to where the eye looks, with the heights that the physics uses."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics import tables
+from vrx_mj.physics.surface import draw_surface, fan, ripples
+
+__all__ = ["SeaSkin"]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class SeaSkin:
+    """Vertices of the sea for one model; nothing happens in a world without water.
+
+    A scene takes `vertices` and `normals` after `mjv_updateScene`. Where a viewer updates the scene itself,
+    `vertices` may be written into `model.skin_vert`: the skin's only bone is the world.
+    """
+
+    def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
+        self.wet = model.nskin == 1
+        sea = parameters["sea"]
+        self._waves = tables.table(tables.WAVE, sea["waves"])
+        self._shading = ripples(self._waves)
+        self._sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
+        self._distances, self._spokes = fan()
+        number = int(model.nskinvert)
+        self.vertices = np.zeros((number, 3), np.float32)
+        self.normals = np.zeros((number, 3), np.float32)
+        self.palette = np.zeros((number, 2), np.float32)
+        """Texture coordinates: what share of the sky a point mirrors, and how it glitters."""
+
+    def move(self, eye: FloatArray, sun: FloatArray, course: float, half: float, time: float) -> None:
+        """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].
+
+        `course` is counter-clockwise from east; `half` = pi: all around. `sun` (3,) is a unit vector to the sun.
+        """
+        if self.wet:
+            draw_surface(
+                self._waves,
+                self._shading,
+                self._sea[0],
+                float(time),
+                np.asarray(eye, np.float64),
+                np.asarray(sun, np.float64),
+                float(course),
+                float(half),
+                self._distances,
+                self._spokes,
+                self.vertices,
+                self.normals,
+                self.palette,
+            )

@@ -1,0 +1,66 @@
+"""What a camera can see: which geoms, and how wide a part of the sea."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["View"]
+
+FloatArray = npt.NDArray[np.float64]
+
+SMALLEST = 0.25
+"""Geoms of a smaller radius in the picture [pixels] are not drawn."""
+MARGIN = 0.03
+"""By how much the sea is drawn wider than the view [rad]."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A pinhole camera in the world."""
+
+    position: FloatArray
+    """(3,) [m]"""
+    rotation: FloatArray
+    """(3, 3), camera to world axes; x forward, y left, z up."""
+    half_width: float
+    """Of the picture, at distance 1."""
+    half_height: float
+    near: float
+    """[m]"""
+    far: float
+    """[m]"""
+    focal_length: float
+    """[pixels]"""
+    end: float = 6000.0
+    """Where land and sea end [m]."""
+
+    def shows(self, centers: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:
+        """Whether spheres (n, 3), (n,) [m] may be seen: neither behind, beside, too far away, nor too small.
+
+        A sphere is too far when all of it is beyond `far`. A radius of 0 means without end.
+        """
+        ahead, left, up = ((centers - self.position) @ self.rotation).T
+        seen = (ahead > self.near - radii) & (ahead < self.far + radii)
+        for across, half in ((left, self.half_width), (up, self.half_height)):
+            # distance beyond the plane through the eye and the picture's edge
+            seen &= np.abs(across) - half * ahead <= radii * math.hypot(1.0, half)
+        seen &= radii * self.focal_length >= SMALLEST * np.maximum(ahead, self.near)
+        return np.asarray(seen | (radii <= 0.0))
+
+    def horizontal_range(self) -> tuple[float, float]:
+        """The middle of what is seen of the sea and half its width [rad], counter-clockwise from east.
+
+        Half is pi when the camera looks so far down, or up, or lies on its side, that its picture holds all directions.
+        """
+        ahead = self.rotation[:, 0]
+        course = math.atan2(ahead[1], ahead[0])
+        corners = np.array([[1.0, self.half_width * y, self.half_height * z] for y in (-1, 1) for z in (-1, 1)])
+        east, north, _ = (corners @ self.rotation.T).T
+        along = east * math.cos(course) + north * math.sin(course)
+        beside = north * math.cos(course) - east * math.sin(course)
+        if np.any(along <= 0.05 * np.hypot(1.0, beside)):
+            return course, math.pi
+        angles = np.arctan2(beside, along)
+        return course + float(angles.max() + angles.min()) / 2.0, float(np.ptp(angles)) / 2.0 + MARGIN

@@ -1,0 +1,167 @@
+import pytest
+
+from vrx_mj.config.parts.catalogue import TYPES
+from vrx_mj.config.parts.rules import rule_sets
+
+COMPONENTS = "wamv_camera: [{name: front, x: 0.75}]\nwamv_gps: [{name: gps_wamv, x: -0.85}]\n"
+THRUSTERS = "engine: [{prefix: left, position: -2.373776 1.027135 0.318237}]\n"
+OUTSIDE = "wamv_camera: [{name: front, x: 0}, {name: back, x: -0.9, y: 0.6}]\n"
+LAST = "VRX's own generator, which judges each file by its last part, would say"
+
+
+@pytest.fixture
+def files(folder):
+    for name, text in {"c": COMPONENTS, "t": THRUSTERS, "out": OUTSIDE, "empty": ""}.items():
+        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.usefixtures("files")
+def test_a_legal_boat_passes(cli):
+    said = cli("robot", "check", "--components", "c.yaml", "--thrusters", "t.yaml")
+    assert (said.code, said.err) == (0, "")
+    assert "rules of VRX classic, 1.6.1 and later" in said.out
+    assert said.out.endswith(f"compliant: all parts pass (3)\n{LAST} compliant; it logs no error\n")
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in said.out.splitlines() if "│" in line]
+    assert rows == [
+        ["wamv_camera", "front", "0.75 0 1.5", "pass: in component_compliance_for"],
+        ["wamv_gps", "gps_wamv", "-0.85 0 1.3", "pass: in component_compliance_aft"],
+        ["engine", "left", "-2.373776 1.027135 0.318237", "pass: in thruster_compliance_port_aft"],
+    ]
+
+
+@pytest.mark.usefixtures("files")
+def test_one_that_is_not_ends_with_one_and_says_where_each_part_may_go(cli):
+    said = cli("robot", "check", "--components", "out.yaml")
+    assert (said.code, said.err) == (1, "")
+    assert "outside every box; it misses component_compliance_for by 0.3 m: 0.3 m too far aft" in said.out
+    assert "nearest legal place: 0.3 0 1.5 in component_compliance_for" in said.out
+    assert "nearest legal place: -0.9 0.5 1.5 in component_compliance_aft" in said.out
+    assert "not compliant: 2 of 2 parts break a rule\nit can be built and sailed all the same\n" in said.out
+    assert said.out.endswith(
+        f"{LAST} not compliant; it logs errors on the way, which fails the boat in a competition\n"
+    )
+
+
+@pytest.mark.usefixtures("files")
+def test_either_file_may_be_left_out(cli):
+    assert cli("robot", "check", "--thrusters", "t.yaml").code == 0
+    assert cli("robot", "check", "--components", "c.yaml").code == 0
+
+
+@pytest.mark.usefixtures("files")
+def test_a_file_that_cannot_be_read_ends_with_two(cli):
+    said = cli("robot", "check", "--components", "t.yaml")
+    assert (said.code, said.out) == (2, "")
+    assert said.err == "t.yaml:1:1: engine: 'engine' belongs in the thruster file; this is the component file\n"
+    assert cli("robot", "check", "--thrusters", "no.yaml").code == 2
+
+
+def test_nothing_to_check(cli):
+    said = cli("robot", "check")
+    assert (said.code, said.out) == (2, "")
+    assert said.err == "nothing to check: name a file with --components, with --thrusters, or one with each\n"
+
+
+@pytest.mark.usefixtures("files")
+def test_an_empty_file_is_legal(cli):
+    said = cli("robot", "check", "--components", "empty.yaml")
+    assert said.code == 0
+    assert said.out.startswith("compliant: no parts\n")
+
+
+@pytest.mark.usefixtures("files")
+def test_what_vrx_would_stop_at_is_said(cli, folder):
+    (folder / "odd.yaml").write_text("wamv_gps: {name: gps}\n", encoding="utf-8")
+    said = cli("robot", "check", "--components", "odd.yaml")
+    assert said.code == 0
+    assert said.out.endswith(
+        "compliant: all parts pass (1)\nVRX's own generator would stop without a result, at:\n"
+        "  odd.yaml:1:11: wamv_gps: one instance that is not in a list\n"
+    )
+
+
+@pytest.mark.usefixtures("files")
+def test_other_rules(cli, folder):
+    (folder / "p3d.yaml").write_text("wamv_p3d: [{name: p3d_wamv}]\n", encoding="utf-8")
+    assert cli("robot", "check", "--components", "p3d.yaml").code == 1
+    assert cli("robot", "check", "--components", "p3d.yaml", "--rules", "2019").code == 0
+    said = cli("robot", "check", "--components", "p3d.yaml", "--rules", "clasic")
+    assert (said.code, said.err) == (2, "no set of rules named 'clasic'; did you mean 'classic'?\n")
+
+
+@pytest.mark.usefixtures("files")
+def test_a_picture_of_it(cli, folder):
+    said = cli("robot", "check", "--components", "out.yaml", "--thrusters", "t.yaml", "--picture", "boat.png")
+    assert said.code == 1
+    assert said.out.endswith("picture: boat.png\n")
+    assert (folder / "boat.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.usefixtures("files")
+def test_a_picture_that_cannot_be_written(cli):
+    said = cli("robot", "check", "--components", "c.yaml", "--picture", "no/boat.png")
+    assert (said.code, said.err) == (2, "cannot write the picture 'no/boat.png': No such file or directory\n")
+    said = cli("robot", "check", "--components", "c.yaml", "--picture", "boat.gif")
+    assert (said.code, said.err) == (
+        2,
+        "a picture cannot be written as 'boat.gif'; its name ends in .png, .pdf, .svg\n",
+    )
+
+
+def test_parts_shows_every_type_with_its_parameters_and_boxes(cli):
+    said = cli("robot", "parts")
+    assert (said.code, said.err) == (0, "")
+    for part in TYPES.values():
+        assert f"{part.name}: {part.meaning}" in said.out
+    assert "at most 3 by the rules of VRX classic, 1.6.1 and later\n" in said.out
+    assert "  in component_compliance_for: x 0.3 to 1.3, y -0.5 to 0.5, z 1.3 to 2.3 m; any number\n" in said.out
+    assert "  in thruster_compliance_middle: x -1 to 1.5, y -0.5 to 0.5, z -0.6 to 0.6 m; 1 part\n" in said.out
+
+
+def test_parts_shows_one_type(cli):
+    said = cli("robot", "parts", "wamv_gps")
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in said.out.splitlines() if "│" in line]
+    assert rows[0][:4] == ["name", "gps", "", "yes"]
+    assert rows[1][:4] == ["x", "0.3", "m", "yes"]
+    assert rows[-1][:4] == ["update_rate", "15", "Hz", "no"]
+    assert [row[0] for row in rows] == [each.name for each in TYPES["wamv_gps"].parameters]
+
+
+def test_parts_by_other_rules(cli):
+    assert "not in the rules of VRX 1.2.6, of 2019\n" in cli("robot", "parts", "wamv_pinger", "--rules", "2019").out
+
+
+def test_parts_of_no_type(cli):
+    said = cli("robot", "parts", "wamv_gsp")
+    assert (said.code, said.err) == (2, "no type of part named 'wamv_gsp'; did you mean 'wamv_gps'?\n")
+
+
+@pytest.mark.parametrize("command", ["check", "parts"])
+def test_help_names_every_set_of_rules(cli, command):
+    said = cli("robot", command, "--help").out
+    assert all(name in said for name in rule_sets())
+
+
+def test_new_robot_copies_files_that_pass(cli, folder):
+    said = cli("new", "robot", "mine")
+    assert (said.code, said.err) == (0, "")
+    assert said.out == (
+        "mine: edit its thruster_config.yaml and component_config.yaml, then\n"
+        "vrx-mj robot check --thrusters 'mine/thruster_config.yaml' --components 'mine/component_config.yaml'\n"
+    )
+    assert sorted(file.name for file in (folder / "mine").iterdir()) == [
+        "component_config.yaml",
+        "thruster_config.yaml",
+    ]
+    files = ("--thrusters", "mine/thruster_config.yaml", "--components", "mine/component_config.yaml")
+    assert cli("robot", "check", *files).code == 0
+
+
+def test_new_robot_overwrites_nothing(cli, folder):
+    (folder / "mine").mkdir()
+    said = cli("new", "robot", "mine")
+    assert (said.code, said.err) == (2, "mine is there already: choose another name, or remove it\n")
+    said = cli("new", "robot", "no/mine")
+    assert (said.code, said.err) == (2, "cannot write the folder 'no/mine': No such file or directory\n")
+    assert cli("new", "robot", "").err == "the new robot needs a name, as in vrx-mj new robot my_robot\n"

@@ -1,0 +1,259 @@
+"""Pictures: where things are in them, in what colours, and that they are the same every time."""
+
+import functools
+import math
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.compiler.drawing import drawing_model
+from vrx_mj.compiler.world import make_world
+from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.errors import RenderError
+from vrx_mj.sensors.camera import Cameras
+from vrx_mj.sensors.gl import choose_backend
+
+
+def _no_gl():
+    try:
+        choose_backend()
+    except RenderError as error:
+        return str(error)
+    return None
+
+
+NO_GL = _no_gl()
+pytestmark = [pytest.mark.render, pytest.mark.skipif(NO_GL is not None, reason=f"{NO_GL}")]
+
+ASIDE = {"spawn": {"pose": [-60, 0, 0.1, 0, 0, 0]}}
+CALM = {**ASIDE, "sea": {"model": "pms", "gain": 0.0, "period": 5.0}}
+WAVES = {**ASIDE, "sea": {"model": "pms", "gain": 0.3, "period": 5.0, "scale": 2.5, "tau": 0.0}}
+LEVEL = np.eye(3)
+RED, WHITE, BLUE = "1 0 0 1", "1 1 1 1", "0 0 1 1"
+
+
+def config(**changes):
+    values = {"name": "camera", "link": "l", "frame": "f", "width": 640, "height": 360, "noise": 0.0, **changes}
+    return CameraConfig(**values)
+
+
+def turned(*, pitch=0.0, yaw=0.0):
+    """Camera to world axes: pitch nose down, then yaw, as a boat's sensors are mounted."""
+    cp, sp, cy, sy = math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
+    return np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+
+
+def pixel(camera, position, rotation, point):
+    """Column and row [pixels from 0] where a point [m, world] is seen: a second pinhole, from the field of view."""
+    ahead, left, up = rotation.T @ (np.asarray(point) - position)
+    focal = camera.width / 2 / math.tan(camera.horizontal_fov / 2)
+    return (camera.width - 1) / 2 - focal * left / ahead, (camera.height - 1) / 2 - focal * up / ahead
+
+
+@functools.cache
+def _drawn(key):
+    world, balls = _WORLDS[key]
+    compiled = compile_world(world)
+    shapes = "".join(
+        f'<geom type="sphere" size="{radius}" pos="{x} {y} {z}" rgba="{color}" group="2" contype="0" conaffinity="0"/>'
+        for (x, y, z), radius, color in balls
+    )
+    compiled = make_world(
+        compiled.mjcf.replace("</worldbody>", f"{shapes}</worldbody>"), compiled.assets, compiled.parameters
+    )
+    model = drawing_model(compiled)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return Cameras(model, compiled.parameters), data
+
+
+FOG = {"type": "linear", "color": [0.5, 0.6, 0.7], "start": 2, "end": 60}
+BALLS = (((30, 4, 1.5), 0.5, RED), ((50, -10, 3.0), 1.0, BLUE))
+_WORLDS = {
+    "balls": (CALM, BALLS),
+    "waves": (WAVES, ()),
+    "fog": ({**CALM, "scene": {"fog": FOG}}, (((100, 0, 3), 2.0, WHITE), ((12, 3, 3), 1.0, WHITE))),
+    "dusk": ({**CALM, "scene": {"sky": {"time": 19.8}}}, ()),
+    "near": (CALM, (((0.03, 0, 1.5), 0.01, RED), ((20, 0, 1.5), 0.5, RED))),
+    "calm": (CALM, ()),
+    "dry": ({**ASIDE, "sea": {"model": "none"}}, ()),
+}
+
+
+def image(world, camera, position=(0.0, 0.0, 1.5), rotation=LEVEL, time=20.0, **stream):
+    cameras, data = _drawn(world)
+    return cameras.image(camera, data, np.array(position), rotation, time, **stream).rgb
+
+
+def centre_of(mask):
+    rows, columns = np.nonzero(mask)
+    return columns.mean(), rows.mean()
+
+
+def red(rgb):
+    return (rgb[..., 0] > 90) & (rgb[..., 1] < 40) & (rgb[..., 2] < 40)
+
+
+def blue(rgb):
+    return (rgb[..., 2] > 90) & (rgb[..., 0] < 40) & (rgb[..., 1] < 40)
+
+
+# Where things are
+
+
+@pytest.mark.parametrize("shape", [(640, 360), (320, 240), (200, 400)])
+@pytest.mark.parametrize("fov", [1.3962634, 0.6, 2.2])
+def test_spheres_are_where_the_pinhole_puts_them(shape, fov):
+    camera = config(width=shape[0], height=shape[1], horizontal_fov=fov)
+    place, rotation = np.array([0.0, 0.0, 1.5]), turned(pitch=0.05, yaw=0.02)
+    rgb = image("balls", camera, place, rotation)
+    for found, (center, _, _) in zip((red(rgb), blue(rgb)), BALLS, strict=True):
+        column, row = pixel(camera, place, rotation, center)
+        if not (4 < column < shape[0] - 4):
+            assert not found.any()
+            continue
+        assert centre_of(found) == pytest.approx((column, row), abs=1.5)  # shading hides part of a rim
+
+
+@pytest.mark.parametrize(("height", "pitch"), [(1.5, 0.0), (1.5, 0.2617994), (3.0, 0.1), (1.5, -0.1)])
+def test_horizon_is_level_and_where_the_pitch_puts_it(height, pitch):
+    camera = config()
+    rgb = image("calm", camera, (0, 0, height), turned(pitch=pitch)).astype(int)
+    focal = camera.width / 2 / math.tan(camera.horizontal_fov / 2)
+    expected = (camera.height - 1) / 2 - focal * math.tan(pitch)
+    for column in (5, 160, 320, 480, 634):
+        step = np.abs(np.diff(rgb[:, column].sum(axis=1)))
+        assert int(step.argmax()) + 0.5 == pytest.approx(expected, abs=2.0)
+
+
+def test_stereo_cameras_see_a_ball_apart_by_focal_length_times_baseline_over_distance():
+    camera = config(width=1280, height=720)
+    left, right = (centre_of(red(image("balls", camera, (20, 4 + y, 1.5)))) for y in (0.1, -0.1))
+    assert left[0] - right[0] == pytest.approx(762.72 * 0.2 / 10.0, abs=0.6)  # the ball's middle is 10 m away
+    assert left[1] == pytest.approx(right[1], abs=0.3)
+
+
+def test_what_is_nearer_than_near_is_not_seen():
+    camera = config()
+    assert centre_of(red(image("near", camera))) == pytest.approx((319.5, 179.5), abs=1.0)
+    assert red(image("near", camera)).sum() < 900  # the ball 20 m away, not the one 3 cm away
+    assert red(image("near", config(near=0.001))).sum() > 10_000
+
+
+def test_what_is_beyond_far_is_not_seen_but_the_horizon_is():
+    near_only, all_of_it = (image("balls", config(far=far)) for far in (40.0, 300.0))
+    assert red(near_only).any()
+    assert not blue(near_only).any()
+    assert blue(all_of_it).any()
+    sea_and_sky = ~red(all_of_it) & ~blue(all_of_it)
+    assert np.mean(np.any(near_only != all_of_it, axis=2) & sea_and_sky) < 0.002  # the blue ball's dark rim
+
+
+def test_the_boats_own_hull_is_in_view():
+    compiled = compile_world(CALM)
+    model = drawing_model(compiled)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    cameras = Cameras(model, compiled.parameters)
+    body = data.body("wamv/base_link")
+    frame = body.xmat.reshape(3, 3)
+    rgb = cameras.image(config(), data, body.xpos + frame @ (0.75, 0.1, 1.5), frame @ turned(pitch=0.26), 0.0).rgb
+    cameras.close()
+    corner = rgb[-40:, 40:140].reshape(-1, 3).astype(int)  # the port float, ahead and below: white
+    assert np.median(corner.min(axis=1)) > 100
+
+
+# Colours
+
+
+def test_the_sea_moves_and_so_do_its_pictures():
+    first, same, later = (image("waves", config(), time=t).astype(int) for t in (20.0, 20.0, 20.5))
+    assert np.array_equal(first, same)
+    water = np.abs(first - later)[200:].max(axis=2)
+    assert np.mean(water > 2) > 0.3
+    assert not np.any(np.abs(first - later)[:120])  # the sky stands still
+
+
+def test_a_world_without_water_shows_sky_alone():
+    dry, calm = image("dry", config()), image("calm", config())
+    assert np.array_equal(dry[:150], calm[:150])
+    assert np.abs(dry[-1].astype(int) - calm[-1]).min() > 30
+
+
+def test_a_calm_sea_does_not_move():
+    assert np.array_equal(image("calm", config(), time=3.0), image("calm", config(), time=30.0))
+
+
+def test_fog_hides_a_white_ball_far_away_but_not_a_near_one():
+    camera = config()
+    place = np.array([0.0, 0.0, 2.0])
+    rgb = image("fog", camera, place)
+    color = np.rint(np.array(FOG["color"]) * 255)
+    column, row = (round(value) for value in pixel(camera, place, LEVEL, (100, 0, 3)))
+    assert np.abs(rgb[row, column] - color).max() <= 2
+    assert np.abs(rgb[row - 60, column] - color).max() <= 2  # the sky is fog too
+    column, row = (round(value) for value in pixel(camera, place, LEVEL, (12, 3, 3)))
+    assert np.abs(rgb[row, column] - color).max() > 30
+
+
+def test_dusk_is_darker_and_redder_than_day():
+    day, dusk = (image(key, config()).reshape(-1, 3).astype(float) for key in ("calm", "dusk"))
+    assert dusk.mean() < 0.75 * day.mean()
+    redness = [rgb[:, 0].mean() / rgb[:, 2].mean() for rgb in (day, dusk)]
+    assert redness[1] > 1.3 * redness[0]
+
+
+# The same every time
+
+
+def test_the_same_moment_gives_the_same_bits_whatever_was_drawn_before():
+    camera = config(noise=0.007)
+    first = image("waves", camera, key=7, index=3)
+    image("waves", config(width=800, height=600), time=9.0, key=1)
+    _drawn("waves")[0].close()
+    assert np.array_equal(first, image("waves", camera, key=7, index=3))
+
+
+def test_noise_is_that_of_the_stream_and_equal_in_three_channels():
+    clean = image("calm", config()).astype(int)
+    noisy = [image("calm", config(noise=0.02), key=key, index=index).astype(int) for key, index in ((7, 0), (7, 1))]
+    change = noisy[0] - clean
+    inner = np.all((clean > 30) & (clean < 225), axis=2)
+    assert np.array_equal(change[inner][:, 0], change[inner][:, 2])
+    deviation = change[inner][:, 0]
+    assert deviation.std() == pytest.approx(0.02 * 255, rel=0.02)
+    assert deviation.mean() == pytest.approx(0.0, abs=0.05)
+    assert abs(np.corrcoef(deviation, (noisy[1] - clean)[inner][:, 0])[0, 1]) < 0.01
+
+
+def test_another_thread_is_refused():
+    errors = []
+    image("calm", config())
+
+    def elsewhere():
+        try:
+            image("calm", config())
+        except RenderError as error:
+            errors.append(str(error))
+
+    thread = threading.Thread(target=elsewhere)
+    thread.start()
+    thread.join()
+    assert errors == ["a camera's pictures must be drawn in the thread that drew its first one"]
+
+
+def test_the_drawing_model_of_the_caller_is_left_alone():
+    compiled = compile_world(CALM)
+    model = drawing_model(compiled)
+    before = model.geom_group.copy(), model.vis.global_.offwidth, model.skin_vert.copy()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    cameras = Cameras(model, compiled.parameters)
+    cameras.image(config(), data, np.zeros(3), LEVEL, 1.0)
+    cameras.close()
+    assert np.array_equal(model.geom_group, before[0])
+    assert model.vis.global_.offwidth == before[1]
+    assert np.array_equal(model.skin_vert, before[2])

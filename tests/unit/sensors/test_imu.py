@@ -1,0 +1,102 @@
+"""An inertial unit in motions that are known in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vrx_mj.config.poses import quaternion, rotation
+from vrx_mj.config.sensors import ErrorModel, ImuConfig
+from vrx_mj.sensors.errors import Draw, errors
+from vrx_mj.sensors.imu import inertia
+from vrx_mj.sensors.places import Place
+
+CONFIG = ImuConfig(name="imu", link="imu_link")
+DRAW = Draw(1, "a", "imu", 12, 15.0)
+DOWN = np.array([0.0, 0.0, -9.8])
+H = 1.0 / 15.0
+
+
+def at(roll=0.0, pitch=0.0, yaw=0.0, *, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0)):
+    turn, attitude = np.array(rotation(roll, pitch, yaw)), np.array(quaternion(roll, pitch, yaw))
+    return Place(np.zeros(3), turn, attitude, np.array(velocity, float), np.array(spin, float))
+
+
+@pytest.mark.parametrize("before", [None, at()])
+def test_at_rest_and_level_gravity_is_up(before):
+    found = inertia(CONFIG, at(), before, H, DOWN, DRAW)
+    assert found.linear_acceleration.tolist() == [0.0, 0.0, 9.8]
+    assert found.angular_velocity.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_at_rest_and_heeled_gravity_leans_against_the_axes():
+    """Positive roll lowers starboard: the reaction to gravity then points to port, +y, too."""
+    found = inertia(CONFIG, at(roll=0.3), at(roll=0.3), H, DOWN, DRAW).linear_acceleration
+    assert found == pytest.approx((0.0, 9.8 * math.sin(0.3), 9.8 * math.cos(0.3)))
+    found = inertia(CONFIG, at(pitch=0.2), at(pitch=0.2), H, DOWN, DRAW).linear_acceleration
+    assert found == pytest.approx((-9.8 * math.sin(0.2), 0.0, 9.8 * math.cos(0.2)))
+
+
+def test_in_free_fall_there_is_no_acceleration():
+    before, now = at(velocity=(1, 2, 3)), at(velocity=(1, 2, 3 - 9.8 * H))
+    assert inertia(CONFIG, now, before, H, DOWN, DRAW).linear_acceleration == pytest.approx((0, 0, 0), abs=1e-12)
+
+
+def test_speeding_up_is_felt_ahead_whatever_the_heading():
+    along = np.array([math.cos(2.0), math.sin(2.0), 0.0])
+    found = inertia(CONFIG, at(yaw=2.0, velocity=1.3 * along), at(yaw=2.0, velocity=1.2 * along), 0.1, DOWN, DRAW)
+    assert found.linear_acceleration == pytest.approx((1.0, 0.0, 9.8))
+
+
+def test_in_a_steady_turn_the_acceleration_is_centripetal():
+    """u = 3 m/s, r = 0.4 rad/s to port: u r = 1.2 m/s2 to port, up to the mean over the interval, (r h)^2 / 6."""
+    rate, speed = 0.4, 3.0
+    before, now = (
+        at(yaw=rate * t, velocity=(speed * math.cos(rate * t), speed * math.sin(rate * t), 0), spin=(0, 0, rate))
+        for t in (2.0, 2.0 + H)
+    )
+    found = inertia(CONFIG, now, before, H, DOWN, DRAW)
+    half = rate * H / 2.0
+    chord = speed * rate * math.sin(half) / half
+    assert found.linear_acceleration == pytest.approx((chord * math.sin(half), chord * math.cos(half), 9.8))
+    assert found.linear_acceleration[1] == pytest.approx(1.2, rel=1e-3)
+    assert found.angular_velocity == pytest.approx((0.0, 0.0, rate))
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_rate_is_the_turn_between_the_two_in_the_sensors_axes(axis):
+    angles = [0.0, 0.0, 0.0]
+    angles[axis] = 0.05
+    spin = np.zeros(3)
+    spin[axis] = 0.05 / H
+    assert inertia(CONFIG, at(*angles), at(), H, DOWN, DRAW).angular_velocity == pytest.approx(spin)
+
+
+def test_the_rate_is_right_across_the_seam_of_quaternions():
+    before, now = at(yaw=math.pi - 0.01), at(yaw=-math.pi + 0.01)
+    assert inertia(CONFIG, now, before, H, DOWN, DRAW).angular_velocity == pytest.approx((0, 0, 0.02 / H))
+
+
+def test_the_first_measurement_has_the_rate_of_the_moment():
+    found = inertia(CONFIG, at(yaw=1.0, spin=(1.0, 0.0, 0.5)), None, 0.0, DOWN, DRAW)
+    assert found.angular_velocity == pytest.approx((math.cos(1.0), -math.sin(1.0), 0.5))
+    assert found.linear_acceleration == pytest.approx((0.0, 0.0, 9.8))
+
+
+def test_the_orientation_is_absolute():
+    assert inertia(CONFIG, at(0.1, 0.2, 0.3), None, 0.0, DOWN, DRAW).orientation == pytest.approx(
+        quaternion(0.1, 0.2, 0.3)
+    )
+
+
+def test_errors_add_to_rate_acceleration_and_heading():
+    models = {
+        "acceleration": ErrorModel(offset=(0.1, 0.2, 0.3), noise=(0.1, 0.1, 0.1)),
+        "angular_velocity": ErrorModel(offset=(0.01, 0.02, 0.03), noise=(0.1, 0.1, 0.1)),
+        "heading": ErrorModel(offset=(9.0, 9.0, 0.25)),
+    }
+    config = CONFIG.model_copy(update=models)
+    found = inertia(config, at(yaw=0.5), None, 0.0, DOWN, DRAW)
+    assert found.linear_acceleration == pytest.approx(errors(models["acceleration"], DRAW, 0) - DOWN)
+    assert found.angular_velocity == pytest.approx(errors(models["angular_velocity"], DRAW, 3))
+    assert found.orientation == pytest.approx(quaternion(0.0, 0.0, 0.75))
