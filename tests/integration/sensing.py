@@ -1,10 +1,10 @@
 """Worlds whose boats carry sensors, for tests: the sensors are put into a compiled world."""
 
-import mujoco
+import re
 
 import vrx_mj
 from integration.sailing import boats, water
-from vrx_mj.compiler.shooters import BALL, ball_name, park, parked_balls
+from vrx_mj.compiler.shooters import BALL, ball_name, parked_balls
 from vrx_mj.compiler.world import make_world
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dConfig, PingerConfig
@@ -47,10 +47,10 @@ def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
     things = [{"name": f"ball{k}", "model": BALL, "pose": list(ball.pose)} for k, ball in enumerate(balls)]
     text = water(**{"georeference": SYDNEY, **world, "objects": [*world.get("objects", []), *things]})
     compiled = vrx_mj.compile_world(text, fleet=fleet or boats((0.0, 0.0, 0.3)))
-    return vrx_mj.Simulation(equipped(_renamed(compiled, guns, balls), carried, profile=profile), seed=seed)
+    return vrx_mj.Simulation(equipped(_renamed(compiled, guns), carried, profile=profile), seed=seed)
 
 
-def _renamed(world, guns, balls):
+def _renamed(world, guns):
     """The world whose objects ball0, ball1, ... belong to these guns, and sleep."""
     names = {f"ball{k}": ball_name(*gun) for k, gun in enumerate(guns)}
     mjcf, parameters = world.mjcf, dict(world.parameters)
@@ -63,7 +63,9 @@ def _renamed(world, guns, balls):
         {**item, "body": "/".join([names.get(item["body"].split("/")[0], item["body"].split("/")[0]), "link"])}
         for item in world.parameters["floats"]
     ]
-    spec = mujoco.MjSpec.from_string(mjcf, assets=dict(world.assets))
-    park(spec, balls)
-    spec.compile()
-    return make_world(spec.to_xml(), world.assets, parameters)
+    if guns:
+        mjcf = re.sub(r"<option ", '<option sleep_tolerance="0" ', mjcf, count=1)
+        mjcf = re.sub(r"<flag ", '<flag sleep="enable" ', mjcf, count=1)
+    for new in names.values():
+        mjcf = mjcf.replace(f'<body name="{new}/link"', f'<body name="{new}/link" sleep="init"')
+    return make_world(mjcf, world.assets, parameters)

@@ -200,6 +200,25 @@ def new(
 
 
 @app.command()
+def doctor(
+    json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
+) -> None:
+    """Look at what is installed, try what can be tried, and say what to do where something does not work.
+
+    Example: vrx-mj doctor --json doctor.json
+    """
+    from vrx_mj.cli.doctor import as_json, examine, healthy, print_rows
+
+    rows = examine()
+    print_rows(rows)
+    if json_ is not None:
+        with writing("the rows", json_):
+            json_.write_text(json.dumps(as_json(rows), indent=1) + "\n", encoding="utf-8")
+    if not healthy(rows):
+        raise SystemExit(1)
+
+
+@app.command()
 def bench(
     json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
 ) -> None:

@@ -1,27 +1,28 @@
-"""From a world and a fleet to a `World`: pieces are rendered, attached under their names, and saved."""
+"""From a world and a fleet to a `World`: pieces are rendered once for each kind, and placed under their names."""
 
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import mujoco
+from markupsafe import Markup, escape
 
-from vrx_mj.compiler.objects import object_mjcf
+from vrx_mj.compiler.objects import object_piece
 from vrx_mj.compiler.parameters import NO_WIND, float_row, sea_parameters, wind_coefficients, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.robots import hull_row, robot_mjcf, sensor_rows, thruster_rows
+from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
-from vrx_mj.compiler.shooters import park, parked_balls
-from vrx_mj.compiler.templates import render
-from vrx_mj.compiler.terrain import on_land, shoreline, terrain_mjcf
+from vrx_mj.compiler.shooters import parked_balls
+from vrx_mj.compiler.templates import PREFIX, Piece, render
+from vrx_mj.compiler.terrain import on_land, shoreline, terrain_piece
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.poses import Pose, quaternion
+from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, UnknownNameError, VrxWarning
 
@@ -46,7 +47,7 @@ def compile_world(world: Source, *, fleet: Source | None = None, seed: int | Non
 
 
 class _Assembly:
-    """One world in the making: the spec, its assets and its rows."""
+    """One world in the making: its pieces, its assets and its rows."""
 
     def __init__(self, config: WorldConfig, fleet: str, boats: tuple[BoatConfig, ...]) -> None:
         self.config = config
@@ -56,7 +57,11 @@ class _Assembly:
         self.docks = tuple(place_docks(config.docks, config.objects))
         self.sea = sea_parameters(config.sea)
         self.assets: dict[str, bytes] = {}
-        self.pieces: dict[Any, tuple[str, dict[str, bytes]]] = {}
+        self.pieces: dict[Any, Piece] = {}
+        self.fittings: dict[Any, Any] = {}
+        self.shapes: dict[str, None] = {}
+        self.placed: list[dict[str, Any]] = []
+        self.contacts: list[str] = []
         self.rows: dict[str, list[dict[str, Any]]] = {
             "hulls": [],
             "thrusters": [],
@@ -68,19 +73,21 @@ class _Assembly:
 
     def world(self, seed: int) -> World:
         self._warn_of_land()
-        spec = mujoco.MjSpec.from_string(self._frame())
-        spec.compiler.savecompiled = spec.compiler.savecanonical = False
         if self.config.terrain:
-            self._attach(spec, "terrain", terrain_mjcf(self.config.terrain, self.config.folder))
+            self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
         for dock in self.docks:
-            text = render("dock.xml.j2", cells=dock.layout.cells)
-            self._attach(spec, dock.name, (text, {}), dock.pose)
+            self._place(dock.name, Piece("dock.xml.j2", {"cells": dock.layout.cells}, {}), dock.pose)
         for item in self.objects:
-            self._add_object(spec, item)
+            self._add_object(item)
         for boat in self.boats:
-            self._add_boat(spec, boat)
-        self._add_balls(spec)
-        return make_world(self._text(spec), self.assets, self._parameters(seed))
+            self._add_boat(boat)
+        self._add_balls()
+        world = make_world(self._text(), self.assets, self._parameters(seed))
+        try:
+            mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
+        except ValueError as error:
+            raise CompileError(f"MuJoCo refuses the world {self.config.name}: {error}") from error
+        return world
 
     def _warn_of_land(self) -> None:
         terrain = self.config.terrain
@@ -89,7 +96,7 @@ class _Assembly:
             text = f"on land in {self.config.name}: {', '.join(ashore)}; the shore is that of {terrain}"
             warnings.warn(text, VrxWarning, stacklevel=3)
 
-    def _frame(self) -> str:
+    def _text(self) -> str:
         config = self.config
         sea = {key: self.sea[key] for key in ("model", "significant_height", "period", "direction", "tau")}
         return render(
@@ -102,30 +109,39 @@ class _Assembly:
             water=config.sea.model != "none" or config.terrain is not None,
             level=self.sea["level"],
             sea=json.dumps(sea).replace('"', "'"),
+            assets=[Markup(item) for item in self.shapes],
+            pieces=self.placed,
+            contacts=Markup("".join(self.contacts)),
+            asleep=any(row["type"] == "ball_shooter" for row in self._sensors()),
             **scene_values(config),
         )
 
-    def _add_object(self, spec: mujoco.MjSpec, item: PlacedObject) -> None:
-        kind = (item.model, item.config.folder)
+    def _sensors(self) -> Iterator[dict[str, Any]]:
+        return (row["config"] for row in self.rows["sensors"])
+
+    def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
+        kind = (item.model, item.config.folder, asleep)
         if kind not in self.pieces:
-            self.pieces[kind] = object_mjcf(item.config)
-        self._attach(spec, item.name, self.pieces[kind], item.pose)
+            self.pieces[kind] = object_piece(item.config, asleep=asleep)
+        self._place(item.name, self.pieces[kind], item.pose)
         if item.config.kind == "floating":
             row, elements = float_row(item, self.config.wind, self.config.physics.gravity)
             row["element_start"], row["element_count"] = len(self.rows["elements"]), len(elements)
             self.rows["floats"].append(row)
             self.rows["elements"] += elements
 
-    def _add_boat(self, spec: mujoco.MjSpec, boat: BoatConfig) -> None:
-        built = self._built(boat)
+    def _add_boat(self, boat: BoatConfig) -> None:
         kind = (boat.order, boat.engines, boat.color)
+        built = self._built(boat)
         if kind not in self.pieces:
-            model = robot_mjcf(built, boat.engines, boat.color)
-            self.pieces[kind] = (model.mjcf, model.assets)
-        self._attach(spec, boat.name, self.pieces[kind], boat.pose)
-        prefix = f"{boat.name}/"
-        thrusters = thruster_rows(built, boat.engines, prefix)
-        row = hull_row(built, boat.engines, prefix)
+            self.pieces[kind] = robot_piece(built, boat.engines, boat.color)
+            self.fittings[kind] = (
+                hull_row(built, boat.engines, PREFIX),
+                thruster_rows(built, boat.engines, PREFIX),
+                sensor_rows(built, PREFIX),
+            )
+        self._place(boat.name, self.pieces[kind], boat.pose)
+        row, thrusters, sensors = renamed(self.fittings[kind], f"{boat.name}/")
         row["wind"] = list(wind_coefficients(self.config.wind, boat.name, boat.robot) or built.wind or NO_WIND)
         start = len(self.rows["thrusters"])
         row["thruster_start"], row["thruster_count"] = start, len(thrusters)
@@ -134,15 +150,14 @@ class _Assembly:
             thruster["race"] += start if thruster["race"] >= 0 else 0
         self.rows["hulls"].append(row)
         self.rows["thrusters"] += thrusters
-        self.rows["sensors"] += sensor_rows(built, boat.name, prefix)
+        self.rows["sensors"] += [{"boat": boat.name, **sensor} for sensor in sensors]
 
-    def _add_balls(self, spec: mujoco.MjSpec) -> None:
+    def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""
-        configs = ((row["boat"], row["config"]) for row in self.rows["sensors"])
-        balls = parked_balls([(boat, own["name"]) for boat, own in configs if own["type"] == "ball_shooter"])
+        shooters = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
+        balls = parked_balls([(row["boat"], row["config"]["name"]) for row in shooters])
         for ball in balls:
-            self._add_object(spec, ball)
-        park(spec, balls)
+            self._add_object(ball, asleep=True)
         self.objects = (*self.objects, *balls)
 
     def _built(self, boat: BoatConfig) -> Boat:
@@ -154,30 +169,13 @@ class _Assembly:
                 raise CompileError(f"boat {boat.name}: {error}") from error
         return self.kinds[boat.order]
 
-    def _attach(
-        self,
-        spec: mujoco.MjSpec,
-        name: str,
-        piece: tuple[str, dict[str, bytes]],
-        pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    ) -> None:
-        text, assets = piece
-        child = mujoco.MjSpec.from_string(text, assets=assets)
-        child.compiler.savecompiled = child.compiler.savecanonical = False
-        frame = spec.worldbody.add_frame(pos=list(pose[:3]), quat=list(quaternion(*pose[3:])))
-        spec.attach(child, frame=frame, prefix=f"{name}/")
-        self.assets.update(assets)
-
-    def _text(self, spec: mujoco.MjSpec) -> str:
-        for mesh in spec.meshes:
-            mesh.file = mesh.file.rpartition("/")[2]
-        spec.assets = dict(self.assets)
-        spec.dedup_assets()
-        try:
-            spec.compile()
-        except ValueError as error:
-            raise CompileError(f"MuJoCo refuses the world {self.config.name}: {error}") from error
-        return str(spec.to_xml())
+    def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
+        """Put a piece into the world, its names after `name` and a slash."""
+        prefix = escape(f"{name}/")
+        self.shapes.update(dict.fromkeys(item.replace(PREFIX, prefix) for item in piece.assets))
+        self.placed.append({"pose": pose, "bodies": Markup(piece.bodies.replace(PREFIX, prefix))})
+        self.contacts.append(piece.contacts.replace(PREFIX, prefix))
+        self.assets.update(piece.files)
 
     def _parameters(self, seed: int) -> dict[str, Any]:
         config = self.config
@@ -202,6 +200,15 @@ class _Assembly:
             "scene": scene_parameters(config),
             "camera": config.camera,
         }
+
+
+def renamed(tree: Any, prefix: str) -> Any:
+    """A copy of rows in which names get their prefix."""
+    if isinstance(tree, str):
+        return tree.replace(PREFIX, prefix)
+    if isinstance(tree, dict):
+        return {key: renamed(value, prefix) for key, value in tree.items()}
+    return [renamed(value, prefix) for value in tree] if isinstance(tree, list | tuple) else tree
 
 
 def waypoints(config: WorldConfig) -> list[list[float]]:

@@ -24,7 +24,7 @@ _SKIES = (
     (10.0, (0.30, 0.50, 0.76), (0.90, 0.82, 0.74), (0.82, 0.70, 0.56), 0.90),
     (22.0, (0.36, 0.58, 0.82), (0.80, 0.88, 0.94), (0.80, 0.80, 0.80), 1.00),
 )
-"""Elevation of the sun [degrees], colours of zenith, horizon and light, share of the ambient light; mixed in between."""
+"""Elevation of the sun [degrees], colours of zenith, horizon and light, share of ambient light; mixed in between."""
 _HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
 
 

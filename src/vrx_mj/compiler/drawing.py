@@ -21,7 +21,7 @@ WATER, SKY, SUN = "water", "sky", "sun"
 """Names of the world's plane of water, of its skybox and of its light."""
 SKY_SIDE = 512
 """Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
-PALETTE = (512, 64)
+PALETTE = (512, 256)
 """Columns and rows of the sea's palette."""
 LOOKOUT = 2.0
 """Height of the eye [m] for which the sea is shaded until its mover says better."""

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vrx_mj.compiler.robots import robot_mjcf
+from vrx_mj.compiler.robots import robot_piece
 from vrx_mj.config.boats import Boat
 
 __all__ = ["save_robot"]
@@ -14,11 +14,11 @@ def save_robot(boat: Boat, target: Path, *, name: str) -> None:
     It is the rigid boat on a free joint, with engines that turn on their hinges; water, wind and thrust are what a
     world adds. `name` is the model's: names inside have no prefix, and MuJoCo's `attach` gives them one.
     """
-    robot = robot_mjcf(boat, "hinged")
-    text = robot.mjcf.replace('<mujoco model="robot">', f'<mujoco model="{name}">', 1)
+    robot = robot_piece(boat, "hinged")
+    text = robot.document(name)
     folder = target.parent / "assets"
     folder.mkdir(exist_ok=True)
-    for file, content in robot.assets.items():
+    for file, content in robot.files.items():
         (folder / file).write_bytes(content)
         text = text.replace(f'file="{file}"', f'file="assets/{file}"')
     target.write_text(text, encoding="utf-8", newline="\n")

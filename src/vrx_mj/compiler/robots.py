@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Any, Literal
 
 from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, posed, rigid
-from vrx_mj.compiler.templates import Geom, Mesh, geoms, meshes, render
+from vrx_mj.compiler.templates import Geom, Piece, geoms, meshes
 from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.config.sensors import CameraConfig
@@ -25,12 +25,11 @@ from vrx_mj.physics.tables import GLF, LINEAR, RUDDER
 
 __all__ = [
     "Engines",
-    "RobotModel",
     "boat_mass",
     "body_mass",
     "hull_row",
     "link_mass",
-    "robot_mjcf",
+    "robot_piece",
     "sensor_rows",
     "thruster_rows",
     "turning_mass",
@@ -47,16 +46,6 @@ MAPPINGS = {"linear": LINEAR, "glf": GLF}
 
 LIGHTEST = 1e-6
 """Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
-
-
-@dataclass(frozen=True)
-class RobotModel:
-    """A boat as MJCF, with the mesh files it names."""
-
-    mjcf: str
-    assets: dict[str, bytes]
-    base: MassProperties
-    """Of the base link's body: the whole boat with fixed engines, without what steers with hinged ones."""
 
 
 @dataclass(frozen=True)
@@ -111,31 +100,29 @@ def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
             yield posed(own, part.pose)
 
 
-def robot_mjcf(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> RobotModel:
-    """The boat as a MuJoCo model of its own, to be attached under a prefix.
+def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> Piece:
+    """The boat as a piece of a world.
 
     Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
     """
-    base_mass = body_mass(boat, engines)
     parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
     needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
     double = _doubles(parts)
-    text = render(
-        "robot.xml.j2",
-        link=boat.link,
-        meshes=needed,
-        base_mass=base_mass,
-        base=_painted([_frame(part, double) for part in boat.parts], color),
-        thrusters=[_thruster_view(thruster, double) for thruster in boat.thrusters if thruster.parts],
-        cameras=[_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
-        hinged=engines == "hinged",
-        pi=math.pi,
-    )
-    return RobotModel(text, _assets(needed), base_mass)
-
-
-def _assets(needed: Iterable[Mesh]) -> dict[str, bytes]:
-    return {item.file: item.content for item in needed}
+    thrusters = [_thruster_view(thruster, double) for thruster in boat.thrusters if thruster.parts]
+    hinged = engines == "hinged"
+    turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
+    values = {
+        "link": boat.link,
+        "meshes": needed,
+        "base_mass": body_mass(boat, engines),
+        "base": _painted([_frame(part, double) for part in boat.parts], color),
+        "thrusters": thrusters,
+        "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
+        "hinged": hinged,
+        "strangers": list(itertools.combinations(turning, 2)),
+        "pi": math.pi,
+    }
+    return Piece("robot.xml.j2", values, {item.file: item.content for item in needed})
 
 
 def _doubles(parts: Iterable[Part]) -> frozenset[str]:
@@ -165,7 +152,6 @@ def _thruster_view(thruster: Thruster, double: frozenset[str]) -> dict[str, Any]
         "pose": thruster.pose,
         "mass": turning_mass(thruster) or rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3),
         "frames": _seen_as([_frame(part, double) for part in thruster.parts], f"{thruster.name}_engine"),
-        "range": thruster.drive.max_angle,
     }
 
 
@@ -288,11 +274,10 @@ def _wing(thruster: Thruster, names: Sequence[str], boat: Boat) -> dict[str, Any
     }
 
 
-def sensor_rows(boat: Boat, name: str, prefix: str) -> list[dict[str, Any]]:
-    """The sensors of a boat called `name`: each with the body and the pose in it that its frame has."""
+def sensor_rows(boat: Boat, prefix: str) -> list[dict[str, Any]]:
+    """The boat's sensors: each with the body that carries it, and the pose in it that its frame has."""
     return [
         {
-            "boat": name,
             "body": prefix + boat.link,
             "position": list(sensor.pose[:3]),
             "rotation": [list(row) for row in rotation(*sensor.pose[3:])],

@@ -6,12 +6,10 @@ asleep, as the tolerance is 0.
 
 from collections.abc import Sequence
 
-import mujoco
-
 from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.config.objects import load_object
 
-__all__ = ["BALL", "ball_name", "park", "parked_balls"]
+__all__ = ["BALL", "ball_name", "parked_balls"]
 
 BALL = "blue_projectile"
 """The object that shooters shoot; VRX's."""
@@ -40,13 +38,3 @@ def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
         )
         for index, (boat, shooter) in enumerate(shooters)
     ]
-
-
-def park(spec: mujoco.MjSpec, balls: Sequence[PlacedObject]) -> None:
-    """Let balls that were attached to a world sleep from the start."""
-    if not balls:
-        return
-    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
-    spec.option.sleep_tolerance = 0.0
-    for ball in balls:
-        spec.body(f"{ball.name}/{ball.config.link}").sleep = mujoco.mjtSleepPolicy.mjSLEEP_INIT

@@ -1,9 +1,9 @@
 """MJCF text from the templates, and shapes of the configuration as the geoms and meshes that MJCF wants."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -14,8 +14,10 @@ from vrx_mj.config.shapes import Shape
 from vrx_mj.config.urdf.meshes import obj_text, read_mesh
 from vrx_mj.resources import root
 
-__all__ = ["Geom", "Mesh", "geoms", "meshes", "render"]
+__all__ = ["PREFIX", "Geom", "Mesh", "Piece", "geoms", "meshes", "render"]
 
+PREFIX = "@prefix@/"
+"""What names in a piece start with until it has a place in a world."""
 MUJOCO_SUFFIXES = (".obj", ".stl")
 """Of the meshes that MuJoCo reads as they are."""
 
@@ -45,6 +47,40 @@ class Mesh:
     """`mesh_HASH.obj` or `.stl`, after its contents: equal meshes of robots and objects are one file."""
     scale: tuple[float, ...]
     content: bytes
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Something that a world is made of, as MJCF. Its names, but for those of meshes, start with `PREFIX`."""
+
+    template: str
+    values: Mapping[str, Any]
+    files: Mapping[str, bytes]
+    """Contents of the files that it names, by file name."""
+
+    @cached_property
+    def assets(self) -> tuple[str, ...]:
+        """Its meshes, an element each."""
+        return tuple(line.strip() for line in self._block("assets").splitlines() if line.strip())
+
+    @cached_property
+    def bodies(self) -> str:
+        """Its bodies, or geoms that stand still."""
+        return self._block("bodies")
+
+    @cached_property
+    def contacts(self) -> str:
+        """Pairs of its bodies that never touch."""
+        return self._block("contacts")
+
+    def document(self, name: str = "piece") -> str:
+        """It alone, as a model called `name`, its names without a prefix."""
+        return render(self.template, **self.values, prefix="", model=name)
+
+    def _block(self, name: str) -> str:
+        template = _environment().get_template(self.template)
+        holder = template if name in template.blocks else _environment().get_template("model.xml.j2")
+        return "".join(holder.blocks[name](holder.new_context({**self.values, "prefix": PREFIX})))
 
 
 def render(template: str, **values: Any) -> str:

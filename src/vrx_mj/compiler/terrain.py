@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.land import land_meshes
-from vrx_mj.compiler.templates import render
+from vrx_mj.compiler.templates import Piece
 from vrx_mj.config.search import find_terrain
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["bank_blocks", "on_land", "shoreline", "terrain_mjcf"]
+__all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -38,8 +38,8 @@ DEPTH_STEP = 0.75
 """How finely a block's width is fitted to a narrow piece of land [m]."""
 
 
-def terrain_mjcf(name: str, near: Path | None = None) -> tuple[str, dict[str, bytes]]:
-    """A terrain as an MJCF model and the assets it needs: static geoms of the world body, no moving body.
+def terrain_piece(name: str, near: Path | None = None) -> Piece:
+    """A terrain: static geoms of the world body, no moving body.
 
     Collision geoms are in group 3, visual ones in group 2. `near` is the folder of the file that names the
     terrain.
@@ -53,11 +53,11 @@ def terrain_mjcf(name: str, near: Path | None = None) -> tuple[str, dict[str, by
 
 
 @functools.lru_cache(maxsize=4)
-def _build(path: Path, _changed: int) -> tuple[str, dict[str, bytes]]:
+def _build(path: Path, _changed: int) -> Piece:
     polygons = _read(path)
     meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
-    text = render("terrain.xml.j2", blocks=bank_blocks(_rings(polygons)).round(2).tolist(), meshes=meshes)
-    return text, {mesh.file: mesh.data for mesh in meshes}
+    values = {"blocks": bank_blocks(_rings(polygons)).round(2).tolist(), "meshes": meshes}
+    return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes})
 
 
 def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:

@@ -1,7 +1,8 @@
 """What boats sense: readings made when they are asked for, from the moments that the sensors' clocks caught.
 
-A reading is a function of its moment, the moment before it, the run's seed and the moment's number: whether, when and
-how often sensors are read changes neither the motion nor what any of them tells.
+A reading is a function of its moment, the moment before it, the run's seed and the moment's number: how often sensors
+are read changes neither the motion nor what any of them tells. Only a first reading depends on when it is asked for: it
+is of that moment, and from then on sensors of the same rate have moments.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,10 @@
 """Drawing a MuJoCo scene into memory. A canvas belongs to the thread that made it."""
 
+import atexit
+import functools
 import importlib
 import threading
+import weakref
 from typing import Any
 
 import mujoco
@@ -25,6 +28,9 @@ FLAGS = {
 }
 
 
+_OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
+
+
 class Canvas:
     """One OpenGL context with a model's meshes and textures in it, for pictures of any size.
 
@@ -33,8 +39,9 @@ class Canvas:
 
     def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool) -> None:
         self._gl: Any = None
+        self._context: Any = None
         self._model = model
-        self._thread = threading.get_ident()
+        self.thread = threading.get_ident()
         self._size = (width, height)
         self._groups = model.geom_group.copy()
         model.vis.quality.offsamples = 0
@@ -44,8 +51,11 @@ class Canvas:
         for flag, value in {**FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
             self._scene.flags[flag] = value
         self._option = mujoco.MjvOption()
+        self._option.sitegroup[:] = 0
         self._free_camera = mujoco.MjvCamera()
         self._gl = new_context(width, height)
+        _OPEN.add(self)
+        _close_at_exit()
         self._gl.make_current()
         self._context = _context(model)
         self._functions: Any = importlib.import_module("OpenGL.GL")
@@ -53,7 +63,7 @@ class Canvas:
 
     def draw(self, data: mujoco.MjData, view: View, sea: SeaSkin, out: npt.NDArray[np.uint8]) -> None:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first."""
-        if threading.get_ident() != self._thread:
+        if threading.get_ident() != self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
         self._gl.make_current()
         height, width = out.shape[:2]
@@ -69,29 +79,31 @@ class Canvas:
         self.close()
 
     def close(self) -> None:
-        """Free what the graphics card or its stand-in holds."""
-        if self._gl is not None:
+        """Free what the graphics card or its stand-in holds, and show again what was hidden in the model."""
+        if self._gl is None:
+            return
+        self._model.geom_group[:] = self._groups
+        if self._context is not None:
             with self._gl.as_current():
                 self._context.free()
-            self._gl.free()
-            self._gl = None
+        self._gl.free()
+        self._gl = self._context = None
 
     def _simplify_textures(self) -> None:
         """Look up one or four pixels of sea and sky instead of eight: without a graphics card that saves a tenth."""
+        model, gl = self._model, self._functions
+        for sky in np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX):
+            self._look_up(int(sky), gl.GL_TEXTURE_CUBE_MAP, gl.GL_LINEAR)
+        for material in model.skin_matid:
+            palette = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
+            self._look_up(int(palette), gl.GL_TEXTURE_2D, gl.GL_NEAREST)
+
+    def _look_up(self, texture: int, kind: int, way: int) -> None:
         gl = self._functions
-        kinds = {
-            int(mujoco.mjtTexture.mjTEXTURE_SKYBOX): (gl.GL_TEXTURE_CUBE_MAP, gl.GL_LINEAR),
-            int(mujoco.mjtTexture.mjTEXTURE_2D): (gl.GL_TEXTURE_2D, gl.GL_NEAREST),
-        }
-        material = int(self._model.skin_matid[0]) if self._model.nskin else -1
-        flat = self._model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB] if material >= 0 else -1
-        for index, texture in enumerate(self._model.tex_type):
-            if texture == mujoco.mjtTexture.mjTEXTURE_SKYBOX or index == flat:
-                kind, lookup = kinds[int(texture)]
-                gl.glBindTexture(kind, int(self._context.texture[index]))
-                for case in (gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER):
-                    gl.glTexParameteri(kind, case, lookup)
-                gl.glBindTexture(kind, 0)
+        gl.glBindTexture(kind, int(self._context.texture[texture]))
+        for case in (gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER):
+            gl.glTexParameteri(kind, case, way)
+        gl.glBindTexture(kind, 0)
 
     def _grow(self, width: int, height: int) -> None:
         """Make room for a larger picture."""
@@ -127,6 +139,18 @@ class Canvas:
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, buffer)
         gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, sea.palette.nbytes, sea.palette)
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, 0)
+
+
+@functools.cache
+def _close_at_exit() -> None:
+    """Once for the process: OSMesa's contexts complain when they outlive the library that they belong to."""
+    atexit.register(_close_all)
+
+
+def _close_all() -> None:
+    for canvas in list(_OPEN):
+        if canvas.thread == threading.get_ident():
+            canvas.close()
 
 
 def _context(model: mujoco.MjModel) -> mujoco.MjrContext:

@@ -62,7 +62,6 @@ class Lidar:
         rays = self._rays[0]
         self._directions = _directions(angles(rays["elevation"], config.rings), angles(rays["azimuth"], config.samples))
         self._geoms = reflecting(model)
-        self._view = np.zeros(1, VIEW)
 
     def scan(self, data: mujoco.MjData, key: int, index: int, sea: Water | None = None) -> PointCloud | Scan:
         """What the lidar gives: a cloud of its returns, or a planar scan.
@@ -87,7 +86,7 @@ class Lidar:
 
         They go sample by sample, in each from ring 0 up. `data` and `sea` are those of `scan`.
         """
-        view, found = self._view[0], np.empty(len(self._directions))
+        view, found = np.zeros(1, VIEW)[0], np.empty(len(self._directions))
         turned = data.xmat[self._body].reshape(3, 3)
         view["model"], view["data"] = self._model._address, data._address
         view["origin"] = data.xpos[self._body] + turned @ self._position

@@ -24,7 +24,7 @@ Ints = npt.NDArray[np.int32]
 
 _DEPTH = 128
 """Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
-_FEW = 128.0
+_FEW = 16.0
 """So many rays go down a mesh's tree one by one; more of them, by their window."""
 _PAD = 1e-9
 """By which boxes are larger than what is in them [m]: far more than rounding."""
@@ -103,9 +103,9 @@ def shapes_of(model: mujoco.MjModel, data: mujoco.MjData) -> Shapes:
 def reflecting(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
     """The numbers of the geoms that a lidar sees: what is looked at, and what collides where there is no such.
 
-    Water is in neither group. What is wholly transparent is not seen.
+    Water is in neither group. What is wholly transparent is not seen, nor is a signed distance field.
     """
-    visible = model.geom_rgba[:, 3] > 0.0
+    visible = (model.geom_rgba[:, 3] > 0.0) & (model.geom_type <= _MESH)
     seen = visible & (model.geom_group == _SEEN)
     drawn = np.zeros(model.nbody, bool)
     drawn[model.geom_bodyid[seen]] = True

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.compiler.compile import compile_world
-from vrx_mj.config.poses import angles, compose, quaternion, rotation
 from vrx_mj.compiler.world import World
+from vrx_mj.config.poses import angles, compose, quaternion, rotation
 from vrx_mj.errors import StateError, VrxWarning
 
 PAIR = {"usv_count": 2, "positions": [{"x": 0, "y": 0}, {"x": 10.123456789, "y": -7.5, "Y": 30}]}

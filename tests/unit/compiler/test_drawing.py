@@ -111,7 +111,7 @@ def test_near_the_eye_heights_are_those_of_the_physics(world, time):
     near = vertices[: SPOKES * int(np.searchsorted(distances, 20.0))]
     expected = [surface_height(waves, level, float(x), float(y), time) for x, y, _ in near.astype(float)]
     assert near[:, 2] == pytest.approx(expected, abs=1e-5)  # of x and y in single precision
-    assert time == 0.0 or np.ptp(near[:, 2]) > 0.1
+    assert time == 0.0 or np.ptp(near[:, 2]) > 0.05
 
 
 def test_normals_are_square_to_the_surface(world):
@@ -157,23 +157,26 @@ def test_water_mirrors_little_upright_and_much_at_a_grazing_angle():
 # Sky and palette
 
 
-def test_the_sky_is_one_colour_all_around_and_bright_where_the_sun_is():
-    for sun in (np.array([0.6, 0.0, 0.8]), np.array([0.0, -0.6, 0.8]), np.array([-0.6, 0.0, 0.8]), UP):
-        cube = sky_cube(64, ZENITH, WHITE, sun, np.array([0.8, 0.8, 0.8])).reshape(6, 64, 64, 3).astype(int)
-        face, row, column, _ = np.unravel_index(int(cube[..., :1].argmax()), (6, 64, 64, 1))
-        assert face == {(0.6, 0.0): 2, (0.0, -0.6): 2, (-0.6, 0.0): 2, (0.0, 0.0): 2}[tuple(sun[:2])]
-        # on the upper face: columns to the east, rows to the south (found by drawing coloured faces)
-        line = 2.0 * (np.array([column, row]) + 0.5) / 64 - 1.0
-        assert line * (1, -1) == pytest.approx(sun[:2] / sun[2], abs=0.04)
-    dull = sky_cube(32, WHITE, WHITE, UP, np.ones(3))
-    assert np.unique(dull.reshape(-1, 3), axis=0).tolist() == [[230, 230, 230]]
+@pytest.mark.parametrize("sun", [(0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (-0.48, 0.36, 0.8), (0.0, 0.0, 1.0)])
+def test_the_sky_is_brightest_where_the_sun_is(sun):
+    lit, dark = (sky_cube(64, ZENITH, WHITE, np.array(sun), np.full(3, light)).astype(int) for light in (0.8, 0.0))
+    added = (lit - dark).sum(axis=-1)
+    face, row, column = np.unravel_index(int(added.argmax()), (6, 64, 64))
+    # the upper face's columns run to the east, its rows to the south: found by drawing a cube of coloured faces
+    place = (2.0 * (np.array([column, row]) + 0.5) / 64 - 1.0) * (1, -1)
+    assert face == 2
+    assert place == pytest.approx(np.array(sun[:2]) / sun[2], abs=0.04)
+
+
+def test_a_sky_of_one_colour_has_no_sun():
+    assert np.unique(sky_cube(32, WHITE, WHITE, UP, np.ones(3)).reshape(-1, 3), axis=0).tolist() == [[230, 230, 230]]
 
 
 def test_the_palette_goes_from_deep_water_to_the_sky_and_to_glitter():
-    palette = sea_palette(64, 16, ZENITH, WHITE, np.array([0.5, 0.5, 0.5])).astype(int)
-    assert palette.shape == (16, 64, 3)
+    palette = sea_palette(64, 128, ZENITH, WHITE, np.array([0.5, 0.5, 0.5])).astype(int)
+    assert palette.shape == (128, 64, 3)
     assert palette[0, 0].max() < 80
-    assert palette[0, -1].tolist() == [230, 230, 230]  # all of the light of the horizon
+    assert palette[0, -1] == pytest.approx([229.5] * 3, abs=0.6)  # all of the light of the horizon
     assert np.all(np.diff(palette[:, 0].sum(axis=1)) >= 0)
     assert (palette[-1, 0] - palette[0, 0]).tolist() == pytest.approx([127, 127, 127], abs=1)
 
@@ -190,7 +193,7 @@ def test_the_drawing_models_sky_is_painted(world):
 def test_a_sky_without_an_hour_is_a_clear_day():
     plain = compile_world({"scene": {"sky": True}}).mjcf
     assert plain == compile_world({}).mjcf
-    assert 'dir="-0.5 0.1 -0.9"' in plain or "-0.48336" in plain
+    assert 'dir="-0.5 0.1 -0.9"' in plain
 
 
 @pytest.mark.parametrize(("time", "elevation", "east"), [(6.0, 0.0, 1.0), (13.0, 60.0, 0.0), (20.0, 0.0, -1.0)])

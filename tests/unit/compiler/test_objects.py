@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.compiler.objects import object_mjcf
+from vrx_mj.compiler.objects import object_piece
 from vrx_mj.compiler.placement import place_docks, place_objects
-from vrx_mj.config.poses import compose, rotation
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, Placement, load_object
+from vrx_mj.config.poses import compose, rotation
 from vrx_mj.config.search import catalogue
 from vrx_mj.resources import root
 
@@ -30,7 +30,8 @@ SINGLE = [name for name in MODELS if load_object(name).kind != "composite"]
 
 
 def compiled(config):
-    text, assets = object_mjcf(config)
+    piece = object_piece(config)
+    text, assets = piece.document(), dict(piece.files)
     return mujoco.MjSpec.from_string(text, assets=assets).compile()
 
 
@@ -221,13 +222,14 @@ def test_angles_turn_about_fixed_axes_roll_first():
 def test_one_mesh_file_serves_several_scales():
     mesh = {"type": "mesh", "file": "meshes/triangle.obj", "folder": OBJECTS}
     config = ObjectConfig.model_validate({"static": True, "visuals": (mesh, {**mesh, "scale": 2.0}, mesh)})
-    text, assets = object_mjcf(config)
+    piece = object_piece(config)
+    text, assets = piece.document(), dict(piece.files)
     model = compiled(config)
     assert [name.partition("_")[0] for name in assets] == ["mesh"]
     assert len(assets) == 1
     assert model.nmesh == 2
     assert (OBJECTS / "meshes" / "triangle.obj").read_bytes() in assets.values()
-    assert text == object_mjcf(config)[0]
+    assert text == object_piece(config).document()
 
 
 def test_a_mesh_stays_where_its_file_puts_it():

@@ -17,10 +17,10 @@ import trimesh
 from vrx_mj.compiler.masses import axis_inertia, joined, posed, rigid
 from vrx_mj.compiler.robots import (
     boat_mass,
+    body_mass,
     hull_row,
     link_mass,
-    robot_mjcf,
-    sensor_rows,
+    robot_piece,
     thruster_rows,
     turning_mass,
 )
@@ -89,8 +89,8 @@ def script() -> ModuleType:
 
 
 def compiled(boat, engines="fixed", **options):
-    robot = robot_mjcf(boat, engines, **options)
-    return mujoco.MjModel.from_xml_string(robot.mjcf, robot.assets)
+    piece = robot_piece(boat, engines, **options)
+    return mujoco.MjModel.from_xml_string(piece.document(), dict(piece.files))
 
 
 def test_hull_and_batteries_are_vrxs_base_link():
@@ -127,7 +127,7 @@ def test_engine_turns_with_its_propeller():
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_mujoco_sees_the_same_mass_and_inertia(layout, engines):
     model = compiled(wamv(layout), engines)
-    base = robot_mjcf(wamv(layout), engines).base
+    base = body_mass(wamv(layout), engines)
     index = model.body("base_link").id
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, model.body_iquat[index])
@@ -318,7 +318,7 @@ def test_colour_paints_the_hulls_only():
 
 
 def test_same_boat_same_text():
-    assert robot_mjcf(wamv("X"), "hinged").mjcf == robot_mjcf(wamv("X"), "hinged").mjcf
+    assert robot_piece(wamv("X"), "hinged").document() == robot_piece(wamv("X"), "hinged").document()
 
 
 def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():

@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.compiler.terrain import bank_blocks, on_land, shoreline, terrain_mjcf
+from vrx_mj.compiler.terrain import bank_blocks, on_land, shoreline, terrain_piece
 from vrx_mj.errors import ConfigError, UnknownNameError
 
 TERRAINS = ("sydney_regatta", "sand_island")
@@ -42,8 +42,13 @@ def waterline_distance(name, x, y):
     return least
 
 
+def document(*where):
+    piece = terrain_piece(*where)
+    return piece.document(), dict(piece.files)
+
+
 def compiled(name, body=""):
-    text, assets = terrain_mjcf(name)
+    text, assets = document(name)
     text = text.replace("</worldbody>", f"{body}</worldbody>")
     text = text.replace("<asset>", '<option timestep="0.01" gravity="0 0 0"/><asset>', 1)
     model = mujoco.MjModel.from_xml_string(text, assets=assets)
@@ -148,17 +153,17 @@ def test_a_boat_driven_at_the_bank_stops_on_it(heading):
 
 @pytest.mark.parametrize("name", TERRAINS)
 def test_terrain_is_static_and_the_same_every_time(name):
-    text, assets = terrain_mjcf(name)
+    text, assets = document(name)
     model, _ = compiled(name)
     assert (model.nbody, model.nv) == (1, 0)
     assert model.ngeom <= 330  # each static geom costs some 25 ns a step
-    terrain_mjcf.__globals__["_build"].cache_clear()
-    assert terrain_mjcf(name) == (text, assets)
+    terrain_piece.__globals__["_build"].cache_clear()
+    assert document(name) == (text, assets)
 
 
 def test_six_digits_hold_the_blocks():
     """The saved world is written with six digits: nothing may move by that."""
-    text, _ = terrain_mjcf("sydney_regatta")
+    text, _ = document("sydney_regatta")
     for line in text.splitlines():
         if 'vertex="' in line:
             for number in line.split('vertex="')[1].split('"')[0].split():
@@ -167,7 +172,7 @@ def test_six_digits_hold_the_blocks():
 
 def test_an_unknown_terrain_names_the_nearest():
     with pytest.raises(UnknownNameError, match=r"^no terrain named 'sydney_regata'; did you mean 'sydney_regatta'\?$"):
-        terrain_mjcf("sydney_regata")
+        document("sydney_regata")
 
 
 def test_a_terrain_beside_the_world_is_found(tmp_path):
@@ -175,7 +180,7 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
     island = {"land": [{"exterior": [[0, 0], [30, 0], [30, 30], [0, 30], [0, 0]]}]}
     (tmp_path / "terrain" / "小岛.json").write_text(json.dumps(island), encoding="utf-8-sig")
     assert shoreline("小岛", tmp_path) == [[[0, 0], [30, 0], [30, 30], [0, 30]]]
-    text, assets = terrain_mjcf("小岛", tmp_path)
+    text, assets = document("小岛", tmp_path)
     assert mujoco.MjModel.from_xml_string(text, assets=assets).ngeom == 6
 
 

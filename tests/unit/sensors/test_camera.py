@@ -209,12 +209,15 @@ def test_dusk_is_darker_and_redder_than_day():
 # The same every time
 
 
-def test_the_same_moment_gives_the_same_bits_whatever_was_drawn_before():
+@pytest.mark.parametrize("world", ["waves", "balls"])
+def test_the_same_moment_gives_the_same_bits_whatever_was_drawn_before(world):
     camera = config(noise=0.007)
-    first = image("waves", camera, key=7, index=3)
-    image("waves", config(width=800, height=600), time=9.0, key=1)
-    _drawn("waves")[0].close()
-    assert np.array_equal(first, image("waves", camera, key=7, index=3))
+    first = image(world, camera, key=7, index=3)
+    image(world, config(width=800, height=600), rotation=turned(yaw=3.0), time=9.0, key=1)
+    assert np.array_equal(first, image(world, camera, key=7, index=3))
+    image(world, config(width=800, height=600), rotation=turned(yaw=3.0), time=9.0, key=1)
+    _drawn(world)[0].close()
+    assert np.array_equal(first, image(world, camera, key=7, index=3))
 
 
 def test_noise_is_that_of_the_stream_and_equal_in_three_channels():

@@ -33,9 +33,10 @@ def test_intrinsics_are_vrxs():
     info = intrinsics(VRX)
     assert (info.width, info.height, info.D, info.distortion_model) == (1280, 720, (0.0,) * 5, "plumb_bob")
     focal = pytest.approx(762.72, abs=0.005)
-    assert info.K == (focal, 0, 640.5, 0, focal, 360.5, 0, 0, 1)
+    assert list(info.K) == [focal, 0, 640.5, 0, focal, 360.5, 0, 0, 1]
     assert info.R == (1, 0, 0, 0, 1, 0, 0, 0, 1)
-    assert info.P == (focal, 0, 640.5, pytest.approx(-53.39, abs=0.005), 0, focal, 360.5, 0, 0, 0, 1, 0)
+    baseline = pytest.approx(-53.39, abs=0.005)
+    assert list(info.P) == [focal, 0, 640.5, baseline, 0, focal, 360.5, 0, 0, 0, 1, 0]
 
 
 def test_focal_length_follows_width_and_field_of_view():
@@ -158,8 +159,13 @@ def test_without_any_way_to_draw_the_error_says_what_to_install(choice):
 
 
 def test_a_way_that_was_asked_for_and_does_not_work_is_not_replaced(choice):
-    with pytest.raises(RenderError, match="^no way to draw pictures without a screen:\n  egl: no egl here\nInstall"):
+    with pytest.raises(RenderError) as caught:
         choice("egl", ("osmesa",), ":0")
+    assert str(caught.value).splitlines()[:3] == [
+        "no way to draw pictures without a screen:",
+        "  egl: no egl here",
+        "Install one of these; which one is found by itself, or chosen by the variable MUJOCO_GL:",
+    ]
 
 
 def test_drawing_that_is_switched_off_says_so(choice):

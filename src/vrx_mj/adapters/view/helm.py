@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import mul
 from typing import Any
 
 from vrx_mj.compiler.world import World
+from vrx_mj.physics.tables import RUDDER
 
 __all__ = ["Engine", "Wheel", "engine_commands", "engines_of"]
 
@@ -33,29 +35,34 @@ class Wheel:
 
 @dataclass(frozen=True)
 class Engine:
-    """One thruster that the keys drive."""
+    """One thruster or rudder that the keys drive."""
 
     name: str
     forward: float
-    """Share of its thrust that points forward: the cosine of its mount angle."""
+    """Share of its thrust that points forward; 0 for a rudder."""
     arm: float
     """Arm of its thrust about the centre of mass [m]; positive turns counter-clockwise."""
     aft: bool
     """Whether it stands behind the centre of mass."""
     max_angle: float
     """Largest steering angle [rad]."""
+    rudder: bool = False
+    """Whether it has no propeller."""
 
 
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
-    """The thrusters of a boat that the keys drive."""
+    """The thrusters and rudders of a boat that the keys drive."""
     hull = world.boats.index(boat)
-    engines = (_engine(row) for row in world.parameters["thrusters"] if row["hull"] == hull)
-    return tuple(engine for engine in engines if abs(engine.forward) > ACROSS)
+    centre = world.parameters["hulls"][hull]["body_com"]
+    engines = (_engine(row, centre) for row in world.parameters["thrusters"] if row["hull"] == hull)
+    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
 
 
-def _engine(row: Mapping[str, Any]) -> Engine:
-    x, y = row["position"][0] - row["body_com"][0], row["position"][1] - row["body_com"][1]
-    forward, left = math.cos(row["yaw"]), math.sin(row["yaw"])
+def _engine(row: Mapping[str, Any], centre: Sequence[float]) -> Engine:
+    x, y = row["position"][0] - centre[0], row["position"][1]  # hulls are alike on both sides, cargo is not
+    forward, left, _ = (sum(map(mul, line, row["direction"])) for line in row["rotation"])
+    if row["mapping"] == RUDDER:
+        return Engine(row["name"], 0.0, 0.0, x < 0.0, row["max_angle"], rudder=True)
     return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"])
 
 
@@ -63,21 +70,24 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
     """Commands of the engines: thrusts in [-1, 1], and their `_angle` in rad.
 
     Thrusts turn the boat where they have an arm: for two engines side by side, left is power minus turn and right
-    is power plus turn, as in VRX's twist2thrust. Else the engines turn to steer.
+    is power plus turn, as in VRX's twist2thrust. Else the engines turn to steer. A rudder always does.
     """
     reach = max((abs(engine.arm) for engine in engines), default=0.0)
     commands: dict[str, float] = {}
     for engine in engines:
-        angle = wheel.angle
-        thrust = math.copysign(1.0, engine.forward) * wheel.power
-        if reach > SHORT_ARM:
-            thrust += wheel.turn * engine.arm / reach
-        else:
-            angle += (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn
-        commands[engine.name] = _within(thrust, 1.0)
-        commands[f"{engine.name}_angle"] = _within(angle, engine.max_angle)
+        by_angle = engine.rudder or reach <= SHORT_ARM
+        if not engine.rudder:
+            turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
+            commands[engine.name] = _within(_sign(engine.forward) * wheel.power + turn, 1.0)
+        if engine.max_angle > 0.0:
+            steer = (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn if by_angle else 0.0
+            commands[f"{engine.name}_angle"] = _within(steer + wheel.angle, engine.max_angle)
     return commands
 
 
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value)
+
+
 def _within(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
+    return min(max(value, -limit), limit) + 0.0

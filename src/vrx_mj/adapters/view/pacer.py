@@ -8,7 +8,7 @@ __all__ = ["PACES", "Pacer"]
 
 PACES = (1.0 / 64.0, 64.0)
 """Slowest and fastest pace, as a multiple of real time."""
-LONGEST = 0.25
+LONGEST = 1.0
 """Wall time [s] that is made up for, at most: after a longer halt, time goes on from where it was."""
 WINDOW = 1.0
 """Wall time [s] over which the pace that is really kept is measured."""

@@ -101,6 +101,16 @@ def _unparsed(text: str, said: str) -> str:
     return f"is no expression{reason}{hint}" if text else "is empty"
 
 
+def _failed(error: Exception, values: list[Any]) -> str:
+    """Why a function gives nothing for some values."""
+    said = str(error)
+    if isinstance(error, TypeError | AttributeError) and "argument" not in said.replace("argument must be", ""):
+        return f"does not work with {' and '.join(map(described, values)) or 'nothing'}"
+    said = re.sub(r"could not convert string to float: (.*)", r"\1 is no number", said)
+    said = re.sub(r"invalid literal for int\(\) with base 10: (.*)", r"\1 is no whole number", said)
+    return _WORDED.get(said, said.replace("keyword argument", "name"))
+
+
 class _Walk:
     """One expression's evaluation, with the names of the comprehensions it is in."""
 
@@ -230,9 +240,7 @@ class _Walk:
         try:
             result = function(*values, **named)
         except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError, RecursionError) as error:
-            said = re.sub(r"could not convert string to float: (.*)", r"\1 is no number", str(error))
-            said = re.sub(r"invalid literal for int\(\) with base 10: (.*)", r"\1 is no whole number", said)
-            raise ExpressionError(f"{function.name}: {_WORDED.get(said, said)}") from None
+            raise ExpressionError(f"{function.name}: {_failed(error, [*values, *named.values()])}") from None
         return self.checked(result)
 
     def comprehension(self, node: ast.ListComp | ast.GeneratorExp) -> Any:

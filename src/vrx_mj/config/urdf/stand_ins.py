@@ -6,9 +6,10 @@ Ours are drawn in the frame of the link that carries them, VRX's at a pose of th
 import math
 from pathlib import PurePosixPath
 
+from vrx_mj.config.poses import inverse
 from vrx_mj.config.shapes import Visual
 from vrx_mj.config.urdf.model import Pose
-from vrx_mj.config.urdf.poses import chained, inverse
+from vrx_mj.config.urdf.poses import chained
 from vrx_mj.resources import root
 
 __all__ = ["stand_in"]

@@ -216,7 +216,7 @@ class Engine:
         return result
 
     def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        if not node.tagName.startswith("xacro:"):
+        if not str(node.tagName).startswith("xacro:"):
             return False
         before, self.element = self.element, node
         if node.tagName == "xacro:call":
@@ -259,6 +259,8 @@ class Engine:
 
     def _grab_property(self, node: Any, table: Any) -> None:
         before, self.element = self.element, node
+        if node.getAttribute("scope") == "parent" and table.parent is table.root:
+            raise ExpressionError("scope 'parent' is for properties in macros")
         self._theirs["grab_property"](node, table)
         self.element = before
 

@@ -34,8 +34,11 @@ class Files:
 
     def __init__(self, file: Path, packages: Mapping[str, Path], package_paths: Sequence[Path]) -> None:
         self.folder = file.absolute().parent
-        self.paths = [Path(path) for path in package_paths]
-        self.packages = {**_package_of(self.folder), **{name: Path(folder) for name, folder in packages.items()}}
+        self.paths = [Path(path).absolute() for path in package_paths]
+        self.packages = {
+            **_package_of(self.folder),
+            **{name: Path(folder).absolute() for name, folder in packages.items()},
+        }
         self.roots = [
             folder.resolve() for folder in (self.folder, file.resolve().parent, *self.packages.values(), *self.paths)
         ]
@@ -92,7 +95,7 @@ class Files:
     def _candidates(self, name: str) -> Iterator[Path]:
         for path in self.paths:
             yield path / name
-            if path.absolute().name == name or _package_name(path) == name:
+            if path.name == name or _package_name(path) == name:
                 yield path
         yield self.folder / name
 

@@ -60,7 +60,13 @@ class Substitutions:
             "env": Function("env", _closed),
             "optenv": Function("optenv", lambda _name, default="": default),
         }
-        return evaluate(expression, Names(table, lambda: self.arguments), self.budget)
+        try:
+            return evaluate(expression, Names(table, lambda: self.arguments), self.budget)
+        except ExpressionError as error:
+            if "(" not in expression or not str(error).startswith("is no expression"):
+                raise
+            hint = "$(eval) ends at the first ')'; write ${...}, with xacro.arg('NAME')"
+            raise ExpressionError(f"is no expression: {hint}") from None
 
 
 def _closed(name: str) -> str:

@@ -31,6 +31,7 @@ _WORDS = (
     (r"Invalid use of macro name 'call'", "a macro cannot be called 'call'"),
     (r"macro names must not contain '\.' \(reserved for namespaces\): (.*)", r"'\1': a macro's name has no '.'"),
     (r"xacro:(element|attribute): empty name", "its name is empty"),
+    (r"'\w+' object has no attribute .*", "expected text, got a number or list"),
     (r"xacro:call is missing the 'macro' attribute", "attribute 'macro' is required, but missing"),
 )  # fmt: skip
 _CALLERS = 3

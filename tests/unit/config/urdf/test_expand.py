@@ -1,5 +1,6 @@
 """Expansion against the xacro package itself, and where files and packages are found."""
 
+import ast
 import sys
 import threading
 import warnings
@@ -26,8 +27,10 @@ PARTS = {
 </robot>""",
     "more/one.xacro": HEAD + '<link name="one"/></robot>',
     "more/two.xacro": HEAD + '<link name="two"/></robot>',
-    "data.yaml": "hull: {length: 4.9, beams: [2.4, 2.5]}\nnames: [a, b]\nangle: !degrees 90\nstep: !millimeters 20 * 2\n",
+    "data.yaml": "hull: {length: 4.9, beams: [2.4, 2.5]}\nnames: [a, b]\n"
+    "angle: !degrees 90\nstep: !millimeters 20 * 2\n",
 }
+EVAL_HINT = "$(eval) ends at the first ')'; write ${...}, with xacro.arg('NAME')"
 BODIES = {
     "properties": """
   <xacro:property name="a" value="2"/><xacro:property name="b" value="${a * 3}"/><xacro:property name="t" value="'12'"/>
@@ -151,6 +154,20 @@ def test_the_text_is_pretty_and_has_no_path_in_it(folder):
     assert expand(file) == "\n".join([*lines, "</robot>", ""])
 
 
+@pytest.mark.parametrize(
+    "name", ["eval", "exec", "open", "compile", "glob", "iglob", "getenv", "__import__", "process"]
+)
+def test_what_xacro_could_do_to_us_is_replaced(name):
+    """Functions of the installed xacro that run code or touch files are ours in an expansion, or never called."""
+    replaced = {"parse", "safe_eval", "eval_extension", "get_include_files", "load_yaml"}
+    uncalled = {"open_output", "_process", "process", "main", "create_global_symbols"}
+    tree = ast.parse(Path(xacro.__file__).read_text(encoding="utf-8"))
+    for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
+        calls = (node.func for node in ast.walk(function) if isinstance(node, ast.Call))
+        called = {getattr(call, "id", None) or getattr(call, "attr", None) for call in calls}
+        assert name not in called or function.name in replaced | uncalled
+
+
 def test_a_plain_urdf_stays_as_it_is(folder):
     text = '<robot name="boat"><link name="a"/><!-- c --><gazebo><x>3 $ 4</x></gazebo></robot>'
     (folder / "a.urdf").write_text(text, encoding="utf-8")
@@ -159,6 +176,36 @@ def test_a_plain_urdf_stays_as_it_is(folder):
 
 def test_a_value_in_an_attribute_element_may_be_a_number(folder):
     assert '<host x="3"/>' in expand(write(folder, '<host><xacro:attribute name="x" value="${1 + 2}"/></host>'))
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ('<xacro:element xacro:name="${1}"/>', "2:1: <1>: '1' is no name for an element or attribute"),
+        (
+            '<a><xacro:attribute name="${1}" value="2"/></a>',
+            "2:4: <xacro:attribute>: expected text, got a number or list",
+        ),
+        (
+            '<xacro:property name="a" value="1" scope="parent"/>',
+            "2:1: <xacro:property>: scope 'parent' is for properties in macros",
+        ),
+        (
+            '<xacro:arg name="c" default="H"/><a b="$(eval arg(\'c\') == \'H\')"/>',
+            f"2:40: <a>: $(eval arg('c'): is no expression: {EVAL_HINT}",
+        ),
+        (
+            '<xacro:property name="b"><xacro:insert_block name="b"/></xacro:property><xacro:insert_block name="b"/>',
+            "2:1: <xacro:property>: elements are nested deeper than 200 levels",
+        ),
+    ],
+)
+def test_what_xacro_would_fail_on_without_a_word(body, message, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    write(folder, body)
+    with pytest.raises(ConfigError) as caught:
+        expand(Path("boat.urdf.xacro"))
+    assert str(caught.value) == f"boat.urdf.xacro:{message}"
 
 
 def test_the_same_file_gives_the_same_text_in_many_threads(folder):
@@ -200,14 +247,15 @@ def test_warnings_come_as_one(folder, monkeypatch, capfd):
     )
     with pytest.warns(VrxWarning) as caught:
         expand(Path(file.name))
-    assert [str(warning.message) for warning in caught] == [
+    (warning,) = caught
+    assert str(warning.message) == (
         "boat.urdf.xacro: xacro warns\n"
         "boat.urdf.xacro:2: redefining global symbol: pi\n"
         "boat.urdf.xacro:3: xacro:property: unknown attribute(s): lazzy\n"
         "boat.urdf.xacro:4: load_yaml() is xacro.load_yaml() nowadays\n"
         "boat.urdf.xacro:4: mind the step\n"
         "boat.urdf.xacro:5: no file matches 'none*.xacro'"
-    ]
+    )
     assert capfd.readouterr() == ("", "")
 
 
@@ -271,6 +319,14 @@ def test_packages_are_found_in_order(tmp_path):
     given = package(tmp_path / "given")
     assert found(boat, packages={"pkg": given}, package_paths=[named]) == "given"
     assert beside.is_dir()
+
+
+def test_packages_may_be_relative_to_the_current_folder(tmp_path, monkeypatch):
+    package(tmp_path / "parts" / "pkg")
+    (tmp_path / "boat").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert found(Path("boat"), packages={"pkg": Path("parts/pkg")}) == "pkg"
+    assert found(Path("boat"), package_paths=[Path("parts")]) == "pkg"
 
 
 def test_a_file_is_in_its_own_package(tmp_path):

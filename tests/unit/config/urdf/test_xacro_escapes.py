@@ -1,4 +1,4 @@
-"""What a hostile xacro file tries, and that it gets nowhere: nothing is run, nothing outside is read, nothing fills up.
+"""What a hostile xacro file tries, and that it gets nowhere: nothing is run, nothing outside is read.
 
 Every attempt must end in a ConfigError. A canary file must not appear, and a secret beside the robot's folder, one in
 a linked file and one in the environment must be neither in a result nor in a message.
@@ -15,7 +15,6 @@ from vrx_mj.errors import ConfigError
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 SECRET = "s3cret-harbour"
-TOO_MUCH = "takes too much work to expand; is there a loop, or a macro that repeats itself?"
 
 PYTHON = r"""
 __import__('os').system('touch CANARY')
@@ -226,8 +225,7 @@ ELEMENTS = {
 
 DOCTYPES = {
     "entities": '<!DOCTYPE a [<!ENTITY a "aa"><!ENTITY b "&a;&a;&a;">]><robot>&b;</robot>',
-    "laughs": "<!DOCTYPE a ["
-    + '<!ENTITY l0 "ha">'
+    "laughs": '<!DOCTYPE a [<!ENTITY l0 "ha">'
     + "".join(f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 10))
     + "]><robot>&l9;</robot>",
     "external": '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot>&x;</robot>',
@@ -235,81 +233,6 @@ DOCTYPES = {
     "parameter": '<!DOCTYPE a [<!ENTITY % x SYSTEM "file:///etc/passwd"> %x;]><robot/>',
     "dtd": '<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>',
     "public": '<!DOCTYPE robot PUBLIC "a" "http://127.0.0.1:9/a.dtd"><robot/>',
-}
-
-
-def doubling(count, line):
-    return "".join(line.format(n=n, m=n + 1) for n in range(count))
-
-
-BOMBS = {
-    "power": ('<a b="${9**9**9}"/>', "9 to the power 387420489 is too large"),
-    "text": ("<a b=\"${'a' * 10**10}\"/>", "repeats a text"),
-    "range": ('<a b="${list(range(10**10))}"/>', "more than 20000 values"),
-    "macros": (
-        '<xacro:macro name="m0"><a/></xacro:macro>'
-        + "".join(f'<xacro:macro name="m{n + 1}">{f"<xacro:m{n}/>" * 10}</xacro:macro>' for n in range(9))
-        + "<xacro:m9/>",
-        TOO_MUCH,
-    ),
-    "macro_tree": (
-        '<xacro:macro name="m" params="n"><xacro:if value="${n &lt; 40}"><xacro:m n="${n + 1}"/><xacro:m n="${n + 1}"/>'
-        '</xacro:if></xacro:macro><xacro:m n="0"/>',
-        TOO_MUCH,
-    ),
-    "macro_of_itself": ('<xacro:macro name="m"><a><xacro:m/></a></xacro:macro><xacro:m/>', "macros call each other"),
-    "macro_clones": (
-        f'<xacro:macro name="m"><xacro:if value="0">{"<a/>" * 20000}</xacro:if></xacro:macro>{"<xacro:m/>" * 9000}',
-        TOO_MUCH,
-    ),
-    "blocks": (
-        f'<xacro:macro name="m" params="**b">{"<xacro:insert_block name=" + chr(34) + "b" + chr(34) + "/>"}'
-        f"{'<xacro:insert_block name=' + chr(34) + 'b' + chr(34) + '/>'}</xacro:macro>{'<xacro:m><q>' * 20}<a/>"
-        f"{'</q></xacro:m>' * 20}",
-        TOO_MUCH,
-    ),
-    "properties": (
-        '<xacro:property name="p0" value="xxxxxxxx"/>'
-        + doubling(60, '<xacro:property name="p{m}" value="${{p{n}}}${{p{n}}}"/>')
-        + '<a b="${p60}"/>',
-        "more than 20000 characters",
-    ),
-    "arguments": (
-        '<xacro:arg name="p0" default="xxxxxxxx"/>'
-        + doubling(60, '<xacro:arg name="p{m}" default="$(arg p{n})$(arg p{n})"/>'),
-        TOO_MUCH,
-    ),
-    "chain": (doubling(400, '<xacro:property name="p{n}" value="${{p{m}}}"/>') + '<a b="${p0}"/>', "nested too deeply"),
-    "include_itself": ('<xacro:include filename="boat.xacro"/>', "files include each other"),
-    "include_itself_twice": ('<xacro:include filename="boat.xacro"/>' * 2, "files include each other"),
-    "deep_xml": ("<a>" * 9000 + "</a>" * 9000, "nested deeper than 60"),
-    "wide_xml": ("<a/>" * 60000, "more than 50000 elements"),
-    "comments": ("<!-- a -->\n" * 30000 + '<xacro:property name="a" value="1"/>', TOO_MUCH),
-    "siblings": ("<a/>" * 20000 + '<xacro:if value="1"><b/></xacro:if>' * 9000, TOO_MUCH),
-    "dollars": ("<a>" + "$ " * 9000 + "</a>" + ("<a>" + "$ " * 9000 + "</a>") * 99, TOO_MUCH),
-    "long_text": ("<a>${1}" + "x" * 30000 + "</a>", "more than 20000 characters"),
-    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', "is no parameter"),
-    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', "is no parameter"),
-    "many_parameters": (f'<xacro:macro name="m" params="{" ".join(f"p{n}" for n in range(900))}"/>', "at most 500"),
-    "slices": (
-        '<xacro:property name="l" value="${list(range(9000))}"/><a b="${[l[::2][0] for x in l for y in l]}"/>',
-        TOO_MUCH,
-    ),
-    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", TOO_MUCH),
-    "searches": (
-        '<xacro:property name="s" value="${\'a\' * 19000}"/><a b="${[max(map(s.count, [s, s])) for x in range(9000)]}"/>',
-        TOO_MUCH,
-    ),
-    "digits": (
-        '<a b="${[len(list(map(str, [2**4000 for x in range(900)]))) for x in range(900)]}"/>',
-        TOO_MUCH,
-    ),
-    "output": (
-        '<xacro:property name="p" value="${\'x\' * 19000}"/>'
-        f'<xacro:macro name="m">{"<a b=" + chr(34) + "${p}" + chr(34) + "/>"}</xacro:macro>' + "<xacro:m/>" * 9000,
-        TOO_MUCH,
-    ),
-    "big_output": ("<a>" + "x" * 19000 + "</a>", None),
 }
 
 
@@ -364,7 +287,7 @@ def test_python_is_out_of_reach_of_substitutions_and_texts(expression, boat):
     refused(boat, f"{HEAD}<a>$(eval {escaped})</a></robot>")
     refused(
         boat,
-        f'{HEAD}<xacro:macro name="m" params="x:=1"><a b="${{x}}"/></xacro:macro><xacro:m>${{{escaped}}}</xacro:m></robot>',
+        f'{HEAD}<xacro:macro name="m" params="x:=1"><a/></xacro:macro><xacro:m>${{{escaped}}}</xacro:m></robot>',
     )
 
 
@@ -387,17 +310,6 @@ def test_document_types_and_entities_are_refused(name, boat):
     assert refused(boat, f'{HEAD}<xacro:include filename="part.xacro"/></robot>').startswith("part.xacro:1:")
 
 
-@pytest.mark.parametrize("name", [name for name, (_, message) in BOMBS.items() if message])
-def test_bombs_do_not_go_off(name, boat):
-    body, message = BOMBS[name]
-    assert message in refused(boat, f"{HEAD}{body}</robot>")
-
-
-def test_what_is_merely_large_is_expanded(boat):
-    (boat / "boat.xacro").write_text(f"{HEAD}{BOMBS['big_output'][0] * 100}{'<b/>' * 9000}</robot>", encoding="utf-8")
-    assert len(expand(Path("boat.xacro"))) > 1_900_000
-
-
 def test_an_optional_environment_variable_is_its_default(boat):
     (boat / "boat.xacro").write_text(
         f'{HEAD}<a b="[$(optenv HARBOUR none at all)]"/><c d="$(optenv HARBOUR)"/></robot>'
@@ -413,10 +325,3 @@ def test_the_traps_work(boat, monkeypatch):
         body = text if text.startswith("<robot") else f"{HEAD}{text}</robot>"
         (boat / "boat.xacro").write_text(body, encoding="utf-8")
         assert SECRET in xacro.process_file("boat.xacro").toxml()
-
-
-@pytest.mark.parametrize("size", [0, 1, 100, 4_000_001])
-def test_bytes_of_any_kind_end_in_words(size, boat):
-    (boat / "boat.xacro").write_bytes(bytes(range(256)) * (size // 256) + bytes(range(size % 256)))
-    with pytest.raises(ConfigError):
-        expand(Path("boat.xacro"))

@@ -1,0 +1,51 @@
+"""What this process may use of its machine: the system's figures, and the container's limits where there are any."""
+
+import os
+from pathlib import Path
+
+__all__ = ["core_share", "free_memory"]
+
+ROOT = Path("/")
+"""Where `sys/fs/cgroup` and `proc` are; Linux has them."""
+
+
+def free_memory(root: Path = ROOT) -> float | None:
+    """Memory [bytes] that is free for this process; None where the system does not tell."""
+    group = root / "sys/fs/cgroup"
+    known = [_available(root / "proc/meminfo")]
+    for limit, used in (
+        (group / "memory.max", group / "memory.current"),
+        (group / "memory/memory.limit_in_bytes", group / "memory/memory.usage_in_bytes"),
+    ):
+        most, now = _first(limit), _first(used)
+        known.append(most - now if most is not None and now is not None else None)
+    return min((free for free in known if free is not None), default=None)
+
+
+def core_share(root: Path = ROOT) -> tuple[int, float]:
+    """Cores that this process may run on, and how many of them the container lets it use at a time."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    group = root / "sys/fs/cgroup"
+    quota, period = _first(group / "cpu.max"), _first(group / "cpu.max", 1)
+    if quota is None:
+        quota, period = _first(group / "cpu/cpu.cfs_quota_us"), _first(group / "cpu/cpu.cfs_period_us")
+    if quota is None or not period or quota <= 0:
+        return count, float(count)
+    return count, min(float(count), quota / period)
+
+
+def _first(file: Path, index: int = 0) -> float | None:
+    """A number of a file of blank-separated ones; None where there is none, as for "max"."""
+    try:
+        return float(file.read_text(encoding="ascii").split()[index])
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def _available(file: Path) -> float | None:
+    try:
+        lines = file.read_text(encoding="ascii").splitlines()
+    except (OSError, ValueError):
+        return None
+    found = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
+    return 1024.0 * float(found[0]) if found else None

@@ -1,0 +1,213 @@
+import importlib.metadata
+import json
+import os
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+
+from vrx_mj.adapters.view.display import Attempt
+from vrx_mj.cli import doctor, limits
+from vrx_mj.cli.doctor import Row
+
+PIP = f"{sys.executable} -m pip install"
+FAILS = Attempt(False, "libEGL.so.1: cannot open shared object file")
+DRAWS = Attempt(True, "llvmpipe")
+
+
+def raises(error):
+    def function(*_):
+        raise error
+
+    return function
+
+
+def test_it_looks_at_everything_and_finds_the_core_working(cli):
+    said = cli("doctor", "--json", "d.json")
+    assert said.code == 0
+    rows = json.loads(Path("d.json").read_text(encoding="utf-8"))
+    assert {row["what"] for row in rows} >= {
+        "vrx_mj", "python", "machine", "mujoco", "numba", "numpy", "rerun-sdk", "pydantic", "xacro", "yourdfpy",
+        "trimesh", "compiled physics", "display", "cameras, by GPU or CPU (egl)", "cameras, by CPU (osmesa)",
+        "window (glfw)", "rerun viewer", "ROS", "VRX_MJ_PATH", "PYTHONPATH", "free disk", "free memory", "cores",
+    }  # fmt: skip
+    assert {row["works"] for row in rows} <= {"yes", "no", "not needed"}
+    assert [row["what"] for row in rows if row["works"] == "no" and not row["advice"]] == []
+    assert "What vrx_mj needs works." in said.out
+
+
+def test_a_missing_core_package_fails_and_everything_else_is_still_shown(cli, monkeypatch):
+    broken = Row("numba", "not installed", "no", f"{PIP} 'numba>=0.68'", core=True)
+    monkeypatch.setattr(doctor, "examine", lambda: [broken, Row("ROS", "none", "not needed")])
+    said = cli("doctor")
+    assert said.code == 1
+    assert f"numba: {PIP} 'numba>=0.68'" in said.out
+    assert "vrx_mj cannot run here as it is." in said.out
+
+
+def test_what_the_core_does_not_need_fails_nothing():
+    assert doctor.healthy([Row("a", "", "yes", core=True), Row("b", "", "no")])
+
+
+def test_packages_that_work():
+    found = importlib.metadata.version("numpy")
+    assert doctor.package_row("numpy", "numpy") == Row("numpy", found, "yes", core=True)
+
+
+def test_packages_that_do_not():
+    numba = doctor.requirement("numba")
+    missing = doctor.package_row("numba", "numba", version=raises(importlib.metadata.PackageNotFoundError()))
+    assert missing == Row("numba", "not installed", "no", f"{PIP} '{numba}'", core=True)
+    old = doctor.package_row("numba", "numba", version=lambda _: "0.50.1")
+    assert old == Row("numba", f"0.50.1, but {numba} is needed", "no", f"{PIP} '{numba}'", core=True)
+    broken = doctor.package_row(
+        "numba", "numba", load=raises(ImportError("llvmlite: bad ELF\nmore")), version=lambda _: "0.70"
+    )
+    advice = f"{PIP} '{numba}' --force-reinstall"
+    assert broken == Row("numba", "0.70, which fails: llvmlite: bad ELF", "no", advice, core=True)
+
+
+@pytest.mark.parametrize(
+    ("version", "wanted", "fits"),
+    [("4.0.0", "mujoco<5,>=4.0", True), ("5.0.0", "mujoco<5,>=4.0", False), ("3.9.9", "mujoco>=4.0", False),
+     ("0.41.0", "rerun-sdk<0.42,>=0.41", True), ("0.42.0", "rerun-sdk<0.42,>=0.41", False), ("10.0", "x>=9.1", True),
+     ("2.1.0rc1", "numpy>=2.0", True), ("1", "anything", True)],
+)  # fmt: skip
+def test_versions_against_bounds(version, wanted, fits):
+    assert doctor.allowed(version, wanted) is fits
+
+
+def test_what_we_ask_for_is_what_the_project_says():
+    assert doctor.requirement("rerun-sdk").startswith("rerun-sdk")
+    assert doctor.allowed(importlib.metadata.version("rerun-sdk"), doctor.requirement("rerun-sdk"))
+    assert doctor.requirement("rerun") == "rerun"
+
+
+def test_an_old_python():
+    assert doctor.python_row((3, 10, 12)) == Row(
+        "python", "3.10.12", "no", "Python 3.11 or newer, 64 bit, is needed: docs/install.md says how", core=True
+    )
+
+
+def test_where_compiled_physics_is_kept(tmp_path):
+    assert doctor.kernel_row(tmp_path, compiled=True) == Row("compiled physics", str(tmp_path), "yes")
+    assert doctor.kernel_row(tmp_path, compiled=False) == Row(
+        "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 15 s"
+    )
+    assert doctor.kernel_row(None, compiled=False) == Row(
+        "compiled physics", "no folder can be written", "no",
+        "set VRX_MJ_CACHE to a folder that can be written, or every run begins with 15 s of compiling",
+    )  # fmt: skip
+
+
+def test_displays():
+    page = "vrx-mj view then serves a page to a browser on this machine"
+    assert doctor.display_row({}, "linux") == Row("display", "none", "not needed", page)
+    assert doctor.display_row({"DISPLAY": ":1"}, "linux") == Row("display", "DISPLAY=:1", "yes")
+    assert doctor.display_row({}, "win32") == Row("display", "that of the system", "yes")
+
+
+def test_without_any_way_to_draw_both_are_advised():
+    rows = doctor.drawing_rows({"display": Attempt(False, ""), "egl": FAILS, "osmesa": FAILS, "glfw": FAILS})
+    assert list(rows) == [
+        Row("cameras, by GPU or CPU (egl)", FAILS.said, "no",
+            "sudo apt-get install libegl1 libgl1-mesa-dri libopengl0"),
+        Row("cameras, by CPU (osmesa)", FAILS.said, "no", "sudo apt-get install libosmesa6 libopengl0"),
+        Row("window (glfw)", "no display", "not needed"),
+    ]  # fmt: skip
+
+
+def test_one_way_to_draw_is_enough_and_a_display_wants_its_own():
+    rows = doctor.drawing_rows({"display": Attempt(True, ""), "egl": FAILS, "osmesa": DRAWS, "glfw": FAILS})
+    assert list(rows) == [
+        Row("cameras, by GPU or CPU (egl)", FAILS.said, "not needed"),
+        Row("cameras, by CPU (osmesa)", "llvmpipe", "yes"),
+        Row("window (glfw)", FAILS.said, "no", "sudo apt-get install libgl1 libgl1-mesa-dri"),
+    ]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="makes a shell script")
+def test_the_viewer_of_rerun(tmp_path):
+    tool = tmp_path / "rerun"
+    tool.write_text("#!/bin/sh\necho rerun-cli 0.41.0 built today\n", encoding="utf-8")
+    tool.chmod(tool.stat().st_mode | stat.S_IXUSR)
+    same = doctor.viewer_row(lambda: tool, lambda _: "0.41.0")
+    other = doctor.viewer_row(lambda: tool, lambda _: "0.41.2")
+    none = doctor.viewer_row(raises(OSError("no rerun viewer at '/x'")))
+    again = f"{PIP} --force-reinstall '{doctor.requirement('rerun-sdk')}'; recordings are written without it"
+    assert same == Row("rerun viewer", f"0.41.0, {tool}", "yes")
+    assert other == Row("rerun viewer", "0.41.0, but the package is 0.41.2", "no", "install both at one version")
+    assert none == Row("rerun viewer", "no rerun viewer at '/x'", "no", again)
+
+
+def test_ros():
+    assert doctor.ros_row({}, lambda _: None) == Row("ROS", "none", "not needed")
+    assert doctor.ros_row({"ROS_DISTRO": "noetic"}, lambda name: name == "rospy" or None) == Row(
+        "ROS", "noetic, rospy", "yes"
+    )
+    assert doctor.ros_row({"ROS_DISTRO": "jazzy"}, lambda _: None) == Row(
+        "ROS", "jazzy, without rospy and rclpy for this Python", "not needed"
+    )
+
+
+def test_search_paths(tmp_path):
+    both = os.pathsep.join([str(tmp_path), "/no/such"])
+    assert list(doctor.search_rows({"VRX_MJ_PATH": both, "VRX_MJ_PACKAGE_PATH": str(tmp_path)})) == [
+        Row("VRX_MJ_PATH", both, "no", "no folder /no/such: take it out"),
+        Row("VRX_MJ_PACKAGE_PATH", str(tmp_path), "yes"),
+    ]
+    assert {row.found for row in doctor.search_rows({})} == {"not set"}
+
+
+def test_packages_of_ours_on_pythonpath_are_named(tmp_path):
+    (tmp_path / "numpy").mkdir()
+    (tmp_path / "yaml.py").touch()
+    assert doctor.pythonpath_row({"PYTHONPATH": str(tmp_path)}) == Row(
+        "PYTHONPATH", f"numpy in {tmp_path}, yaml in {tmp_path}", "yes",
+        "vrx-mj takes what is installed first; in Python of your own, run with PYTHONPATH empty",
+    )  # fmt: skip
+    assert doctor.pythonpath_row({}) == Row("PYTHONPATH", "not set", "not needed")
+
+
+def test_room():
+    assert doctor.disk_row(3e8) == Row(
+        "free disk", "0.3 GB here", "no", "recordings want at least 0.5 GB: make room, or record elsewhere"
+    )
+    assert doctor.memory_row(4e8) == Row(
+        "free memory", "0.4 GB", "no", "at least 1 GB is wanted: end other programs, or raise the limit"
+    )
+    assert doctor.memory_row(None) == Row("free memory", "not known", "yes")
+    assert doctor.cores_row((8, 1.5)) == Row("cores", "8, limited to 1.5 at a time", "yes")
+    assert doctor.cores_row((8, 8.0)) == Row("cores", "8", "yes")
+
+
+def files(root, **texts):
+    for name, text in texts.items():
+        path = root / name.replace("__", "/").replace("_dot_", ".")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="ascii")
+    return root
+
+
+def test_limits_of_containers(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    meminfo = {"proc__meminfo": "MemTotal: 9 kB\nMemAvailable:    2000000 kB\n"}
+    group = "sys__fs__cgroup__"
+    assert limits.free_memory(tmp_path) is None
+    assert limits.core_share(tmp_path) == (8, 8.0)
+    new = files(
+        tmp_path / "2", **meminfo,
+        **{f"{group}memory_dot_max": "900\n", f"{group}memory_dot_current": "400\n",
+           f"{group}cpu_dot_max": "150000 100000\n"},
+    )  # fmt: skip
+    assert (limits.free_memory(new), limits.core_share(new)) == (500.0, (8, 1.5))
+    free = files(
+        tmp_path / "3", **meminfo, **{f"{group}memory_dot_max": "max\n", f"{group}cpu_dot_max": "max 100000\n"}
+    )
+    assert (limits.free_memory(free), limits.core_share(free)) == (2048000000.0, (8, 8.0))
+    old = files(tmp_path / "1", **{
+        f"{group}memory__memory_dot_limit_in_bytes": "900", f"{group}memory__memory_dot_usage_in_bytes": "100",
+        f"{group}cpu__cpu_dot_cfs_quota_us": "200000", f"{group}cpu__cpu_dot_cfs_period_us": "100000",
+    })  # fmt: skip
+    assert (limits.free_memory(old), limits.core_share(old)) == (800.0, (8, 2.0))
