@@ -15,11 +15,18 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary, run
     from vrx_mj.runtime.simulation import Simulation
     from vrx_mj.runtime.state import State
+    from vrx_mj.sensors.readings import Fix, Image, Inertia, PointCloud, Reading, Scan
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "BoatObservation": "runtime.observation",
+    "Fix": "sensors.readings",
+    "Image": "sensors.readings",
+    "Inertia": "sensors.readings",
+    "PointCloud": "sensors.readings",
+    "Reading": "sensors.readings",
+    "Scan": "sensors.readings",
     "Simulation": "runtime.simulation",
     "State": "runtime.state",
     "Summary": "runtime.run",
@@ -36,6 +43,12 @@ _HOMES = {
 
 __all__ = [
     "BoatObservation",
+    "Fix",
+    "Image",
+    "Inertia",
+    "PointCloud",
+    "Reading",
+    "Scan",
     "Simulation",
     "State",
     "Summary",

@@ -29,3 +29,8 @@ def test_an_example_runs(path, tmp_path):
 def test_the_heading_of_the_first_example_is_kept(tmp_path):
     summary = loaded(EXAMPLES[0]).main(tmp_path / "out.rrd", 40.0)
     assert summary.boats["wamv"].heading == pytest.approx(math.radians(45.0), abs=0.15)  # wind of 5 m/s with gusts
+
+
+def test_the_skiff_of_the_third_example_holds_its_course(tmp_path):
+    summary = loaded(EXAMPLES[2]).main(tmp_path / "out.rrd", 40.0)
+    assert summary.boats["skiff"].heading == pytest.approx(math.radians(60.0), abs=0.05)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.compiler.shooters import ball_names
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
 
@@ -147,7 +148,8 @@ def _objects(world: World) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds."""
     import mujoco
 
-    entries = world.parameters["objects"]
+    balls = ball_names(world.parameters)
+    entries = [item for item in world.parameters["objects"] if item["name"] not in balls]
     if not entries:
         return ()
     model = mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))

@@ -4,12 +4,13 @@ A parked ball sleeps, in MuJoCo's sense: it takes no part in a step until its po
 asleep, as the tolerance is 0.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.config.objects import load_object
 
-__all__ = ["BALL", "ball_name", "parked_balls"]
+__all__ = ["BALL", "ball_name", "ball_names", "parked_balls"]
 
 BALL = "blue_projectile"
 """The object that shooters shoot; VRX's."""
@@ -23,6 +24,12 @@ COLUMNS = 32
 def ball_name(boat: str, shooter: str) -> str:
     """Name of a shooter's ball among the objects of a world."""
     return f"{boat}/{shooter}"
+
+
+def ball_names(parameters: Mapping[str, Any]) -> frozenset[str]:
+    """Names of the balls among the objects of a compiled world, from its parameters."""
+    rows = [row for row in parameters.get("sensors", ()) if row["config"]["type"] == "ball_shooter"]
+    return frozenset(ball_name(row["boat"], row["config"]["name"]) for row in rows)
 
 
 def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:

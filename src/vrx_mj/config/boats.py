@@ -12,13 +12,13 @@ from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.urdf.model import Gazebo, Inertial, Joint, Link, Urdf, UrdfThruster
+from vrx_mj.config.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
+from vrx_mj.config.urdf.model import Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.errors import ConfigError, Problem
 
 __all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
 
 Vector = tuple[float, float, float]
-HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -91,69 +91,56 @@ def assembled(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Boat:
     """The boat of a URDF, of its Gazebo tags and of the YAML beside it, which has the last word.
 
     Raises:
-        ConfigError: the YAML names a link or joint that the URDF does not have, or two things steer with one joint.
+        ConfigError: the YAML names a link or joint that the URDF does not have; two links, or two sensors, have one
+            name; a joint cannot steer what it should.
     """
-    tree = _Tree(urdf)
+    _check_links(urdf)
+    tree = Tree(urdf)
     thrusters = dict(_thrusters(urdf, gazebo, config))
-    hinges = dict(_hinges(urdf, thrusters, config))
-    turning = {name: tree.below(joint.child) for name, joint in hinges.items()}
-    taken = {link for links in turning.values() for link in links}
-    propellers = {item.propeller_joint for item in thrusters.values() if item.propeller_joint}
-    steering = {joint.name for joint in hinges.values()}
-    pushing = (*_engines(tree, thrusters, hinges), *_rudders(tree, config, hinges))
+    hinges = read_hinges(tree, thrusters, config)
+    taken = {link for links in hinges.turning.values() for link in links}
+    pushing = (*_engines(tree, thrusters, config, hinges.by_name), *_rudders(tree, config, hinges.by_name))
+    sensors = _sensors(tree, gazebo, config)
     return Boat(
         name=urdf.name,
         link=urdf.local(urdf.root),
-        parts=tuple(tree.part(name, urdf.root) for name in urdf.links if name not in taken),
+        parts=tuple(_part(tree, name, urdf.root) for name in urdf.links if name not in taken),
         thrusters=pushing,
         hydrodynamics=gazebo.hydrodynamics,
         wind=config.wind or gazebo.wind,
-        sensors=(*gazebo.sensors, *_own_sensors(tree, config)),
-        warnings=(*gazebo.warnings, *_loose(urdf, steering | propellers)),
+        sensors=sensors,
+        warnings=(
+            *gazebo.warnings,
+            *hinges.notes,
+            *_loose(tree, thrusters, hinges),
+            *_swinging(urdf, sensors, hinges),
+            *([] if pushing else ["it has no thruster and drifts; `thrusters` in the YAML beside it can name some"]),
+        ),
     )
 
 
-class _Tree:
-    """Who hangs on whom."""
+def _check_links(urdf: Urdf) -> None:
+    """Links are told apart without the namespace."""
+    seen: dict[str, str] = {}
+    for name, link in urdf.links.items():
+        other = seen.setdefault(urdf.local(name), name)
+        if other != name:
+            message = f"has the name of '{other}', but for the namespace '{urdf.namespace}'"
+            raise ConfigError([Problem(urdf.label or urdf.file.name, link.line, None, f"link '{name}'", message)])
 
-    def __init__(self, urdf: Urdf) -> None:
-        self.urdf = urdf
-        self.above = {joint.child: joint for joint in urdf.joints.values()}
-        self.children: dict[str, list[str]] = {}
-        for joint in urdf.joints.values():
-            self.children.setdefault(joint.parent, []).append(joint.child)
 
-    def below(self, link: str) -> tuple[str, ...]:
-        """A link and all that hangs on it."""
-        return (link, *(name for child in self.children.get(link, ()) for name in self.below(child)))
-
-    def path(self, link: str, base: str) -> list[Joint]:
-        """The joints from `base` to a link that hangs on it."""
-        joints: list[Joint] = []
-        while link != base:
-            joints.insert(0, self.above[link])
-            link = self.above[link].parent
-        return joints
-
-    def pose(self, link: str, base: str) -> Pose:
-        """Pose of a link in the frame of one above it, with all joints at zero."""
-        pose = HERE
-        for joint in self.path(link, base):
-            pose = joint.pose if pose == HERE else compose(pose, joint.pose)
-        return pose
-
-    def part(self, name: str, base: str, turn: Pose = HERE) -> Part:
-        """A link in the frame of one above it, or in that frame turned by `turn`."""
-        link: Link = self.urdf.links[name]
-        pose = self.pose(name, base)
-        return Part(
-            name=self.urdf.local(name),
-            pose=pose if turn == HERE else compose(inverse(turn), pose),
-            inertial=link.inertial,
-            collisions=link.collisions,
-            visuals=link.visuals,
-            lumped=all(joint.type == "fixed" for joint in self.path(name, base)),
-        )
+def _part(tree: Tree, name: str, base: str, turn: Pose = HERE) -> Part:
+    """A link in the frame of one above it, or in that frame turned by `turn`."""
+    link = tree.urdf.links[name]
+    pose = tree.pose(name, base)
+    return Part(
+        name=tree.urdf.local(name),
+        pose=pose if turn == HERE else compose(inverse(turn), pose),
+        inertial=link.inertial,
+        collisions=link.collisions,
+        visuals=link.visuals,
+        lumped=all(joint.type == "fixed" for joint in tree.path(name, base)),
+    )
 
 
 def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tuple[str, UrdfThruster]]:
@@ -163,64 +150,32 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
         return
     for name, entry in config.thrusters.items():
         path = f"thrusters.{name}"
-        link = _known(urdf, "link", entry.propeller, f"{path}.propeller")
-        joint = _known(urdf, "joint", entry.joint, f"{path}.joint") if entry.joint else None
+        link = known(urdf, "link", entry.propeller, f"{path}.propeller")
+        joint = known(urdf, "joint", entry.joint, f"{path}.joint") if entry.joint else None
         drive = ThrusterConfig(**entry.model_dump(include=set(ThrusterConfig.model_fields)))
         spins = next((item.name for item in urdf.joints.values() if item.child == link), None)
         yield name, UrdfThruster(name, link, spins, joint, drive, entry.servo.kp, entry.servo.kd)
 
 
-def _hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Iterator[tuple[str, Joint]]:
-    """The joint that steers, by the name of what it steers; a locked joint steers nothing."""
-    wanted = {name: item.engine_joint for name, item in thrusters.items()}
-    for name, item in config.rudders.items():
-        wanted[name] = _known(urdf, "joint", item.joint, f"rudders.{name}.joint")
-    users: dict[str, str] = {}
-    for name, joint in wanted.items():
-        if joint is None or urdf.joints[joint].locked or urdf.joints[joint].type == "fixed":
-            continue
-        if joint in users:
-            raise _problem(urdf, f"joint '{joint}' steers both {users[joint]} and {name}", urdf.joints[joint].line)
-        users[joint] = name
-        yield name, urdf.joints[joint]
-
-
-def _known(urdf: Urdf, kind: str, name: str, path: str) -> str:
-    """The URDF's name of a link or joint that the YAML gives with or without the namespace."""
-    known = urdf.links if kind == "link" else urdf.joints
-    for candidate in (name, f"{urdf.namespace}/{name}"):
-        if candidate in known:
-            return candidate
-    names = ", ".join(urdf.local(item) for item in known)
-    message = f"no {kind} named '{name}' in {urdf.file.name}; known: {names}"
-    raise ConfigError([Problem(f"the YAML of {urdf.file.name}", None, None, path, message)])
-
-
-def _problem(urdf: Urdf, message: str, line: int | None) -> ConfigError:
-    return ConfigError([Problem(urdf.file.name, line, None, "", message)])
-
-
 def _engines(
-    tree: _Tree, thrusters: Mapping[str, UrdfThruster], hinges: Mapping[str, Joint]
+    tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
 ) -> Iterator[Thruster]:  # fmt: skip
     for name, item in thrusters.items():
+        entry = config.thrusters.get(name)
+        said = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
         if name in hinges:
-            yield _steered(tree, name, item, hinges[name])
+            yield _steered(tree, name, item, hinges[name], said)
             continue
-        servo = ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
+        servo = said or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
         yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), fixed, servo, ())
 
 
-def _steered(tree: _Tree, name: str, item: UrdfThruster, hinge: Joint) -> Thruster:
-    links = tree.below(hinge.child)
-    if item.propeller_link not in links:
-        message = f"thruster {name}: its propeller '{item.propeller_link}' does not hang on joint '{hinge.name}'"
-        raise _problem(tree.urdf, message, hinge.line)
+def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> Thruster:
     turn = facing(hinge.axis)
-    propeller = tree.part(item.propeller_link, hinge.child, turn).pose
+    propeller = _part(tree, item.propeller_link, hinge.child, turn).pose
     return Thruster(
         name=name,
         link=tree.urdf.local(hinge.child),
@@ -228,16 +183,16 @@ def _steered(tree: _Tree, name: str, item: UrdfThruster, hinge: Joint) -> Thrust
         pose=_hinge_pose(tree, hinge),
         center=propeller[:3],
         direction=apply(rotation(*propeller[3:]), (1.0, 0.0, 0.0)),
-        drive=item.drive,
-        servo=ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
-        parts=tuple(tree.part(link, hinge.child, turn) for link in links),
+        drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
+        servo=said or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
+        parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
     )
 
 
-def _rudders(tree: _Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[Thruster]:
+def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[Thruster]:
     for name, entry in config.rudders.items():
         if name not in hinges:
-            raise _problem(tree.urdf, f"rudder {name}: its joint '{entry.joint}' does not turn", None)
+            raise own_problem(tree.urdf, f"rudders.{name}.joint", f"'{entry.joint}' does not turn")
         hinge = hinges[name]
         turn = facing(hinge.axis)
         wing = Rudder(
@@ -250,14 +205,14 @@ def _rudders(tree: _Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> I
             pose=_hinge_pose(tree, hinge),
             center=apply(rotation(*inverse(turn)[3:]), entry.center),
             direction=(0.0, 1.0, 0.0),
-            drive=ThrusterConfig(mapping="linear", max_angle=entry.max_angle, timeout=0.0),
+            drive=ThrusterConfig(mapping="linear", max_angle=min(entry.max_angle, room(hinge)), timeout=0.0),
             servo=entry.servo,
-            parts=tuple(tree.part(link, hinge.child, turn) for link in tree.below(hinge.child)),
+            parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
             rudder=wing,
         )
 
 
-def _hinge_pose(tree: _Tree, hinge: Joint) -> Pose:
+def _hinge_pose(tree: Tree, hinge: Joint) -> Pose:
     """Pose in the base link of the joint's frame, turned so that its axis is z."""
     turn, pose = facing(hinge.axis), tree.pose(hinge.child, tree.urdf.root)
     return pose if turn == HERE else compose(pose, turn)
@@ -273,17 +228,36 @@ def _velocity(hinge: Joint) -> float:
     return hinge.limits.velocity if hinge.limits and hinge.limits.velocity > 0 else 10.0
 
 
-def _own_sensors(tree: _Tree, config: RobotConfig) -> Iterator[SensorConfig]:
-    """Sensors of the YAML, posed in the base link's frame."""
+def _sensors(tree: Tree, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:
+    """Those of the URDF, then those of the YAML, posed in the base link's frame."""
+    urdf = tree.urdf
+    found = {sensor.name: sensor for sensor in gazebo.sensors}
     for index, sensor in enumerate(config.sensors):
-        link = _known(tree.urdf, "link", sensor.link, f"sensors[{index}].link")
-        local = tree.urdf.local(link)
-        pose = compose(tree.pose(link, tree.urdf.root), sensor.pose)
-        yield sensor.model_copy(update={"pose": pose, "link": local, "frame": sensor.frame or local})
+        if sensor.name in found:
+            raise own_problem(urdf, f"sensors[{index}].name", f"another sensor is called '{sensor.name}' already")
+        link = known(urdf, "link", sensor.link, f"sensors[{index}].link")
+        local = urdf.local(link)
+        pose = compose(tree.pose(link, urdf.root), sensor.pose)
+        found[sensor.name] = sensor.model_copy(update={"pose": pose, "link": local, "frame": sensor.frame or local})
+    return tuple(found.values())
 
 
-def _loose(urdf: Urdf, used: set[str]) -> Iterator[str]:
+def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) -> Iterator[str]:
     """Joints that could move in the file and do not here."""
-    for joint in urdf.joints.values():
+    used = {joint.name for joint in hinges.by_name.values()}
+    for name, item in thrusters.items():
+        used.add(item.propeller_joint or "")
+        if name not in hinges.by_name:  # VRX too holds an engine at zero that does not steer
+            used |= {joint.name for joint in tree.path(item.propeller_link, tree.urdf.root) if joint.type == "revolute"}
+    for joint in tree.urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
             yield f"joint '{joint.name}' ({joint.type}) moves nothing here: it stays at zero"
+
+
+def _swinging(urdf: Urdf, sensors: tuple[SensorConfig, ...], hinges: Hinges) -> Iterator[str]:
+    """Sensors on what steers; theirs is a place on the boat."""
+    for name, links in hinges.turning.items():
+        carried = {urdf.local(link) for link in links}
+        for sensor in sensors:
+            if sensor.link in carried:
+                yield f"sensor '{sensor.name}' does not turn with '{name}', on which it is mounted"

@@ -1,5 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from vrx_mj.runtime.moments import Moments
 from vrx_mj.runtime.mounted import mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles
 
-__all__ = ["Rig", "drawing_model", "quiet_model", "stepping_model"]
+__all__ = ["Rig", "drawing_model", "stepping_models"]
 
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
@@ -32,24 +33,19 @@ Row = Mapping[str, Any]
 NO_JOINT = -1
 
 
-def stepping_model(world: World) -> mujoco.MjModel:
-    """The model that steps: compiled from the saved form, without anything that is only looked at."""
-    return _compiled(world)
+def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+    """The model that steps, from the saved form without anything that is only looked at, and its quiet twin.
 
-
-def quiet_model(world: World) -> mujoco.MjModel:
-    """The stepping model without any shapes; it steps the same data while nothing can touch anything."""
-    return _compiled(world, shapes=False)
-
-
-def _compiled(world: World, *, shapes: bool = True) -> mujoco.MjModel:
+    The twin has no shapes at all; it steps the same data while nothing can touch anything.
+    """
     try:
-        spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+        text = re.sub(r"<camera [^>]*/>", "", world.mjcf)
+        spec = mujoco.MjSpec.from_string(text, assets=dict(world.assets))
         spec.compiler.discardvisual = True
-        if not shapes:
-            for geom in spec.geoms:  # what cannot collide is discarded; deleting them singly takes minutes
-                geom.contype = geom.conaffinity = 0
-        return spec.compile()
+        model = spec.compile()
+        for geom in spec.geoms:  # what cannot collide is discarded; deleting them singly takes minutes
+            geom.contype = geom.conaffinity = 0
+        return model, spec.compile()
     except ValueError as error:
         raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
 
@@ -60,7 +56,7 @@ class Rig:
     The views belong to one model and data: whoever makes new ones makes a new rig.
     """
 
-    def __init__(self, world: World, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, world: World, model: mujoco.MjModel, quiet: mujoco.MjModel, data: mujoco.MjData) -> None:
         parameters = world.parameters
         sea, wind = parameters["sea"], parameters["wind"]
         self.model, self.data = model, data
@@ -77,7 +73,7 @@ class Rig:
         self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
-        self.quiet = quiet_model(world)
+        self.quiet = quiet
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
         self.sensors = mounted(world, model)

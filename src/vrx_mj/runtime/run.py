@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.simulation import Observation, Simulation
 
@@ -125,8 +125,18 @@ def load_controller(name: str, seed: int) -> Controller:
 
 
 def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
-    """A controller that gives every boat the same commands for ever."""
-    commands = {boat: dict(thrust) for boat in sim.boats}
+    """A controller that gives every boat the same commands for ever, each those that it takes.
+
+    Raises:
+        UnknownNameError: no boat takes one of them.
+    """
+    known = {name for boat in sim.boats for name in sim.command_names(boat)}
+    for name in thrust:
+        if name not in known:
+            raise UnknownNameError(f"thruster of {', '.join(sim.boats[:3])}", name, sorted(known))
+    commands = {
+        boat: {name: value for name, value in thrust.items() if name in sim.command_names(boat)} for boat in sim.boats
+    }
 
     def controller(_observation: Observation, _time: float) -> Commands:
         return commands

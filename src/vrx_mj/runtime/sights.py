@@ -8,9 +8,11 @@ from vrx_mj.compiler.world import World
 from vrx_mj.runtime.moments import Moment
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.lidar import Lidar, Water
+from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
 
 __all__ = ["Sights"]
@@ -43,7 +45,8 @@ class Sights:
             mount = sensor.mount
             self._lidars[key] = Lidar(model, sensor.config, body, mount.position, mount.rotation)
         water = Water(self._rig.waves, self._rig.sea, now.time) if sensor.config.sea_returns else None
-        return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
+        with announced(cast, "the lidar", 8):
+            return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
 
     def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:
         """Where everything was at a moment."""

@@ -17,13 +17,15 @@ from vrx_mj.runtime.durations import steps_to_second, whole_steps
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import BoatObservation
-from vrx_mj.runtime.rig import Rig, drawing_model, stepping_model
+from vrx_mj.runtime.rig import Rig, drawing_model, stepping_models
 from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.sensing import Readings, Sensing
 from vrx_mj.runtime.shooter import fire
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
+from vrx_mj.sensors.readings import Reading
 
 Observation = dict[str, BoatObservation]
 SLICE = 0.05
@@ -45,9 +47,9 @@ class Simulation:
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         self._world = world
         self._world_id = world.sha256
-        self._model = stepping_model(world)
+        self._model, quiet = stepping_models(world)
         self._data = mujoco.MjData(self._model)
-        self._rig = Rig(world, self._model, self._data)
+        self._rig = Rig(world, self._model, quiet, self._data)
         self._helm = Helm(world.boats, world.parameters["thrusters"])
         self._bodies = FreeBodies(world, self._rig)
         thrusters = len(self._rig.thrusters)
@@ -57,17 +59,14 @@ class Simulation:
         self._drawing: mujoco.MjModel | None = None
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         self._sensing = Sensing(world, self._rig, lambda: self.visual_model, self._renew_arguments)
+        self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
 
     @classmethod
     def load(cls, source: str | Path) -> "Simulation":
-        """Sail a world that `World.save` or `vrx-mj compile` has written, from its folder or its MJCF's path.
-
-        Raises:
-            StateError: there is no saved world of this version.
-        """
+        """Sail what `World.save` or `vrx-mj compile` wrote, from its folder or MJCF; StateError if there is none."""
         return cls(World.load(source))
 
     # What it is
@@ -125,17 +124,14 @@ class Simulation:
         return self._wind
 
     def command_names(self, boat: str) -> tuple[str, ...]:
-        """The commands that a boat takes: thrusters in [-1, 1], and their `_angle` in rad.
-
-        Raises:
-            UnknownNameError: no boat has that name.
-        """
+        """The commands a boat takes: thrusters in [-1, 1], their `_angle` in rad; UnknownNameError: no such boat."""
         return self._helm.names(boat)
 
     # Running
 
     def reset(self, seed: int | None = None) -> Observation:
         """Go back to the start, with the world's seed or another; returns what the boats see."""
+        self._subscriptions.check_idle("reset")
         self._seed = self._world.seed if seed is None else int(seed)
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
@@ -148,11 +144,7 @@ class Simulation:
         """Command a boat's thrusters as VRX's topics do: each thrust lasts for the thruster's timeout.
 
         Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. Angles are in
-        rad, clamped to the thruster's limit, and do not time out.
-
-        Raises:
-            UnknownNameError: no such boat or thruster.
-            CommandError: a command is not a finite number.
+        rad, clamped to the thruster's limit, and do not time out. Errors are those of `command_all`.
         """
         self.command_all({boat: commands})
 
@@ -181,23 +173,17 @@ class Simulation:
         return self.observe()
 
     def steps_in(self, duration: float) -> int:
-        """Number of physics steps in a duration [s].
-
-        Raises:
-            CommandError: it is not a whole number.
-        """
+        """Number of physics steps in a duration [s]; CommandError if it is not a whole number."""
         return whole_steps(duration, self.timestep)
 
     def advance(self, steps: int) -> None:
-        """Advance by a number of physics steps under the commands that stand.
-
-        Raises:
-            DivergedError: the state became NaN or huge; the last good one is in a file.
-        """
+        """Advance by a number of physics steps under the commands that stand; DivergedError as `step`."""
+        self._subscriptions.check_idle("advance")
         left = steps
+        self._subscriptions.deliver(self.time)
         while left > 0:
             second = steps_to_second(self.time, self.timestep)
-            count = min(left, second, max(1, int(SLICE / self._pace)))
+            count = min(left, second, max(1, int(SLICE / self._pace)), self._subscriptions.steps(self.time))
             begun = clock.perf_counter()
             done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
@@ -210,6 +196,7 @@ class Simulation:
                 self._drained = begun
             if done == second:
                 self._keep()
+            self._subscriptions.deliver(self.time)
 
     # State
 
@@ -230,6 +217,7 @@ class Simulation:
         Raises:
             StateError: it belongs to another world or another version, or is not finite.
         """
+        self._subscriptions.check_idle("set_state")
         state.check(self._world_id)
         self._rig.check(state.ours)
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
@@ -285,11 +273,7 @@ class Simulation:
         self._derive()
 
     def observe_object(self, name: str) -> BoatObservation:
-        """Pose and velocity of a floating object's link.
-
-        Raises:
-            UnknownNameError: no floating object has that name.
-        """
+        """Pose and velocity of a floating object's link; UnknownNameError if none has that name."""
         check_name("floating object", name, self._bodies.objects)
         return self._bodies.observe(name)
 
@@ -297,10 +281,8 @@ class Simulation:
         """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
 
         Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
-        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`.
-
-        Raises:
-            UnknownNameError: no boat has that name.
+        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`. UnknownNameError if no
+        boat has that name.
         """
         check_name("boat", boat, self.boats)
         return boat_forces(self._rig, self.boats.index(boat), self.time)
@@ -321,6 +303,25 @@ class Simulation:
             SensorError: when looking up: it cannot measure here, as a GPS in a world without georeference.
         """
         return self._sensing.readings(boat)
+
+    def subscribe(
+        self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
+    ) -> Subscription:
+        """Have `callback(reading)` called for every measurement of a sensor, or for `rate` of them per second.
+
+        It is called from within `advance`, at the step of the measurement, and may do all but advance, reset or set
+        the state. A reading that is due now comes as soon as the simulation advances.
+
+        Raises:
+            UnknownNameError: no such boat, or no such sensor on it.
+            CommandError: the rate is not above 0, or above the sensor's own.
+        """
+        check_name("boat", boat, self.boats)
+        return self._subscriptions.add(boat, sensor, callback, rate, self.time)
+
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End what `subscribe` began."""
+        self._subscriptions.remove(subscription)
 
     def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
         """Put the beacon that a receiver hears at (x, y, z) [m, ENU]; until then it is at the world's origin.
@@ -372,6 +373,7 @@ class Simulation:
         """Begin anew from a state that was set."""
         self._rig.refresh()
         self._sensing.begin(self._seed)
+        self._subscriptions.begin(self.time)
         self._renew_arguments()
         self._derive()
         self._keep()

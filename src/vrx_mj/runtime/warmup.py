@@ -9,18 +9,21 @@ from numba.core import event
 
 from vrx_mj.physics.kernel import cached
 
-KERNELS = 45
+KERNELS = 80
 """About how many kernels the loop is made of: for the progress only."""
 
 
 @contextlib.contextmanager
-def announced(first_call: Callable[..., Any]) -> Iterator[None]:
-    """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on."""
+def announced(first_call: Callable[..., Any], what: str = "the physics", seconds: int = 15) -> Iterator[None]:
+    """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on.
+
+    `what` is compiled, which takes about so many `seconds`.
+    """
     if cached(first_call):
         yield
         return
     counter = _Counter()
-    sys.stderr.write("vrx_mj: compiling the physics for this machine, once; it takes about 15 s\n")
+    sys.stderr.write(f"vrx_mj: compiling {what} for this machine, once; it takes about {seconds} s\n")
     sys.stderr.flush()
     event.register("numba:compile", counter)
     try:

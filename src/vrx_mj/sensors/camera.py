@@ -70,7 +70,8 @@ class Cameras:
         self._canvas.draw(data, view, self._sea, self._drawn)
         rgb = np.empty_like(self._drawn)
         if config.noise > 0.0:
-            with_grain(self._drawn, grain_table(config.noise), bits(np.uint64(key), np.uint64(index)), rgb)
+            own = np.uint64(bits(np.uint64(key), np.uint64(index)))  # numba returns it as a plain int
+            with_grain(self._drawn, grain_table(config.noise), own, rgb)
         else:
             copy_flipped(self._drawn, rgb)
         return Image(rgb=rgb, info=intrinsics(config))

@@ -26,7 +26,7 @@ from vrx_mj.physics.surface import (
     ripples,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.runtime.rig import stepping_model
+from vrx_mj.runtime.rig import stepping_models
 
 BUOYS = {
     "sea": {"model": "pms", "gain": 0.3, "period": 5.0, "scale": 2.5, "tau": 3.0},
@@ -45,7 +45,7 @@ def world():
 
 
 def test_what_steps_has_no_sea_to_look_at(world):
-    drawn, stepped = drawing_model(world), stepping_model(world)
+    drawn, stepped = drawing_model(world), stepping_models(world)[0]
     assert (drawn.nskin, stepped.nskin) == (1, 0)
     assert (drawn.nq, drawn.nv, drawn.nbody) == (stepped.nq, stepped.nv, stepped.nbody)
     assert [drawn.body(i).name for i in range(drawn.nbody)] == [stepped.body(i).name for i in range(stepped.nbody)]

@@ -232,6 +232,12 @@ def test_noise_is_that_of_the_stream_and_equal_in_three_channels():
     assert abs(np.corrcoef(deviation, (noisy[1] - clean)[inner][:, 0])[0, 1]) < 0.01
 
 
+def test_every_picture_of_a_stream_has_noise_of_its_own():
+    camera = config(width=64, height=36, noise=0.02)  # keys of 64 bits, half of them beyond a signed integer
+    pictures = {image("calm", camera, key=2**64 - 1 - key, index=i).tobytes() for key in (0, 5) for i in range(8)}
+    assert len(pictures) == 16
+
+
 def test_another_thread_is_refused():
     errors = []
     image("calm", config())

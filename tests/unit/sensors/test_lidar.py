@@ -71,7 +71,7 @@ def clutter(draw, count):
         pos = " ".join(str(value) for value in draw.normal(scale=12, size=3))
         quat = " ".join(str(value) for value in draw.normal(size=4))
         texts.append(f'<geom group="2" type="{kind}" {shape} pos="{pos}" quat="{quat}"/>')
-    rock = " ".join(str(value) for value in draw.normal(scale=2, size=60))
+    rock = " ".join(str(value) for value in draw.normal(scale=2, size=600))
     return scene("".join(texts), assets=f'<mesh name="rock" vertex="{rock}" inertia="shell"/>')
 
 
@@ -98,20 +98,21 @@ def test_one_ray_is_one_ray():
     assert cloud.points.tolist() == [[4.0, 0.0, 0.0]]
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_distances_are_those_of_every_ray_tested_against_every_shape(seed):
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("samples", "rings", "least"), [(401, 20, 200), (90, 30, 50)], ids=["dense", "sparse"])
+def test_distances_are_those_of_every_ray_tested_against_every_shape(seed, samples, rings, least):
     draw = np.random.default_rng(seed)
     model, data = clutter(draw, 40)
     near = 1e-6  # rays that begin inside a shape meet its far side, wherever in it they begin
     sensor = lidar(
-        model, position=draw.normal(size=3), rotation=turn(draw), range=(near, 30.0), samples=401, rings=20,
+        model, position=draw.normal(size=3), rotation=turn(draw), range=(near, 30.0), samples=samples, rings=rings,
         elevation=tuple(draw.uniform(-1.6, 1.6, 2).clip(-1.57, 1.57)), azimuth=tuple(draw.uniform(-7, 7, 2)),
     )  # fmt: skip
     expected = in_every_ray(model, data, sensor, far=30.0)
     found = sensor.ranges(data)
     assert (np.isfinite(found) == np.isfinite(expected)).all()
     hit = np.isfinite(found)
-    assert hit.sum() > 200
+    assert hit.sum() > least
     assert found[hit] == pytest.approx(expected[hit], abs=1e-9)  # grazing rays multiply the rounding, 1e-15 m
 
 
@@ -169,6 +170,18 @@ def test_a_mesh_nearer_than_the_range_begins_does_not_stand_in_the_way_either():
     model, data = scene(f'<geom group="2" type="mesh" mesh="housing"/><geom group="2" {BOX} pos="5 0 0"/>', assets=mesh)
     assert ahead(model, data) == 4.0
     assert ahead(model, data, range=(0.01, 9.0)) == pytest.approx(0.05)
+    plain = scene(f'<geom group="2" {BOX} pos="5 0 0"/>')
+    assert lidar(model).ranges(data).tobytes() == lidar(plain[0]).ranges(plain[1]).tobytes()
+
+
+def test_of_a_mesh_that_begins_too_near_the_rest_is_seen():
+    corners = " ".join(f"{x} {y} {z}" for x in (0.05, 0.06) for y in (-1, 1) for z in (-1, 1))
+    model, data = scene('<geom group="2" type="mesh" mesh="plate"/>', assets=f'<mesh name="plate" vertex="{corners}"/>')
+    found = lidar(model).ranges(data)
+    along = lidar(model)._directions[:, 0]
+    expected = np.where(along > 0.5, np.where(along > 0.6, np.inf, 0.06 / along), 0.05 / along)
+    seen = (along > 0.06) & (np.abs(np.abs(along - 0.55) - 0.05) > 1e-6)  # the plate's edges, and the range's, apart
+    assert found[seen] == pytest.approx(expected[seen], rel=1e-6)  # a mesh's corners have 32 bits
 
 
 def test_the_range_ends():

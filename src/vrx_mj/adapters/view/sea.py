@@ -24,7 +24,7 @@ HORIZON = 2500.0
 """Distance of the outermost vertices [m]."""
 CALM = (60.0, 160.0)
 """Distances [m] between which waves fade: beyond, cells are too long to draw them."""
-RELIEF = 12.0
+RELIEF = 5.0
 """How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
 NAME = "vrx_mj/sea"
 WATER = "water"
@@ -63,22 +63,24 @@ class SeaMesh:
     def __init__(self, model: mujoco.MjModel, height: SeaHeight) -> None:
         self._height = height
         self._model = model
-        geom = model.geom(NAME).id
         self.mesh = int(model.mesh(NAME).id)
         """Number of the mesh, for `update_mesh`."""
-        self._geom = geom
-        model.geom_quat[geom] = (1.0, 0.0, 0.0, 0.0)  # the compiler turned it into the axes of its inertia
+        self._geom = int(model.geom(NAME).id)
         start, first = int(model.mesh_vertadr[self.mesh]), int(model.mesh_normaladr[self.mesh])
         self._points = slice(start, start + SIDE * SIDE)
         self._normals = slice(first, first + SIDE * SIDE)
 
-    def follow(self, place: tuple[float, float], time: float) -> None:
-        """Draw the sea around `place` [m, ENU] at simulated time `time` [s]."""
+    def follow(self, data: mujoco.MjData, place: tuple[float, float], time: float) -> None:
+        """Draw the sea around `place` [m, ENU] at simulated time `time` [s].
+
+        The mesh is placed in `data` by hand: MuJoCo places what does not move once and for all.
+        """
         centre = np.round(np.asarray(place) / CELL) * CELL  # vertices keep their places while the boat moves
         points = sea_points(self._height, (float(centre[0]), float(centre[1])), time)
         self._model.mesh_vert[self._points] = points
         self._model.mesh_normal[self._normals] = normals(points)
-        self._model.geom_pos[self._geom] = (*centre, 0.0)
+        data.geom_xpos[self._geom] = (*centre, 0.0)
+        data.geom_xmat[self._geom] = np.eye(3).reshape(-1)
 
 
 def sea_of(model: mujoco.MjModel, height: SeaHeight) -> SeaMesh | None:

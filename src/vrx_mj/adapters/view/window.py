@@ -33,12 +33,17 @@ class Upload:
     def __init__(self, handle: Any, mesh: int) -> None:
         self._handle, self._mesh = handle, mesh
         self._asked, self._done = threading.Event(), threading.Event()
+        self._done.set()
         threading.Thread(target=self._run, name="vrx_mj view", daemon=True).start()
 
     def __call__(self) -> None:
         """Upload, and return when that is done or the window is closed."""
         self._done.clear()
         self._asked.set()
+        self.wait()
+
+    def wait(self) -> None:
+        """Return when nothing is under way, or the window is closed."""
         while not self._done.wait(0.2) and self._handle.is_running():
             pass
 
@@ -91,7 +96,7 @@ class Window:
         mujoco.mj_camlight(model, data)
         place = sim.observe()[session.pilot.boat].position
         if self._sea is not None:
-            self._sea.follow((float(place[0]), float(place[1])), sim.time)
+            self._sea.follow(data, (float(place[0]), float(place[1])), sim.time)
         with self._handle.lock():
             self._handle.cam.lookat[:] = (*place[:2], 0.5)
             self._keep_flags()
@@ -105,6 +110,8 @@ class Window:
 
     def close(self) -> None:
         """Take the window away."""
+        if self._upload is not None:
+            self._upload.wait()  # closed in the middle of one, the window would wait for it for ever
         self._handle.close()
         for thread in self._drawing:  # it must not draw while Python ends
             thread.join(CLOSING)

@@ -5,7 +5,7 @@ its parts, and `wamv_gazebo.urdf.xacro` is expanded with these pieces. Unlike th
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from xml.sax.saxutils import quoteattr
@@ -99,6 +99,8 @@ def wamv_urdf(
     namespace: str = "wamv",
     locked: bool = False,
     arguments: Mapping[str, str] | None = None,
+    file: Path | None = None,
+    package_paths: Sequence[Path] = (),
 ) -> str:
     """The URDF of a WAM-V.
 
@@ -108,6 +110,8 @@ def wamv_urdf(
         namespace: prefix of links, joints, frames and topics.
         locked: whether it is held where it is, free to heave, roll and pitch only.
         arguments: any of `ARGUMENTS`, as texts.
+        file: a `wamv_gazebo.urdf.xacro` in place of ours; it may have arguments of its own.
+        package_paths: where its packages are.
 
     Raises:
         UnknownNameError: there is no such argument or layout.
@@ -115,14 +119,14 @@ def wamv_urdf(
         ConfigError: what the files ask for cannot be expanded.
     """
     given = {**(arguments or {})}
-    _check(given, namespace)
+    _check(given if file is None else {}, namespace)
     given |= {"namespace": namespace, "locked": str(locked).lower()}
-    main = _folder() / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
+    main = file or _folder() / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
     with TemporaryDirectory(prefix="vrx_mj_") as name:
         folder = Path(name).resolve()
         for parts in filter(None, (thrusters, components)):
             given |= _file_arguments(parts, folder)
-        return expand(main, arguments=given, package_paths=(folder,))
+        return expand(main, arguments=given, package_paths=(folder, *package_paths))
 
 
 def _folder() -> Path:

@@ -16,6 +16,7 @@ from vrx_mj.config.urdf.xacro_files import Files, own_packages, read_bytes
 from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError
 from vrx_mj.config.urdf.xacro_wording import problem_of
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.resources import root
 
 __all__ = ["arguments", "expand"]
 
@@ -31,12 +32,12 @@ def expand(
 ) -> str:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
-    `arguments` are the file's `$(arg NAME)`. `$(find NAME)` looks in `packages` (by default our own), in
-    `package_paths` and beside the file; a file may read only what lies there or in its own folder. Warnings of xacro
-    come as one VrxWarning. Raises ConfigError.
+    `arguments` are the file's `$(arg NAME)`. `$(find NAME)` looks in `packages`, in `package_paths` and beside the
+    file; without `packages`, our own come last, and for our own files first. A file may read only what lies there or in
+    its own folder. Warnings of xacro come as one VrxWarning. Raises ConfigError.
     """
     file = Path(file)
-    engine = _engine(file, arguments or {}, own_packages() if packages is None else packages, package_paths)
+    engine = _engine(file, arguments or {}, packages, package_paths)
     try:
         text = written(engine.expand(file))
     except Exception as error:
@@ -62,12 +63,16 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _engine(file: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], paths: Sequence[Path]) -> Engine:
+def _engine(
+    file: Path, arguments: Mapping[str, str], packages: Mapping[str, Path] | None, paths: Sequence[Path]
+) -> Engine:  # fmt: skip
     """An engine made ready for a file that exists."""
     if not file.is_file():
         raise ConfigError([Problem(display(file), None, None, "", "there is no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
-    return Engine(Files(file, packages, paths), given, Budget())
+    ours = own_packages() if packages is None else {}
+    first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}
+    return Engine(Files(file, first, paths, spare=ours), given, Budget())
 
 
 def _warning(file: Path, said: list[str]) -> str:

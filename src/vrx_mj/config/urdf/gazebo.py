@@ -60,7 +60,7 @@ def read_gazebo(urdf: Urdf) -> Gazebo:
     Raises:
         ConfigError: For values that are wrong, and links and joints that are not there.
     """
-    scope, forces = Scope(urdf, Findings(display(urdf.file))), _Forces()
+    scope, forces = Scope(urdf, Findings(urdf.label or display(urdf.file))), _Forces()
     for element in urdf.gazebo:
         _read_element(Node(element, "gazebo", scope.findings), scope, forces)
     if forces.newer_drag is not None and forces.water is None:

@@ -35,7 +35,7 @@ def _camera(node: Node, link: str, scope: Scope) -> None:
     if plugin and any(plugin.value(tag, 0.0) for tag in DISTORTION):
         scope.warn(plugin, "lenses do not distort here")
     image, clip = camera.child("image"), camera.child("clip")
-    name = scope.name(node, link, _own(node))
+    name = scope.name(node, link, _own(node, scope))
     frame = plugin.text("frameName") if plugin else ""
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
     values = {
@@ -44,7 +44,7 @@ def _camera(node: Node, link: str, scope: Scope) -> None:
         "frame": scope.local(frame or optical),
         "pose": scope.pose(link, node),
         "topic": scope.stem(plugin.text("cameraName") if plugin else node.text("topic"), "image_raw",
-                            instead=f"sensors/cameras/{_own(node) or name}"),
+                            instead=f"sensors/cameras/{_own(node, scope) or name}"),
         "rate": scope.rate(node, "update_rate"),
         "width": _whole(image, "width", WIDTH),
         "height": _whole(image, "height", HEIGHT),
@@ -68,14 +68,14 @@ def _lidar(node: Node, link: str, scope: Scope) -> None:
     scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
     if scan and rings > 1:
         scope.warn(node, f"a scan has one ring; the other {rings - 1} are left out")
-    name = scope.name(node, link, _own(node))
+    name = scope.name(node, link, _own(node, scope))
     values = {
         "name": name,
         "link": scope.local(link),
         "frame": scope.local((plugin.text("frameName") if plugin else "") or link),
         "pose": scope.pose(link, node),
         "topic": scope.stem(plugin.text("topicName") if plugin else node.text("topic"), "points", "scan",
-                            instead=f"sensors/lidars/{_own(node) or name}"),
+                            instead=f"sensors/lidars/{_own(node, scope) or name}"),
         "output": "scan" if scan else "points",
         "rate": scope.rate(node, "update_rate"),
         "rings": 1 if scan else rings,
@@ -111,7 +111,7 @@ def _gps(node: Node, link: str, scope: Scope) -> None:
     plugin = _plugin(node, scope, "gazebo_ros_gps_sensor")
     body = node.child("navsat") or node.child("gps")
     values = {
-        "name": scope.name(node, link, _own(node)),
+        "name": scope.name(node, link, _own(node, scope)),
         "link": scope.local(link),
         "frame": scope.local(link),
         "pose": scope.pose(link, node),
@@ -135,7 +135,7 @@ def _imu(node: Node, link: str, scope: Scope) -> None:
     plugin = _plugin(node, scope, "gazebo_ros_imu_sensor")
     imu = node.child("imu")
     values = {
-        "name": scope.name(node, link, _own(node)),
+        "name": scope.name(node, link, _own(node, scope)),
         "link": scope.local(link),
         "frame": scope.local((plugin.text("frameName") if plugin else "") or link),
         "pose": scope.pose(link, node),
@@ -186,9 +186,9 @@ def _plugin(node: Node, scope: Scope, *kinds: str) -> Node | None:
     return found
 
 
-def _own(node: Node) -> str:
-    """A sensor's own name, without what VRX adds to it."""
-    return (node.attribute("name") or "").removesuffix("_sensor")
+def _own(node: Node, scope: Scope) -> str:
+    """A sensor's own name, without the namespace and what VRX adds to it."""
+    return scope.local((node.attribute("name") or "").removesuffix("_sensor"))
 
 
 def _whole(node: Node | None, tag: str, default: float) -> int:

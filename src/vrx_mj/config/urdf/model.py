@@ -117,6 +117,8 @@ class Urdf:
     """The `<gazebo>` elements (lxml), in the order of the file."""
     namespace: str = ""
     """Of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
+    label: str = ""
+    """What messages call the text that line numbers are of; empty: the file."""
 
     def local(self, name: str) -> str:
         """A link's or joint's name without the namespace."""

@@ -43,6 +43,7 @@ def read_urdf(
     *,
     packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
+    label: str = "",
 ) -> Urdf:
     """The robot that a URDF's text describes; xacro is expanded before.
 
@@ -51,6 +52,7 @@ def read_urdf(
         file: Where it is from; messages name it, and relative paths of meshes start in its folder.
         packages: Folders of ROS packages by name, for `package://NAME/...`.
         package_paths: Folders that are packages, or that hold them.
+        label: What messages call the text, where its lines are not those of the file.
 
     Raises:
         ConfigError: With everything that is wrong, each with its line and element.
@@ -58,7 +60,7 @@ def read_urdf(
     Warns:
         VrxWarning: Once for each kind of thing that is legal but suspicious.
     """
-    findings = Findings(display(file))
+    findings = Findings(label or display(file))
     root = Node(parse_robot(text, findings.file), "", findings)
     materials, gazebo = material_colors(root)
     files = MeshFiles(file.absolute().parent, dict(packages or {}), tuple(package_paths))
@@ -78,6 +80,7 @@ def read_urdf(
         joints=joints,
         gazebo=tuple(root.element.iterchildren("gazebo")),
         namespace=top.partition("/")[0] if "/" in top else "",
+        label=findings.file,
     )
 
 

@@ -30,24 +30,33 @@ def own_packages() -> dict[str, Path]:
 
 
 class Files:
-    """What one expansion may read."""
+    """What one expansion may read.
 
-    def __init__(self, file: Path, packages: Mapping[str, Path], package_paths: Sequence[Path]) -> None:
+    A package is first looked for in `packages`, then in `package_paths` and beside the file, at last in `spare`.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        packages: Mapping[str, Path],
+        package_paths: Sequence[Path],
+        spare: Mapping[str, Path] | None = None,
+    ) -> None:
         self.folder = file.absolute().parent
         self.paths = [Path(path).absolute() for path in package_paths]
         self.packages = {
             **_package_of(self.folder),
             **{name: Path(folder).absolute() for name, folder in packages.items()},
         }
-        self.roots = [
-            folder.resolve() for folder in (self.folder, file.resolve().parent, *self.packages.values(), *self.paths)
-        ]
+        self.spare = {name: Path(folder).absolute() for name, folder in (spare or {}).items()}
+        folders = (self.folder, file.resolve().parent, *self.packages.values(), *self.paths, *self.spare.values())
+        self.roots = [folder.resolve() for folder in folders]
 
     def find_package(self, name: str) -> Path:
         """The folder of a package."""
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
-            found = next((folder for folder in self._candidates(name) if folder.is_dir()), None)
+            found = next((folder for folder in self._candidates(name) if folder.is_dir()), self.spare.get(name))
         if found is None:
             words = str(UnknownNameError("package", name, self._known()))
             raise ExpressionError(f"{words} (or add its folder to the package paths)")
@@ -101,7 +110,7 @@ class Files:
 
     def _known(self) -> list[str]:
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
-        return sorted({*self.packages, *beside})
+        return sorted({*self.packages, *beside, *self.spare})
 
 
 def read_bytes(file: Path) -> bytes:

@@ -1,0 +1,164 @@
+"""What steers a boat: which joint turns what, and all that hangs on it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from vrx_mj.config.poses import Pose, compose
+from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.urdf.model import Joint, Urdf, UrdfThruster
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError
+
+__all__ = ["HERE", "Hinges", "Tree", "known", "own_problem", "read_hinges", "room"]
+
+HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+TURNING = ("revolute", "continuous")
+"""Types of joints that can steer."""
+
+
+class Tree:
+    """Who hangs on whom."""
+
+    def __init__(self, urdf: Urdf) -> None:
+        self.urdf = urdf
+        self.above = {joint.child: joint for joint in urdf.joints.values()}
+        self.children: dict[str, list[str]] = {}
+        for joint in urdf.joints.values():
+            self.children.setdefault(joint.parent, []).append(joint.child)
+
+    def below(self, link: str) -> tuple[str, ...]:
+        """A link and all that hangs on it."""
+        found, waiting = [], [link]
+        while waiting:
+            found.append(waiting.pop())
+            waiting += reversed(self.children.get(found[-1], ()))
+        return tuple(found)
+
+    def path(self, link: str, base: str) -> list[Joint]:
+        """The joints from `base` to a link that hangs on it."""
+        joints: list[Joint] = []
+        while link != base:
+            joints.append(self.above[link])
+            link = self.above[link].parent
+        return joints[::-1]
+
+    def pose(self, link: str, base: str) -> Pose:
+        """Pose of a link in the frame of one above it, with all joints at zero."""
+        pose = HERE
+        for joint in self.path(link, base):
+            pose = joint.pose if pose == HERE else compose(pose, joint.pose)
+        return pose
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """The joints that steer."""
+
+    by_name: Mapping[str, Joint]
+    """By the name of the thruster or rudder that they steer."""
+    turning: Mapping[str, tuple[str, ...]]
+    """Links that turn with each thruster or rudder that steers."""
+    notes: tuple[str, ...] = ()
+    """What is legal and odd about them."""
+
+
+def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Hinges:
+    """The hinges of thrusters and rudders. A joint that is fixed, or that cannot leave zero, steers nothing.
+
+    Raises:
+        ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder has the
+            name of a thruster, or stands in the race of one that is not there.
+    """
+    urdf = tree.urdf
+    wanted = {name: item.engine_joint for name, item in thrusters.items()}
+    for name, entry in config.rudders.items():
+        _check_rudder(urdf, name, entry.propeller, thrusters)
+        wanted[name] = known(urdf, "joint", entry.joint, f"rudders.{name}.joint")
+    hinges: dict[str, Joint] = {}
+    notes: list[str] = []
+    for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
+        if joint.type != "fixed" and not joint.locked:
+            _check_hinge(urdf, name, joint, hinges)
+            notes += _limited(name, joint)
+            if room(joint) > 0:
+                hinges[name] = joint
+    turning = {name: tree.below(joint.child) for name, joint in hinges.items()}
+    _check_nesting(urdf, hinges, turning)
+    _check_propellers(urdf, thrusters, hinges, turning)
+    return Hinges(hinges, turning, tuple(notes))
+
+
+def room(joint: Joint) -> float:
+    """Largest angle [rad] that a hinge reaches either way; 0 if its limits leave no room on one side."""
+    if joint.type == "continuous" or joint.limits is None:
+        return float("inf")
+    return max(0.0, min(-joint.limits.lower, joint.limits.upper))
+
+
+def known(urdf: Urdf, kind: str, name: str, path: str) -> str:
+    """The URDF's name of a link or joint that the YAML gives with or without the namespace."""
+    names = urdf.links if kind == "link" else urdf.joints
+    for candidate in (name, f"{urdf.namespace}/{name}"):
+        if candidate in names:
+            return candidate
+    error = UnknownNameError(kind, name, [urdf.local(item) for item in names])
+    raise own_problem(urdf, path, str(error))
+
+
+def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
+    """A problem with the YAML beside a URDF, at a key of it."""
+    return ConfigError([Problem(f"the YAML of {urdf.file.name}", None, None, path, message)])
+
+
+def _problem(urdf: Urdf, joint: Joint, message: str) -> ConfigError:
+    place = urdf.label or urdf.file.name
+    return ConfigError([Problem(place, joint.line, None, f"joint '{joint.name}'", message)])
+
+
+def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mapping[str, UrdfThruster]) -> None:
+    if name in thrusters:
+        raise own_problem(urdf, f"rudders.{name}", "is the name of a thruster already")
+    if propeller is not None and propeller not in thrusters:
+        raise own_problem(urdf, f"rudders.{name}.propeller", str(UnknownNameError("thruster", propeller, thrusters)))
+
+
+def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:
+    if joint.type not in TURNING:
+        raise _problem(urdf, joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
+    for other, hinge in hinges.items():
+        if hinge is joint:
+            raise _problem(urdf, joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")
+
+
+def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]) -> None:
+    for name, hinge in hinges.items():
+        for other, links in turning.items():
+            if other != name and hinge.child in links:
+                carrier = hinges[other].name
+                raise _problem(urdf, hinge, f"steers '{name}' and hangs on '{carrier}', which steers '{other}': "
+                               "what steers must hang on joints that do not")  # fmt: skip
+
+
+def _check_propellers(
+    urdf: Urdf,
+    thrusters: Mapping[str, UrdfThruster],
+    hinges: Mapping[str, Joint],
+    turning: Mapping[str, tuple[str, ...]],
+) -> None:
+    """A propeller hangs on the joint that steers its thruster, and on no other that steers."""
+    for name, item in thrusters.items():
+        link = item.propeller_link
+        if name in hinges and link not in turning[name]:
+            raise _problem(urdf, hinges[name], f"steers '{name}', whose propeller '{link}' does not hang on it")
+        for other, links in turning.items():
+            if other != name and link in links:
+                raise _problem(urdf, hinges[other], f"steers '{other}', and the propeller '{link}' of '{name}', which "
+                               "it does not steer, hangs on it")  # fmt: skip
+
+
+def _limited(name: str, joint: Joint) -> Iterator[str]:
+    """What unequal limits leave of the steering."""
+    limits = joint.limits
+    if joint.type == "continuous" or limits is None or abs(limits.lower + limits.upper) < 1e-9:
+        return
+    reach = f"turns {room(joint):g} rad either way at most" if room(joint) > 0 else "does not steer"
+    yield f"joint '{joint.name}' has limits {limits.lower:g} and {limits.upper:g} rad: '{name}' {reach}"

@@ -1,0 +1,120 @@
+"""Readings handed over as they fall due: to a recorder, to ROS, to a live view.
+
+A subscribed sensor is read at the steps at which its clock catches a moment (`runtime.moments`), by the same rule, so
+that there is one reading for every measurement and no drift. `Simulation.advance` stops at these steps: the motion is
+the same to the last bit, whoever listens.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.moments import DUE
+from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.sensors.readings import Reading
+
+__all__ = ["Subscription", "Subscriptions"]
+
+EARLY = 1e-3
+"""Share of a step by which to stop too early rather than too late, where times are rounded."""
+NEVER = 1 << 62
+"""Steps to the next reading when nobody listens."""
+
+
+@dataclass(eq=False)
+class Subscription:
+    """Somebody who takes a sensor's readings; `Simulation.unsubscribe` ends it."""
+
+    boat: str
+    sensor: str
+    rate: float
+    """Readings per simulated second."""
+    callback: Callable[[Reading], None]
+    own: float
+    """Measurements of the sensor per simulated second."""
+    taken: int = -1
+    """Number of the last reading that was due."""
+
+    def number(self, time: float) -> int:
+        """Number of the reading that is the newest at `time` [s]; 0 is due at time 0.
+
+        Of the measurements k = 0, 1, ... those are taken at which k times the rate over the sensor's own reaches the
+        next whole number: every n-th where that goes, else n-th and (n+1)-th in turn.
+        """
+        measured = math.floor(time * self.own + DUE)
+        return math.floor(measured * self.rate / self.own + DUE)
+
+    def steps(self, time: float, timestep: float) -> int:
+        """Steps from `time` [s] after which to look whether the next reading is due; never too many."""
+        measured = math.ceil((self.number(time) + 1 - DUE) * self.own / self.rate)
+        return max(1, math.ceil(((measured - DUE) / self.own - time) / timestep - EARLY))
+
+
+class Subscriptions:
+    """All who take readings of a run, in the order in which they came."""
+
+    def __init__(self, sensors: Sequence[Mounted], read: Callable[[str, str], Reading], timestep: float) -> None:
+        """Nobody yet; `read` gives the reading of a boat's sensor now."""
+        self._rates: dict[str, dict[str, float]] = {}
+        for sensor in sensors:
+            self._rates.setdefault(sensor.boat, {})[sensor.name] = float(sensor.config.rate)
+        self._read, self._timestep = read, timestep
+        self._all: tuple[Subscription, ...] = ()
+        self._busy = False
+
+    def add(
+        self, boat: str, sensor: str, callback: Callable[[Reading], None], rate: float | None, time: float
+    ) -> Subscription:
+        """Subscribe at `time` [s]; a reading that is due at this very time is the first.
+
+        Raises:
+            UnknownNameError: no such sensor on the boat.
+            CommandError: a rate above the sensor's own, or none.
+        """
+        rates = self._rates.get(boat, {})
+        if sensor not in rates:
+            raise UnknownNameError(f"sensor of {boat}", sensor, rates)
+        own = rates[sensor]
+        wanted = own if rate is None else float(rate)
+        if not 0.0 < wanted <= own:
+            raise CommandError(
+                f"a rate of {wanted:g} for {sensor} of {boat}: above 0, and at most its own, {own:g} per second"
+            )
+        subscription = Subscription(boat, sensor, wanted, callback, own)
+        subscription.taken = subscription.number(time - self._timestep)
+        self._all = (*self._all, subscription)
+        return subscription
+
+    def remove(self, subscription: Subscription) -> None:
+        """Give no more readings to a subscription; nothing happens if it has ended."""
+        self._all = tuple(one for one in self._all if one is not subscription)
+
+    def begin(self, time: float) -> None:
+        """The state was set: readings that are due at `time` [s] are to come."""
+        for one in self._all:
+            one.taken = one.number(time - self._timestep)
+
+    def check_idle(self, what: str) -> None:
+        """Tell whether the run may be changed now.
+
+        Raises:
+            CommandError: a reading is being handed over.
+        """
+        if self._busy:
+            raise CommandError(f"{what} cannot be called while a sensor's reading is handed over: call it afterwards")
+
+    def steps(self, time: float) -> int:
+        """Steps from `time` [s] to where the next reading may be due."""
+        return min((one.steps(time, self._timestep) for one in self._all), default=NEVER)
+
+    def deliver(self, time: float) -> None:
+        """Hand over every reading that is due at `time` [s] and was not handed over yet."""
+        for one in self._all:
+            number = one.number(time)
+            if number != one.taken and one in self._all:
+                one.taken, self._busy = number, True
+                try:
+                    one.callback(self._read(one.boat, one.sensor))
+                finally:
+                    self._busy = False
