@@ -24,14 +24,14 @@ def test_a_lidar_sees_the_moment_that_was_caught_and_not_the_present():
     first = nearest_ahead(sim.sense("a")["lidar"].data)
     assert first == pytest.approx(20.0 - 0.7, abs=0.6)
     sim.set_boat("a", pose=(5.0, 0.0, -0.1, 0.0, 0.0, 0.0))
-    assert nearest_ahead(sim.sense("a")["lidar"].data) == pytest.approx(first - 5.0, abs=0.05)
+    assert nearest_ahead(sim.sense("a")["lidar"].data) == pytest.approx(first - 5.0, abs=0.3)
     sim.advance(5)
     sim.set_boat("a", pose=(9.0, 0.0, -0.1, 0.0, 0.0, 0.0))
-    assert nearest_ahead(sim.sense("a")["lidar"].data) == pytest.approx(first - 5.0, abs=0.05)
+    assert nearest_ahead(sim.sense("a")["lidar"].data) == pytest.approx(first - 5.0, abs=0.3)
     sim.advance(5)
     reading = sim.sense("a")["lidar"]
     assert (reading.sequence, reading.time) == (1, sim.time)
-    assert nearest_ahead(reading.data) == pytest.approx(first - 9.0, abs=0.05)
+    assert nearest_ahead(reading.data) == pytest.approx(first - 9.0, abs=0.3)
 
 
 def test_scans_are_the_same_bits_in_another_run_and_differ_from_each_other():

@@ -1,7 +1,7 @@
 """Building a boat: from what a fleet orders to a `Boat`, by xacro, URDF and the YAML beside it."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,17 +12,22 @@ from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.robots import RobotConfig, load_robot
-from vrx_mj.config.search import package_paths
+from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.reader import read_urdf
-from vrx_mj.config.urdf.xacro_files import own_packages
+from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.config.urdf.xacro_limits import ExpressionError
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 
 __all__ = ["Order", "build_boat", "robot_urdf"]
 
+SHOWN_NOTES = 12
+"""Oddities of a robot that a warning lists."""
+XACRO_MARKS = ("<xacro:", "${", "$(")
+"""What tells that a URDF has something to expand."""
 VRX, NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
 
@@ -66,14 +71,15 @@ def _kept(order: Order) -> Boat:
 def _built(order: Order) -> Boat:
     config = load_robot(order.robot, order.folder)
     arguments, wanted = _equipment(order, config)
-    text = robot_urdf(config, order, arguments=arguments)
-    urdf = read_urdf(text, config.description_file, packages=own_packages(), package_paths=package_paths())
+    text, file = robot_urdf(config, order, arguments=arguments), config.description_file
+    label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
+    urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
     boat = assembled(urdf, read_gazebo(urdf), config)
     water, derived = _hydrodynamics(boat, config)
     notes = (*boat.warnings, derived) if derived else boat.warnings
     if notes:
-        warnings.warn(f"robot {order.robot}: {'; '.join(notes)}", VrxWarning, stacklevel=2)
-    return replace(boat, hydrodynamics=water, sensors=_chosen(boat, wanted), name=order.robot)
+        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
+    return replace(boat, hydrodynamics=water, sensors=_chosen(boat, wanted, config), name=order.robot)
 
 
 def robot_urdf(
@@ -86,9 +92,10 @@ def robot_urdf(
 ) -> str:
     """The URDF of a robot: its xacro expanded, with the thrusters and components of an order."""
     given = {**config.arguments, **_layout(order, config), **(arguments or {})}
+    file = config.description_file
     if not (order.thrusters or order.components):
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
-        return expand(config.description_file, arguments=named, package_paths=package_paths())
+        return _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
     if not config.vrx_parts:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: `vrx_parts` is not set in its YAML")
     return wamv_urdf(
@@ -97,7 +104,20 @@ def robot_urdf(
         namespace=namespace or "wamv",
         locked=locked,
         arguments=given,
+        file=None if file.resolve().is_relative_to((root() / "assets").resolve()) else file,
+        package_paths=package_paths(),
     )
+
+
+def _plain_urdf(file: Path) -> str | None:
+    """The text of a URDF in which nothing is to be expanded: its lines are those of the file."""
+    if not file.name.lower().endswith(".urdf"):
+        return None
+    try:
+        text = read_bytes(file).decode("utf-8")
+    except (ExpressionError, UnicodeDecodeError):
+        return None  # `expand` says what is wrong
+    return None if any(mark in text for mark in XACRO_MARKS) else text
 
 
 def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:
@@ -120,13 +140,15 @@ def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple
     return dict(suites.get(VRX, {})), asked
 
 
-def _chosen(boat: Boat, wanted: tuple[str, ...] | None) -> tuple[SensorConfig, ...]:
+def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> tuple[SensorConfig, ...]:
     if wanted is None:
         return boat.sensors
     known = {sensor.name: sensor for sensor in boat.sensors}
     for name in wanted:
+        if name in config.suites:
+            raise VrxError(f"robot {boat.name}: sensors are suites or names, got suite '{name}' among names")
         if name not in known:
-            raise UnknownNameError("sensor", name, known=known)
+            raise UnknownNameError("sensor or suite" if config.suites else "sensor", name, [*known, *config.suites])
     return tuple(known[name] for name in wanted)
 
 
@@ -140,6 +162,15 @@ def _hydrodynamics(boat: Boat, config: RobotConfig) -> tuple[HydrodynamicsConfig
     note = ", ".join(f"{key} {_short(guess[key])}" for key in missing)
     values = HydrodynamicsConfig.model_validate({**guess, **said})
     return values, f"derived from its shapes and mass: {note}; the YAML beside it can say better" if missing else ""
+
+
+def _listed(robot: str, notes: Sequence[str]) -> str:
+    """What is odd about a robot: in the same line if it is one thing, else one a line."""
+    if len(notes) == 1:
+        return f"robot {robot}: {notes[0]}"
+    rest = len(notes) - SHOWN_NOTES
+    more = [f"and {rest} more"] if rest > 0 else []
+    return "\n".join([f"robot {robot}:", *notes[:SHOWN_NOTES], *more])
 
 
 def _short(value: object) -> str:

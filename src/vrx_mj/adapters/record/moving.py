@@ -15,11 +15,11 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.adapters.record.rows import pack_rows
-from vrx_mj.adapters.record.scene import MovingBody, RecordedThruster, RecordScene
+from vrx_mj.adapters.record.scene import PARKED, MovingBody, RecordedThruster, RecordScene
 from vrx_mj.adapters.record.sea import SIDE, sea_patch
 from vrx_mj.runtime.observation import rotation_matrix
 
-__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk"]
+__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -108,7 +108,10 @@ class MovingChunks:
     def _poses(self, rows: FloatArray) -> Iterator[Chunk]:
         for body in self._layout.bodies:
             pose = rows[:, self._layout.pose(body)]
-            yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
+            if body.kind == "ball":
+                yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
+            else:
+                yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The fleet's middle at the mean water level: what the camera follows."""
@@ -213,6 +216,14 @@ def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: Fl
     else:
         columns = rr.Transform3D.columns(translation=moved, quaternion=quaternion.astype(np.float32))
     return Chunk.from_columns(path, [times(time)], columns)
+
+
+def flights(path: str, time: FloatArray, position: FloatArray) -> Iterator[Chunk]:
+    """A ball's positions (n, 3) [m] since it was shot."""
+    shot = position[:, 2] > PARKED
+    if shot.any():
+        columns = rr.Points3D.columns(positions=position[shot].astype(np.float32))
+        yield Chunk.from_columns(path, [times(time[shot])], columns)
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:

@@ -16,8 +16,10 @@ import numpy.typing as npt
 __all__ = [
     "FORMAT",
     "MovingBody",
+    "PARKED",
     "RecordScene",
     "RecordedBody",
+    "RecordedSensor",
     "RecordedThruster",
     "RowLayout",
     "SeaHeight",
@@ -32,6 +34,11 @@ FloatArray = npt.NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""
+
+PARKED = -100.0
+"""A ball below this height [m] waits for its shot, and is not shown."""
+ToWorld = Callable[[float, float, float], tuple[float, float, float]]
+"""x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]. Called from the writer's own thread."""
 
 POSITION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
@@ -53,13 +60,13 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class RecordedBody:
-    """A boat, a floating object, or something that stands still: a dock, a post, the shore's terrain."""
+    """A boat, a floating object, a shooter's ball, or something that stands still: a dock, a post, the terrain."""
 
     name: str
     path: str
     """Entity path in the recording, for example `/world/boats/wamv1` or `/world/objects/red_0`."""
     kind: str
-    """`boat`, `object`, or `fixed`."""
+    """`boat`, `object`, `ball`, or `fixed`."""
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     """Position [m] and quaternion (w, x, y, z) when recording starts; for a fixed body, always."""
     qpos: int | None = None
@@ -83,6 +90,36 @@ class RecordedThruster:
     """Of the force, unit vector in the engine's frame."""
     surfaces: tuple[Surface, ...] = ()
     """The engine's looks, in its own frame: they turn with the steering angle."""
+
+
+@dataclass(frozen=True)
+class RecordedSensor:
+    """A sensor whose readings are recorded."""
+
+    boat: str
+    name: str
+    type: str
+    """As that of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
+    frame: str
+    rate: float
+    """Readings per simulated second."""
+    position: Vec3
+    """Of the measuring frame (x forward, z up) on the boat [m]."""
+    rotation: tuple[Vec3, Vec3, Vec3]
+    """Measuring frame to boat."""
+    config: Mapping[str, Any]
+    """The fields of its `SensorConfig`. JSON values."""
+
+    @property
+    def path(self) -> str:
+        """Its entity in the recording, which moves with the boat."""
+        return f"/world/boats/{self.boat}/sensors/{self.name}"
+
+    @classmethod
+    def from_json(cls, tree: Mapping[str, Any]) -> RecordedSensor:
+        """The sensor whose `asdict` this was."""
+        x, y, z = (tuple(row) for row in tree["rotation"])
+        return cls(**{**tree, "position": tuple(tree["position"]), "rotation": (x, y, z)})
 
 
 @dataclass(frozen=True)
@@ -114,6 +151,13 @@ class RecordScene:
     shoreline: tuple[FloatArray, ...] = ()
     """Closed polygons, (n, 2) [m]."""
     waypoints: tuple[Waypoint, ...] = ()
+    sensors: tuple[RecordedSensor, ...] = ()
+    to_world: ToWorld | None = None
+    """None: the world has no place on Earth."""
+
+    def of_type(self, kind: str) -> tuple[RecordedSensor, ...]:
+        """The recorded sensors of a type, in order."""
+        return tuple(sensor for sensor in self.sensors if sensor.type == kind)
 
     def boats(self) -> tuple[RecordedBody, ...]:
         """The bodies that are boats, in order."""

@@ -6,6 +6,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from vrx_mj.adapters.record.moving import WIND_HEIGHT
 from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordScene, Surface, Waypoint
 from vrx_mj.adapters.record.sea import sea_triangles
 
-__all__ = ["boat_colors", "still_chunks"]
+__all__ = ["boat_colors", "static", "still_chunks"]
 
 COLORS = (
     (255, 177, 61),
@@ -35,6 +36,7 @@ WIND_COLOR = (235, 245, 255)
 THRUST_COLOR = (255, 84, 48)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
+BALL_COLOR = (40, 90, 255)
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 TAG_HEIGHT = 2.9
@@ -90,6 +92,7 @@ def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
         "properties": dict(scene.properties),
         "wind_direction": list(scene.wind_direction),
         "layout": scene.layout().to_json(),
+        "sensors": [asdict(sensor) for sensor in scene.sensors],
     }
     columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
     yield Chunk.from_columns("/record/run", [], columns)
@@ -113,7 +116,9 @@ def body_chunks(body: RecordedBody) -> Iterator[Chunk]:
     """A body's looks, and its first pose until rows move it."""
     if body.qpos is None:
         yield static(body.path, pose(body))
-    if body.surfaces:
+    if body.kind == "ball":
+        yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
+    elif body.surfaces:
         yield static(f"{body.path}/shape", mesh(body.surfaces))
 
 

@@ -27,6 +27,7 @@ import numpy.typing as npt
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import RecordScene
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
+from vrx_mj.sensors.readings import Reading
 
 __all__ = ["APPLICATION", "RecordWriter"]
 
@@ -34,9 +35,9 @@ APPLICATION = "vrx_mj"
 FLUSH = 1.0
 """Wall time between flushes [s]."""
 FLUSH_BYTES = 16 << 20
-"""Rows that wait for a flush, at most [bytes]."""
+"""Rows and readings that wait for a flush, at most [bytes]."""
 WAITING = 64
-"""Blocks in the queue before the caller waits."""
+"""Blocks and readings in the queue before the caller waits."""
 
 FloatArray = npt.NDArray[np.float64]
 Item = tuple[str, Any]
@@ -73,6 +74,10 @@ class RecordWriter:
         """Record a state at simulated time `t` [s] from which the run can go on."""
         self._put(("state", (float(t), bytes(blob))))
 
+    def reading(self, boat: str, reading: Reading) -> None:
+        """Record what a boat's sensor measured; it must be among the scene's sensors."""
+        self._put(("reading", (boat, reading)))
+
     def close(self) -> None:
         """Write what is left, then the blueprint and the table of contents. Once; later calls do nothing."""
         self._finish()
@@ -98,6 +103,13 @@ def check_writable(path: Path) -> None:
             pass
     except OSError as error:
         raise RecordError(f"cannot write the recording '{path}': {error.strerror}") from error
+
+
+def held_bytes(kind: str, value: Any) -> int:
+    """Memory that a row block or a reading holds until it is written, about."""
+    if kind == "reading":
+        return sum(part.nbytes for part in vars(value[1].data).values() if isinstance(part, np.ndarray))
+    return value.nbytes if kind == "rows" else 0
 
 
 class Work:
@@ -163,15 +175,18 @@ class Work:
 
     def _all_chunks(self) -> Iterator[Any]:
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
+        from vrx_mj.adapters.record.sensed import SensedChunks, sensor_chunks
         from vrx_mj.adapters.record.still import still_chunks
 
         yield from still_chunks(self._scene, self._views)
-        moving = MovingChunks(self._scene)
+        yield from sensor_chunks(self._scene)
+        moving, sensed = MovingChunks(self._scene), SensedChunks(self._scene)
         for batch in self._batches():
             if batch["state"]:  # first: a run killed here can still be resumed
                 yield state_chunk(batch["state"])
             if batch["rows"]:
                 yield from moving(np.concatenate(batch["rows"]))
+            yield from sensed(batch["reading"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
 
@@ -179,7 +194,7 @@ class Work:
         """What came in since the last flush, by kind, until the end."""
         going = True
         while going:
-            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": []}
+            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": [], "reading": []}
             going = self._gather(batch)
             yield batch
 
@@ -195,7 +210,7 @@ class Work:
                 return False
             kind, value = item
             batch[kind].append(value)
-            size += value.nbytes if kind == "rows" else 0
+            size += held_bytes(kind, value)
         return True
 
     def _complete(self) -> None:
