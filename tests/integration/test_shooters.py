@@ -152,3 +152,18 @@ def test_a_shooter_without_a_ball_says_so():
     world = equipped(sailing({}).world, {"a": (GUN,)})
     with pytest.raises(SensorError, match=r"^gun of a has no ball: this world was made without one$"):
         vrx_mj.Simulation(world).fire("a")
+
+
+def test_vrxs_own_boat_shoots_its_own_ball():
+    """Muzzle of the suite's shooter in boat axes: base (0.54, 0.30, 1.296), launcher (-0.0204, 0, 0.107877) on it."""
+    world = vrx_mj.compile_world({"sea": CALM}, fleet={**boats((0.0, 0.0, 0.0)), "sensors": "vrx"})
+    sim = vrx_mj.Simulation(world)
+    assert sim.data.ntree_awake == 1
+    assert sim.sense("a")["ball_shooter"].data.shots_left == 4
+    base = sim.observe()["a"].position
+    assert sim.fire("a")
+    muzzle = np.add((0.54 - 0.0204, 0.30, 1.296 + 0.107877), (0.14 * math.cos(PITCH), 0.0, 0.14 * math.sin(PITCH)))
+    assert sim.observe_object("a/ball_shooter").position == pytest.approx(base + muzzle, abs=1e-4)
+    sim.advance(50)
+    flown = sim.observe_object("a/ball_shooter").position - base - muzzle
+    assert flown[0] == pytest.approx(SPEED * math.cos(PITCH) * 0.5, abs=1e-3)

@@ -14,7 +14,7 @@ import typer
 from vrx_mj.cli import robot
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
 from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
-from vrx_mj.errors import DivergedError, RecordError, VrxError
+from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
 
 app = typer.Typer(
     name="vrx-mj",
@@ -69,6 +69,9 @@ def run(
     control: Annotated[str | None, typer.Option(help="module:function, called 10 times a second.")] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5.")] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
+    sensors: Annotated[
+        str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
+    ] = None,
 ) -> None:
     """Sail a world, and tell at the end where the boats are.
 
@@ -76,6 +79,8 @@ def run(
     """
     from vrx_mj.cli.sailing import sail
 
+    if sensors is not None and record is None:
+        raise CommandError(f"--sensors {sensors} says what to record: give --record FILE.rrd too")
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
@@ -87,6 +92,7 @@ def run(
         path=record,
         control=control,
         thrust=thrust,
+        sensors=sensors,
         progress=progress_bar(duration),
     )
     print_summary(result)

@@ -9,8 +9,8 @@ from pathlib import Path
 __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
-    "jinja2", "llvmlite", "matplotlib", "mujoco", "numba", "numpy", "pyarrow", "pydantic", "pymap3d",
-    "rerun", "rich", "shapely", "trimesh", "typer", "xacro", "yaml", "yourdfpy",
+    "collada", "jinja2", "llvmlite", "lxml", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pyarrow",
+    "pydantic", "pymap3d", "rerun", "rich", "shapely", "trimesh", "typer", "xacro", "yaml",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

@@ -1,7 +1,7 @@
 """`vrx-mj run`: from the words of the command line to a run and its summary."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
@@ -22,6 +22,7 @@ def sail(
     path: Path | None,
     control: str | None,
     thrust: str | None,
+    sensors: str | None = None,
     progress: Progress,
 ) -> Summary:
     """Compile, sail and record as asked."""
@@ -29,16 +30,16 @@ def sail(
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
     controller = steer(sim)
     sim.steps_in(duration)
-    with _recording(sim, path), progress as tick:
+    with _recording(sim, path, sensors or ()), progress as tick:
         return run(sim, duration, controller=controller, progress=tick)
 
 
-def _recording(sim: Simulation, path: Path | None) -> AbstractContextManager[object]:
+def _recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
     if path is None:
         return nullcontext()
     from vrx_mj.adapters.record import record
 
-    return record(sim, path)
+    return record(sim, path, sensors=sensors)
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:

@@ -55,12 +55,9 @@ Ints = npt.NDArray[np.integer]
 def advance(
     model: Address, quiet: Address, data: Address,
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
-    sea: Table, waves: Table, wind: Table, wind_state: Table,
-    hulls: Table, thrusters: Table, thruster_state: Table,
-    floats: Table, elements: Table, float_state: Table,
-    movers: Table, obstacles: Table, look: Table,
-    clocks: Table, moments: Floats, marks: Floats,
-    sampling: Ints, samples: Floats,
+    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, thrusters: Table, thruster_state: Table,
+    floats: Table, elements: Table, float_state: Table, movers: Table, obstacles: Table, look: Table,
+    clocks: Table, moments: Floats, marks: Floats, sampling: Ints, samples: Floats,
     time: float, dt: float, steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].

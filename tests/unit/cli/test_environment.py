@@ -57,12 +57,12 @@ def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
 
 
 def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):
-    (ros / "yourdfpy.py").write_text("", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "yourdfpy", raising=False)
-    module = __import__("yourdfpy")
+    (ros / "xacro.py").write_text("", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "xacro", raising=False)
+    module = __import__("xacro")
     with pytest.raises(AttributeError) as error:
-        _ = module.URDF
-    assert "yourdfpy.py, from PYTHONPATH, is in the way" in intruder(error.value)
+        _ = module.process_file
+    assert "xacro.py, from PYTHONPATH, is in the way" in intruder(error.value)
 
 
 def test_other_errors_are_nobodys_fault(ros):

@@ -1,9 +1,8 @@
-"""How a recording opens: the fleet from its stern, a plan with a grid, plots with units, the log."""
+"""How a recording opens: the fleet from its stern, a plan with a grid, pictures, plots with units, the log."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.adapters.record.moving import TIMELINE
-from vrx_mj.adapters.record.scene import RecordedBody, RecordScene
+from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
+from vrx_mj.adapters.record.sensed import track_path
 
 __all__ = ["blueprint_bytes", "layout"]
 
@@ -34,6 +34,15 @@ BELOW = (
     ("wind", "Wind [m/s]"),
 )
 """Plots under the sea; the boats' colours are those of the speed's legend."""
+SENSED = {
+    "imu": (("acceleration", "Acceleration [m/s2]"), ("turning", "Turning [deg/s]")),
+    "pinger": (("range", "Beacon range [m]"), ("bearing", "Beacon bearing [deg]")),
+    "gps": (("latitude", "Latitude [deg]"), ("longitude", "Longitude [deg]")),
+    "ball_shooter": (("shots", "Shots left"),),
+}
+"""Plots of sensors by their type."""
+PICTURES = 4
+"""Cameras whose pictures are shown at first."""
 
 
 def blueprint_bytes(scene: RecordScene, application: str) -> bytes:
@@ -63,7 +72,8 @@ def streamed(scene: RecordScene, application: str) -> bytes:
 
 def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
     """The views and where they stand; `live`: at the newest moment instead of playing from the first."""
-    left = rrb.Vertical(sea_view(scene), rrb.Horizontal(*map(plot_view, BELOW)), row_shares=[3.4, 1])
+    pictured = bool(scene.of_type("camera"))
+    left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     beside = [plot_view(SPEED, legend=True)]
     if scene.thrusters:
         legend = len(scene.thrusters) <= LEGEND
@@ -77,6 +87,23 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
             state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing", loop_mode="off"
         ),
     )
+
+
+def below(scene: RecordScene) -> rrb.Container:
+    """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
+    sensed = [plot_view(plot, legend=True) for kind in SENSED if scene.of_type(kind) for plot in SENSED[kind]]
+    pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
+    if not pictures:
+        return rrb.Horizontal(*map(plot_view, BELOW), *([rrb.Tabs(*sensed)] if sensed else []))
+    plots = rrb.Tabs(*sensed, *map(plot_view, BELOW))
+    if len(pictures) == 1:
+        return rrb.Horizontal(pictures[0], plots)
+    return rrb.Horizontal(rrb.Grid(*pictures, grid_columns=2), plots, column_shares=[2, 1])
+
+
+def picture_view(sensor: RecordedSensor) -> rrb.Spatial2DView:
+    """What a camera saw."""
+    return rrb.Spatial2DView(name=f"{sensor.boat} {sensor.name}", origin=sensor.path, contents=[f"+ {sensor.path}"])
 
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
@@ -98,7 +125,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity="/world/fleet",
         ),
-        overrides=trails(scene.boats()),
+        overrides=trails(scene),
     )
 
 
@@ -109,7 +136,12 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Plan, north up, 10 m grid",
         origin="/world",
-        contents=["+ /world/**", "- /world/sea/**", "- /world/fleet/**"],
+        contents=[
+            "+ /world/**",
+            "- /world/sea/**",
+            "- /world/fleet/**",
+            *(f"- {camera.path}" for camera in scene.of_type("camera")),
+        ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
             visible=True, spacing=10.0, color=GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
@@ -121,7 +153,7 @@ def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
             look_target=middle,
             eye_up=(0.0, 1.0, 0.0),
         ),
-        overrides=trails(scene.boats()),
+        overrides=trails(scene),
     )
 
 
@@ -130,14 +162,15 @@ def bare() -> rrb.archetypes.SpatialInformation:
     return rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False)
 
 
-def trails(boats: Sequence[RecordedBody]) -> dict[str, Any]:
-    """Every piece of each trail up to now, instead of the last one only."""
+def trails(scene: RecordScene) -> dict[str, Any]:
+    """Every piece of each trail, and every fix, up to now, instead of the last one only."""
     sofar = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
         start=rrb.TimeRangeBoundary.infinite(),
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
-    return {f"/world/trails/{boat.name}": sofar for boat in boats}
+    paths = [f"/world/trails/{boat.name}" for boat in scene.boats()]
+    return {path: sofar for path in (*paths, *map(track_path, scene.of_type("gps")))}
 
 
 def plot_view(plot: tuple[str, str], *, legend: bool = False) -> rrb.TimeSeriesView:
@@ -162,7 +195,7 @@ def log_view() -> rrb.TextLogView:
 
 def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
     """Radius [m] around `middle` that holds the fleet and all that stands near it."""
-    away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies]
+    away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
 
 

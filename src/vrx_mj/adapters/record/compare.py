@@ -37,10 +37,12 @@ class Comparison:
     differences: tuple[str, ...]
     """Everything that differs besides the rows, in words."""
     parting: Difference | None
+    notes: tuple[str, ...] = ()
+    """What was not compared, in words."""
 
     @property
     def equal(self) -> bool:
-        """Whether every recorded number is the same, to the last bit."""
+        """Whether all of the motion is the same, to the last bit."""
         return not self.differences and self.parting is None
 
     def __str__(self) -> str:
@@ -49,7 +51,7 @@ class Comparison:
             lines.append(parting_text(self.parting))
         elif self.common and self.differences:
             lines.append(f"the {self.common} rows that both have are equal to the last bit")
-        return "\n".join(lines) or f"equal to the last bit: {self.common} rows"
+        return "\n".join([*(lines or [f"equal to the last bit: {self.common} rows"]), *self.notes])
 
 
 def parting_text(parting: Difference) -> str:
@@ -69,7 +71,17 @@ def compare(first: str | Path | Record, second: str | Path | Record) -> Comparis
     common = min(len(a.rows), len(b.rows))
     same_columns = a.layout.names() == b.layout.names()
     parting = first_parting(a, b, common) if same_columns else None
-    return Comparison(a.path, b.path, common, differences, parting)
+    return Comparison(a.path, b.path, common, differences, parting, tuple(sensor_notes(a, b)))
+
+
+def sensor_notes(a: Record, b: Record) -> list[str]:
+    """That readings of sensors are left out, if there are any."""
+    counts = [len(record.sensors) for record in (a, b)]
+    if not any(counts):
+        return []
+    return [
+        f"readings of sensors are not compared: {counts[0]} sensors in the first recording, {counts[1]} in the second"
+    ]
 
 
 def word_differences(a: Record, b: Record) -> list[str]:

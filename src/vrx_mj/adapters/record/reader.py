@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.record.readings import RecordedReadings
 from vrx_mj.adapters.record.rows import unpack_rows
-from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RowLayout
-from vrx_mj.errors import RecordError
+from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RecordedSensor, RowLayout
+from vrx_mj.errors import RecordError, UnknownNameError
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
 
@@ -82,6 +83,10 @@ class Record:
     """Unit vector the wind blows toward, east and north."""
     boats: Mapping[str, Track]
     objects: Mapping[str, Track]
+    balls: Mapping[str, Track]
+    """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
+    sensors: tuple[RecordedSensor, ...]
+    """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
     states: tuple[SavedState, ...]
     layout: RowLayout
@@ -99,6 +104,17 @@ class Record:
             first = f"; the first is at {self.states[0].time:g} s" if self.states else ""
             raise RecordError(f"'{self.path}' has no state at or before {time:g} s{first}")
         return before[-1]
+
+    def readings(self, boat: str, sensor: str) -> RecordedReadings:
+        """What a sensor measured, in the order of time.
+
+        Raises:
+            UnknownNameError: nothing of such a sensor was recorded.
+        """
+        known = {f"{one.boat}:{one.name}": one for one in self.sensors}
+        if f"{boat}:{sensor}" not in known:
+            raise UnknownNameError("recorded sensor", f"{boat}:{sensor}", known)
+        return read_readings(self.path, known[f"{boat}:{sensor}"])
 
 
 def read_record(path: str | Path) -> Record:
@@ -123,6 +139,8 @@ def read_record(path: str | Path) -> Record:
         wind_direction=tuple(head["wind_direction"]),
         boats=tracks(rows, layout, "boat"),
         objects=tracks(rows, layout, "object"),
+        balls=tracks(rows, layout, "ball"),
+        sensors=tuple(RecordedSensor.from_json(tree) for tree in head.get("sensors", ())),
         events=all_events(parts.get("/events", [])),
         states=all_states(parts.get("/record/states", [])),
         layout=layout,
@@ -134,6 +152,39 @@ def read_record(path: str | Path) -> Record:
 
 OURS = ("/record/run", "/record/rows", "/record/states", "/events")
 """Entities that are read; all others are for looking at."""
+
+
+def read_readings(file: Path, sensor: RecordedSensor) -> RecordedReadings:
+    """The readings of a recorded sensor."""
+    names = READING_COLUMNS
+    found: dict[str, list[Any]] = {"time": [], "sequence": []}
+    with whole_file(file) as whole:
+        for chunk in chunks_of(whole, sensor.readings_path):
+            batch = chunk.to_record_batch()
+            for column in (name for name in batch.schema.names if name in names and not chunk.is_static):
+                found.setdefault(names[column], []).extend(lists_of(batch.column(column)))
+    return RecordedReadings(sensor, found)
+
+
+READING_COLUMNS = {
+    "time": "time",
+    "sequence": "sequence",
+    "numbers": "numbers",
+    "intensity": "intensity",
+    "ring": "ring",
+    "EncodedImage:blob": "blob",
+    "Points3D:positions": "points",
+}
+"""Columns of a recording that give readings back, and what they hold."""
+
+
+def lists_of(column: Any) -> Iterator[Any]:
+    """An array, or where there is only one number that number, for every row of a column of lists."""
+    for row in column:
+        values = row.values
+        while hasattr(values, "flatten") and values.type.num_fields:  # points are lists of three, blobs lists of bytes
+            values = values.flatten()
+        yield values.to_numpy(zero_copy_only=False)
 
 
 def read_parts(file: Path) -> tuple[dict[str, list[dict[str, Any]]], bool]:
@@ -149,14 +200,19 @@ def read_parts(file: Path) -> tuple[dict[str, list[dict[str, Any]]], bool]:
 
 def collected(file: Path) -> dict[str, list[dict[str, Any]]]:
     """Columns of our entities, a dict per chunk."""
+    parts: dict[str, list[dict[str, Any]]] = {}
+    for chunk in chunks_of(file, *OURS):
+        parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
+    return parts
+
+
+def chunks_of(file: Path, *entities: str) -> Iterator[Any]:
+    """Chunks of some entities."""
     from rerun.chunk import RrdReader
 
-    parts: dict[str, list[dict[str, Any]]] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        for chunk in RrdReader(file).stream().filter(content=[f"+ {path}" for path in OURS]):
-            parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
-    return parts
+        yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
 
 
 @contextlib.contextmanager

@@ -115,6 +115,12 @@ class RecordedSensor:
         """Its entity in the recording, which moves with the boat."""
         return f"/world/boats/{self.boat}/sensors/{self.name}"
 
+    @property
+    def readings_path(self) -> str:
+        """The entity that has what gives its readings back: pictures and points as they are shown, or numbers."""
+        shown = self.type == "camera" or self.config.get("output") == "points"
+        return self.path if shown else f"/record/readings/{self.boat}/{self.name}"
+
     @classmethod
     def from_json(cls, tree: Mapping[str, Any]) -> RecordedSensor:
         """The sensor whose `asdict` this was."""

@@ -7,7 +7,7 @@ import dataclasses
 import math
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,20 +15,26 @@ import mujoco
 import numpy as np
 import trimesh
 
+from vrx_mj.adapters.record.choice import Choice, chosen
 from vrx_mj.adapters.record.reader import Record, read_record
 from vrx_mj.adapters.record.scene import (
     RecordedBody,
+    RecordedSensor,
     RecordedThruster,
     RecordScene,
     Surface,
     Waypoint,
 )
 from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
+from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError
 from vrx_mj.runtime.run import fingerprint
+from vrx_mj.runtime.sensing import AT_BASE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
+from vrx_mj.sensors.readings import Reading
 
 __all__ = ["POSE_RATE", "record", "resume", "scene_of"]
 
@@ -39,26 +45,59 @@ POSE_RATE = 20.0
 
 
 @contextlib.contextmanager
-def record(sim: Simulation, path: str | Path, *, sea: bool = True) -> Iterator[RecordWriter]:
+def record(
+    sim: Simulation, path: str | Path, *, sea: bool = True, sensors: str | Sequence[str] = ()
+) -> Iterator[RecordWriter]:
     """Record everything that `sim` does inside the `with` statement to a rerun file.
 
-    Without `sea` the water's surface is left out, which is most of the file and of the work.
+    Without `sea` the water's surface is left out, which is most of the file and of the work. Of `sensors` every reading
+    is recorded, or fewer: `["wamv1:front_left_camera@5", "wamv1:lidar_wamv", "wamv2"]`, a boat for all of its sensors,
+    or "all"; pictures and points at 5 per second take some MB per minute. The motion stays the same to the last bit.
 
     An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
     file that reads up to its last second.
 
     Raises:
         RecordError: the file cannot be written.
+        UnknownNameError: no such boat or sensor.
+        CommandError: a sensor's rate is not above 0, or above its own.
     """
-    scene = scene_of(sim) if sea else dataclasses.replace(scene_of(sim), sea_height=None)
-    with RecordWriter(path, scene) as writer:
+    choices = chosen(sensors, sensor_rates(sim)) if sensors else ()
+    scene = scene_of(sim, choices)
+    with RecordWriter(path, scene if sea else dataclasses.replace(scene, sea_height=None)) as writer:
         sim.attach(writer, rate=POSE_RATE)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
+        taken = [sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate) for one in choices]
         try:
             yield writer
         finally:
+            for subscription in taken:
+                sim.unsubscribe(subscription)
             sim.detach(writer)
+
+
+def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
+    """By boat, its sensors and how often they measure [1/s]."""
+    rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
+    for row in sim.world.parameters["sensors"]:
+        rates[row["boat"]][row["config"]["name"]] = float(row["config"]["rate"])
+    return rates
+
+
+def taker(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
+    """What records a boat's readings, and a ball shooter's shots as events."""
+    left: dict[str, int] = {}
+
+    def take(reading: Reading) -> None:
+        writer.reading(boat, reading)
+        if reading.type == "ball_shooter":
+            shots = reading.data.shots_left
+            if shots < left.get(reading.name, shots):
+                writer.event(reading.time, f"{boat} {reading.name}: a shot, {shots} left")
+            left[reading.name] = shots
+
+    return take
 
 
 def resume(path: str | Path, time: float) -> Simulation:
@@ -86,8 +125,8 @@ def saved_world(recorded: Record) -> World:
         return World.load(folder)
 
 
-def scene_of(sim: Simulation) -> RecordScene:
-    """What a recording of this simulation holds before its first row."""
+def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
+    """What a recording of this simulation and of some of its sensors holds before its first row."""
     world, model = sim.world, sim.visual_model
     looks = _looks(world, model)
     parameters = world.parameters
@@ -116,7 +155,29 @@ def scene_of(sim: Simulation) -> RecordScene:
             Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
             for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
         ),
+        sensors=tuple(_sensors(world, choices)),
+        to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
     )
+
+
+def _sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
+    """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
+    rows = {(row["boat"], row["config"]["name"]): row for row in world.parameters["sensors"]}
+    at_base = AT_BASE.get(world.parameters["profile"], frozenset())
+    for choice in choices:
+        row = rows[choice.boat, choice.sensor]
+        config = row["config"]
+        moved = config["type"] == "pinger" and "pinger" in at_base
+        yield RecordedSensor(
+            boat=choice.boat,
+            name=choice.sensor,
+            type=config["type"],
+            frame=row["frame"],
+            rate=choice.rate,
+            position=(0.0, 0.0, 0.0) if moved else tuple(row["position"]),
+            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else row["rotation"],
+            config=config,
+        )
 
 
 def _files(world: World) -> dict[str, bytes]:
@@ -127,11 +188,15 @@ def _files(world: World) -> dict[str, bytes]:
 
 
 def _bodies(world: World, looks: Looks, model: mujoco.MjModel) -> Iterator[RecordedBody]:
-    """Boats, objects and docks, each with what is seen of it; then the shore."""
+    """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     boats = [("boat", boat["name"], hull["body"]) for boat, hull in _pairs(world)]
-    objects = [("object", item["name"], item["body"]) for item in world.parameters["objects"]]
+    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
+    objects = [
+        ("ball" if item["name"] in balls else "object", item["name"], item["body"])
+        for item in world.parameters["objects"]
+    ]
     docks = [("fixed", dock["name"], f"{dock['name']}/dock") for dock in world.parameters["docks"]]
     for kind, name, body_name in (*boats, *objects, *docks):
         body = model.body(body_name).id
