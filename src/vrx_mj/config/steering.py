@@ -21,6 +21,7 @@ class Tree:
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
         self.above = {joint.child: joint for joint in urdf.joints.values()}
+        self.poses: dict[str, dict[str, Pose]] = {}
         self.children: dict[str, list[str]] = {}
         for joint in urdf.joints.values():
             self.children.setdefault(joint.parent, []).append(joint.child)
@@ -43,10 +44,15 @@ class Tree:
 
     def pose(self, link: str, base: str) -> Pose:
         """Pose of a link in the frame of one above it, with all joints at zero."""
-        pose = HERE
-        for joint in self.path(link, base):
-            pose = joint.pose if pose == HERE else compose(pose, joint.pose)
-        return pose
+        found = self.poses.setdefault(base, {base: HERE})
+        waiting, above = [], link
+        while above not in found:
+            waiting.append(self.above[above])
+            above = self.above[above].parent
+        for joint in reversed(waiting):
+            outer = found[joint.parent]
+            found[joint.child] = joint.pose if outer == HERE else compose(outer, joint.pose)
+        return found[link]
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,7 @@ def advance(
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
     sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, thrusters: Table, thruster_state: Table,
     floats: Table, elements: Table, float_state: Table, movers: Table, obstacles: Table, look: Table,
-    clocks: Table, moments: Floats, marks: Floats, sampling: Ints, samples: Floats,
-    time: float, dt: float, steps: int,
+    clocks: Table, moments: Floats, marks: Floats, sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
@@ -89,8 +88,6 @@ def advance(
             wrench = add(wrench, push)
             apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
         for i in range(floats.size):
-            if float_state[i].held != 0:
-                continue
             wrench = floating(floats[i], elements, float_state[i], waves, sea[0], air, qpos, qvel, time, dt)
             apply(xfrc_applied, floats[i].body, wrench)
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
@@ -174,7 +171,9 @@ def floating(
     item: Record, elements: Table, state: Record, waves: Table, sea: Record, air: tuple[float, float],
     qpos: Floats, qvel: Floats, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
-    """Wrench of water and wind on a floating object, about its centre of mass."""
+    """Wrench of water and wind on a floating object, about its centre of mass; none on one that is held."""
+    if state.held != 0:
+        return zero_wrench()
     body = motion(qpos, qvel, item.qpos, item.dof)
     load = wind_load(item.wind, body, air)
     height = surface_height(waves, sea, body.x, body.y, time)
