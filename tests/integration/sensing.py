@@ -57,15 +57,19 @@ def _renamed(world, guns):
     for old, new in names.items():
         mjcf = mjcf.replace(f'"{old}/', f'"{new}/')
     parameters["objects"] = [
-        {**item, "name": names.get(item["name"], item["name"])} for item in world.parameters["objects"]
+        {**item, "name": names.get(item["name"], item["name"]), "body": _body(item["body"], names)}
+        for item in world.parameters["objects"]
     ]
-    parameters["floats"] = [
-        {**item, "body": "/".join([names.get(item["body"].split("/")[0], item["body"].split("/")[0]), "link"])}
-        for item in world.parameters["floats"]
-    ]
+    parameters["floats"] = [{**item, "body": _body(item["body"], names)} for item in world.parameters["floats"]]
     if guns:
         mjcf = re.sub(r"<option ", '<option sleep_tolerance="0" ', mjcf, count=1)
         mjcf = re.sub(r"<flag ", '<flag sleep="enable" ', mjcf, count=1)
     for new in names.values():
         mjcf = mjcf.replace(f'<body name="{new}/link"', f'<body name="{new}/link" sleep="init"')
     return make_world(mjcf, world.assets, parameters)
+
+
+def _body(body, names):
+    """The name of a thing's body when the thing is renamed."""
+    thing, slash, link = body.rpartition("/")
+    return names.get(thing, thing) + slash + link

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from vrx_mj.cli import robot
-from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
+from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
 
@@ -29,6 +29,10 @@ app.add_typer(robot.app)
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 Seed = Annotated[int | None, typer.Option(help="Instead of the world's seed.")]
+Packages = Annotated[
+    list[Path] | None,
+    typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
 
 
@@ -46,7 +50,9 @@ def main() -> None:
 
 
 @app.command("compile")
-def compile_(world: World, output: Output, fleet: Fleet = None, seed: Seed = None) -> None:
+def compile_(
+    world: World, output: Output, fleet: Fleet = None, seed: Seed = None, package_path: Packages = None
+) -> None:
     """Compile a world to MJCF that plain MuJoCo opens, with the assets it needs beside it.
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
@@ -72,6 +78,7 @@ def run(
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
+    package_path: Packages = None,
 ) -> None:
     """Sail a world, and tell at the end where the boats are.
 
@@ -115,6 +122,7 @@ def view(
     control: Annotated[str | None, typer.Option(help="module:function, steers boats no key has driven.")] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands until a key is pressed.")] = None,
     browser: Annotated[bool, typer.Option("--browser", help="In a browser, even where there is a display.")] = False,
+    package_path: Packages = None,
 ) -> None:
     """Watch a world live and drive its boats by keys; without a display, in a browser on this machine.
 
@@ -173,7 +181,7 @@ def list_(
 
 
 @app.command("map")
-def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None) -> None:
+def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None, package_path: Packages = None) -> None:
     """Draw what a world looks like from above: shore, docks, objects, boats, waypoints, wind and waves.
 
     Example: vrx-mj map example_course --fleet trio -o map.png

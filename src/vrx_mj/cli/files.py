@@ -1,10 +1,11 @@
 """`vrx-mj list` and `vrx-mj new`."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
 
@@ -71,6 +72,21 @@ def copy_robot_files(name: str) -> Path:
             text = (root() / "assets" / "start" / file).read_text(encoding="utf-8")
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return folder
+
+
+def look_in(folders: list[Path] | None) -> list[Path] | None:
+    """Have robots' files look for packages in these folders, before those of the environment.
+
+    Raises:
+        VrxError: one of them is no folder.
+    """
+    for folder in folders or ():
+        if not folder.is_dir():
+            raise VrxError(f"--package-path '{folder}' is no folder")
+    if folders:
+        inherited = os.environ.get(PACKAGE_PATH)
+        os.environ[PACKAGE_PATH] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])
+    return folders
 
 
 @contextmanager

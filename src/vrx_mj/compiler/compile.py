@@ -187,6 +187,7 @@ class _Assembly:
             "profile": config.physics.profile,
             "timestep": config.physics.timestep,
             "gravity": config.physics.gravity,
+            "at_base_link": config.physics.at_base_link,
             "sea": self.sea,
             "wind": wind_parameters(config.wind),
             **self.rows,

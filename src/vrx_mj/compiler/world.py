@@ -11,7 +11,7 @@ from typing import Any
 
 from vrx_mj.errors import StateError
 
-WORLD_FORMAT = 1
+WORLD_FORMAT = 2
 """Version of the saved form; a folder of another version is refused."""
 
 

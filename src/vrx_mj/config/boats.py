@@ -246,9 +246,10 @@ def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
     """Joints that could move in the file and do not here."""
     used = {joint.name for joint in hinges.by_name.values()}
     for name, item in thrusters.items():
-        used.add(item.propeller_joint or "")
+        way = tree.path(item.propeller_link, tree.urdf.root)
+        used |= {item.propeller_joint or "", *(joint.name for joint in way[-1:])}
         if name not in hinges.by_name:  # VRX too holds an engine at zero that does not steer
-            used |= {joint.name for joint in tree.path(item.propeller_link, tree.urdf.root) if joint.type == "revolute"}
+            used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in tree.urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
             yield f"joint '{joint.name}' ({joint.type}) moves nothing here: it stays at zero"

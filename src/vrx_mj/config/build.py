@@ -145,8 +145,8 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
         return boat.sensors
     known = {sensor.name: sensor for sensor in boat.sensors}
     for name in wanted:
-        if name in config.suites:
-            raise VrxError(f"robot {boat.name}: sensors are suites or names, got suite '{name}' among names")
+        if name in config.suites and name not in known:
+            raise VrxError(f"sensors are suites or names of sensors, got suite '{name}' among names")
         if name not in known:
             raise UnknownNameError("sensor or suite" if config.suites else "sensor", name, [*known, *config.suites])
     return tuple(known[name] for name in wanted)

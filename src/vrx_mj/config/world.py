@@ -131,6 +131,11 @@ class PhysicsConfig(Config):
     """Physics step [s]."""
     gravity: NonNegative = GRAVITY
     """Of the world, downwards [m/s2]."""
+    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
+    """Sensors that measure at the origin of `base_link` wherever they are mounted; all others do so at their own place.
+
+    The default is the profile's. `[pinger]` is what the plugins do in a VRX whose GPS and IMU links are not merged into
+    `base_link`, as those of the WAM-V's own macros."""
 
 
 class Georeference(Config):

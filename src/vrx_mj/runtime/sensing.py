@@ -27,11 +27,8 @@ from vrx_mj.sensors.places import Mount, Place
 from vrx_mj.sensors.readings import Fix, Inertia, Reading, Shooter, Sound, Truth
 from vrx_mj.sensors.truth import truth
 
-__all__ = ["AT_BASE", "Readings", "Sensing"]
+__all__ = ["Readings", "Sensing"]
 
-AT_BASE: Mapping[str, frozenset[str]] = {"vrx": frozenset(("gps", "imu", "pinger"))}
-"""By profile, the kinds of sensors that measure at the origin of the boat's `base_link`; all others measure at their
-own place. GPS and IMU keep their own axes there, a pinger takes those of `base_link`."""
 BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 """`base_link` itself."""
 
@@ -77,7 +74,7 @@ class Sensing:
         self._world, self._rig, self._rebound = world, rig, rebound
         self._sights = Sights(world, rig, drawing)
         self._earth = _earth(world)
-        self._at_base = AT_BASE.get(world.parameters["profile"], frozenset())
+        self._at_base = frozenset(world.parameters["at_base_link"])
         self._seed = 0
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in rig.sensors:

@@ -120,12 +120,12 @@ def test_a_boat_without_a_shooter_cannot_shoot():
         sailing((P3D,)).fire("a")
 
 
-def test_by_the_vrx_profile_sensors_measure_at_base_link(sim):
+def test_sensors_measure_at_base_link_or_at_their_own_place(sim):
     exact = {"range_noise": 0.0, "bearing_noise": 0.0, "elevation_noise": 0.0}
     quiet = (GPS, PINGER.model_copy(update=exact))
     fixes, ranges = [], []
-    for profile in ("vrx", "marine"):
-        run = sailing(quiet, profile=profile)
+    for at_base in (["gps", "imu", "pinger"], []):
+        run = sailing(quiet, physics={"at_base_link": at_base})
         run.set_boat("a", pose=(10.0, 20.0, 0.5, 0.0, 0.0, np.pi / 2))
         run.set_pinger("a", "pinger", (10.0, 120.0, 0.5))
         fix = run.sense("a")["gps"].data

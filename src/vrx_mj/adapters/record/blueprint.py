@@ -170,7 +170,7 @@ def trails(scene: RecordScene) -> dict[str, Any]:
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
     paths = [f"/world/trails/{boat.name}" for boat in scene.boats()]
-    return {path: sofar for path in (*paths, *map(track_path, scene.of_type("gps")))}
+    return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
 def plot_view(plot: tuple[str, str], *, legend: bool = False) -> rrb.TimeSeriesView:

@@ -40,7 +40,7 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None
     for word in [part for text in _list(words) for part in text.split(",")]:
-        name, rate = _split(word.strip())
+        name, rate = _split(word.replace(" ", ""))
         boat, sensors = _meant(name, boat, rates)
         for one in sensors:
             found[one] = _rate(one, rate, rates, several=_is_group(name, rates))
@@ -62,7 +62,7 @@ def _split(word: str) -> tuple[str, float | None]:
         value = math.nan
     if value is not None and not 0.0 < value < math.inf:
         raise CommandError(f"'{word}': '{rate}' is no rate: give readings per second, as in front_left_camera@5")
-    return name.strip(), value
+    return name, value
 
 
 def _is_group(name: str, rates: Rates) -> bool:

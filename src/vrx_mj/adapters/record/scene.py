@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 __all__ = [
     "FORMAT",
-    "MovingBody",
     "PARKED",
+    "MovingBody",
     "RecordScene",
     "RecordedBody",
     "RecordedSensor",

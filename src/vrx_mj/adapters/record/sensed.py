@@ -14,7 +14,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.adapters.record.moving import times
+from vrx_mj.adapters.record.moving import TRAIL_HEIGHT, times
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
 from vrx_mj.adapters.record.still import boat_colors, static
 from vrx_mj.config.sensors import sensor_config
@@ -82,8 +82,8 @@ def pinhole(sensor: RecordedSensor) -> Any:
     """A camera's view: the axis goes through the middle of the picture."""
     config = sensor_config({"config": sensor.config})
     return rr.Pinhole(
-        focal_length=np.float32(focal_length(config)),
-        principal_point=np.array([config.width / 2.0, config.height / 2.0], np.float32),
+        focal_length=focal_length(config),
+        principal_point=[config.width / 2.0, config.height / 2.0],
         width=config.width,
         height=config.height,
         image_plane_distance=PICTURE_AT,
@@ -120,15 +120,15 @@ class SensedChunks:
                 yield from self._makers[sensor.type](sensor, readings)
 
     def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
-        """A receiver's fixes as points of the world, on the Earth, and as plots."""
+        """A receiver's fixes as points of the world, over the waves; on the Earth; and as plots."""
         yield from plots(sensor, readings)
-        angles = np.array([(one.data.latitude, one.data.longitude) for one in readings])
+        fixes = [reading.data for reading in readings]
+        angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
         yield chunk(f"/earth/{sensor.boat}/{sensor.name}", readings, rr.GeoPoints.columns(positions=angles))
-        if self._scene.to_world is not None:
-            places = [
-                self._scene.to_world(*angle, one.data.altitude) for angle, one in zip(angles, readings, strict=True)
-            ]
-            columns = rr.Points3D.columns(positions=np.array(places, np.float32))
+        to_world = self._scene.to_world
+        if to_world is not None:
+            places = np.array([to_world(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
+            columns = rr.Points3D.columns(positions=np.add(places, (0.0, 0.0, TRAIL_HEIGHT)).astype(np.float32))
             yield chunk(track_path(sensor), readings, columns)
 
 
@@ -198,7 +198,8 @@ def range_colors(distance: npt.NDArray[np.floating[Any]], near: float, far: floa
     anchors = np.array([NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR], np.float64)
     red, green, blue = (np.interp(scale, [0.0, 1.0, 2.0], anchor).astype(np.uint32) for anchor in anchors.T)
     palette: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
-    return palette[shade]
+    colors: npt.NDArray[np.uint32] = palette[shade]
+    return colors
 
 
 def sounds(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:

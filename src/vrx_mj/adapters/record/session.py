@@ -7,7 +7,7 @@ import dataclasses
 import math
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,10 @@ import numpy as np
 import trimesh
 
 from vrx_mj.adapters.record.choice import Choice, chosen
+from vrx_mj.adapters.record.listening import recorded_sensors, sensor_rates, taker
 from vrx_mj.adapters.record.reader import Record, read_record
 from vrx_mj.adapters.record.scene import (
     RecordedBody,
-    RecordedSensor,
     RecordedThruster,
     RecordScene,
     Surface,
@@ -31,10 +31,8 @@ from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError
 from vrx_mj.runtime.run import fingerprint
-from vrx_mj.runtime.sensing import AT_BASE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
-from vrx_mj.sensors.readings import Reading
 
 __all__ = ["POSE_RATE", "record", "resume", "scene_of"]
 
@@ -75,29 +73,6 @@ def record(
             for subscription in taken:
                 sim.unsubscribe(subscription)
             sim.detach(writer)
-
-
-def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
-    """By boat, its sensors and how often they measure [1/s]."""
-    rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
-    for row in sim.world.parameters["sensors"]:
-        rates[row["boat"]][row["config"]["name"]] = float(row["config"]["rate"])
-    return rates
-
-
-def taker(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
-    """What records a boat's readings, and a ball shooter's shots as events."""
-    left: dict[str, int] = {}
-
-    def take(reading: Reading) -> None:
-        writer.reading(boat, reading)
-        if reading.type == "ball_shooter":
-            shots = reading.data.shots_left
-            if shots < left.get(reading.name, shots):
-                writer.event(reading.time, f"{boat} {reading.name}: a shot, {shots} left")
-            left[reading.name] = shots
-
-    return take
 
 
 def resume(path: str | Path, time: float) -> Simulation:
@@ -155,29 +130,9 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
             Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
             for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
         ),
-        sensors=tuple(_sensors(world, choices)),
+        sensors=tuple(recorded_sensors(world, choices)),
         to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
     )
-
-
-def _sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
-    """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
-    rows = {(row["boat"], row["config"]["name"]): row for row in world.parameters["sensors"]}
-    at_base = AT_BASE.get(world.parameters["profile"], frozenset())
-    for choice in choices:
-        row = rows[choice.boat, choice.sensor]
-        config = row["config"]
-        moved = config["type"] == "pinger" and "pinger" in at_base
-        yield RecordedSensor(
-            boat=choice.boat,
-            name=choice.sensor,
-            type=config["type"],
-            frame=row["frame"],
-            rate=choice.rate,
-            position=(0.0, 0.0, 0.0) if moved else tuple(row["position"]),
-            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else row["rotation"],
-            config=config,
-        )
 
 
 def _files(world: World) -> dict[str, bytes]:

@@ -28,6 +28,8 @@ VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 SLIGHT = 1.1
 """How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
+ONE = (1.0, 1.0, 1.0)
+"""Scale of a mesh that is drawn as it is."""
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
@@ -176,7 +178,8 @@ def _visuals(node: Node, link: str, around: Surroundings) -> tuple[Visual, ...]:
             found = _mesh(geometry, values, around, collides=False)
         except MissingMeshError:
             file = str(values.pop("file"))
-            instead = stand_in(file, values["pose"], color)
+            scale = values.get("scale", ())
+            instead = stand_in(file, values["pose"], color, scale if len(scale) == 3 and all(scale) else ONE)
             if not instead:
                 around.findings.note("mesh", file)
             return instead
@@ -234,7 +237,7 @@ def _scale(mesh: Node) -> tuple[float, ...]:
 
 def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, collides: bool) -> dict[str, Any] | None:
     """Folder and path of a mesh, once it was found and read; None if it cannot be. Our own are known to be sound."""
-    name, scale = str(values["file"]), values.get("scale", (1.0, 1.0, 1.0))
+    name, scale = str(values["file"]), values.get("scale", ONE)
     node = geometry.child("mesh") or geometry
     try:
         folder, path = around.files.find(name)

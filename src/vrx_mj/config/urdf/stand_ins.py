@@ -15,6 +15,7 @@ from vrx_mj.resources import root
 __all__ = ["stand_in"]
 
 Color = tuple[float, float, float, float]
+Scale = tuple[float, float, float]
 
 IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -48,18 +49,20 @@ STAND_INS: dict[str, tuple[Pose, dict[str, Color]]] = {
 """By the name of VRX's file: where VRX draws it in its link, and our meshes with their colours."""
 
 
-def stand_in(name: str, pose: Pose, color: Color | None) -> tuple[Visual, ...]:
+def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
     """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
 
-    `pose` is where the URDF draws the mesh in its link; `color` is what it asks for, if it does.
+    `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
+    A scale that is not the same along all axes is only right for a mesh that VRX draws unturned.
     """
     file = PurePosixPath(name).name
     if file not in STAND_INS:
         return ()
     drawn, meshes = STAND_INS[file]
-    place = chained(pose, inverse(drawn))
+    x, y, z, *turn = inverse(drawn)
+    place = chained(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
     folder = root() / "assets" / "robots" / "wamv"
     return tuple(
-        Visual(folder=folder, type="mesh", file=f"meshes/{mesh}.obj", pose=place, color=color or own)
+        Visual(folder=folder, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or own)
         for mesh, own in meshes.items()
     )

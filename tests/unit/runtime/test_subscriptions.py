@@ -1,0 +1,233 @@
+"""Readings handed over as they fall due: how many, when, and that nothing else changes."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from integration.sailing import AHEAD
+from integration.sensing import GPS, GUN, IMU, P3D, PINGER, sailing
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
+
+FAST = P3D.model_copy(update={"name": "fast", "rate": 250.0})
+
+
+@pytest.fixture(scope="module")
+def sim():
+    return sailing((GPS, IMU, P3D, PINGER, GUN, FAST))
+
+
+@pytest.fixture(autouse=True)
+def _at_the_start(sim):
+    sim.reset(5)
+    yield
+    for subscription in list(sim._subscriptions._all):
+        sim.unsubscribe(subscription)
+
+
+def taken(sim, sensor, rate=None):
+    """A list that fills with (number, time of the reading, time of the simulation)."""
+    found = []
+    sim.subscribe("a", sensor, lambda reading: found.append((reading.sequence, reading.time, sim.time)), rate=rate)
+    return found
+
+
+def first_step_at(k, rate, timestep=0.01):
+    """The first step whose time reaches k / rate [s], in whole numbers."""
+    return math.ceil(round(k / (rate * timestep), 6))
+
+
+def test_15_hz_on_10_ms_are_15_a_second_without_drift(sim):
+    found = taken(sim, "imu")
+    for second in range(1, 21):
+        sim.advance(100)
+        assert len(found) == 15 * second + 1  # and that of time 0
+    assert [number for number, _, _ in found] == list(range(301))
+    assert [round(time / 0.01) for _, time, _ in found] == [first_step_at(k, 15.0) for k in range(301)]
+    assert all(measured == now for _, measured, now in found)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 7, 1000])
+def test_the_length_of_calls_does_not_matter(sim, steps):
+    found = taken(sim, "imu")
+    for _ in range(1000 // steps):
+        sim.advance(steps)
+    reached = 1000 // steps * steps
+    assert [number for number, _, _ in found] == [k for k in range(200) if first_step_at(k, 15.0) <= reached]
+
+
+@pytest.mark.parametrize(
+    ("rate", "numbers"),
+    [
+        (5.0, [0, 3, 6, 9, 12, 15]),
+        (7.5, [0, 2, 4, 6, 8, 10, 12, 14]),
+        (10.0, [0, 2, 3, 5, 6, 8, 9, 11, 12, 14, 15]),
+        (1.0, [0, 15]),
+        (0.5, [0]),
+    ],
+)
+def test_a_lower_rate_takes_every_nth_measurement(sim, rate, numbers):
+    found = taken(sim, "imu", rate)
+    sim.advance(100)
+    assert [number for number, _, _ in found] == numbers
+
+
+def test_a_rate_above_that_of_the_steps_gives_one_at_every_step(sim):
+    found = taken(sim, "fast")
+    sim.advance(50)
+    assert [round(time / 0.01) for _, time, _ in found] == list(range(51))
+    slower = taken(sim, "fast", 50.0)
+    sim.advance(100)
+    assert len(slower) == 50 + 1
+
+
+def test_motion_is_the_same_to_the_last_bit(sim):
+    sim.step({"a": AHEAD}, duration=5.0)
+    alone = sim.get_state().mujoco
+    sim.reset(5)
+    for name in ("gps", "imu", "fast", "pinger"):
+        taken(sim, name)
+    sim.step({"a": AHEAD}, duration=5.0)
+    assert sim.get_state().mujoco.tobytes() == alone.tobytes()
+
+
+def test_readings_are_those_that_are_sensed(sim):
+    found = []
+    sim.subscribe("a", "imu", found.append)
+    sim.advance(100)
+    sim.reset(5)
+    sensed = {}
+    for _ in range(101):
+        reading = sim.sense("a")["imu"]
+        sensed[reading.sequence] = reading
+        sim.advance(1)
+    for reading in found[:15]:
+        assert reading.time == sensed[reading.sequence].time
+        assert np.array_equal(reading.data.linear_acceleration, sensed[reading.sequence].data.linear_acceleration)
+
+
+def test_a_reset_begins_anew(sim):
+    found = taken(sim, "imu")
+    sim.advance(33)
+    sim.reset(5)
+    assert len(found) == 5  # none is handed over by a reset itself
+    sim.advance(33)
+    assert [number for number, _, _ in found] == [0, 1, 2, 3, 4] * 2
+
+
+def test_a_state_that_is_set_goes_on_with_what_is_due_there(sim):
+    found = taken(sim, "imu")
+    sim.advance(20)
+    state = sim.get_state()
+    sim.advance(40)
+    first = list(found)
+    found.clear()
+    sim.set_state(state)
+    sim.advance(40)
+    assert found == [one for one in first if one[2] >= state.time]
+
+
+def test_nothing_that_is_due_at_once_comes_twice(sim):
+    sim.advance(20)
+    found = taken(sim, "imu")
+    assert found == []
+    sim.advance(1)
+    sim.advance(1)
+    assert [number for number, _, _ in found] == [3]
+
+
+def test_a_subscription_between_two_measurements_waits_for_the_next(sim):
+    sim.advance(3)
+    found = taken(sim, "imu")
+    sim.advance(4)
+    assert [(number, round(time, 9)) for number, time, _ in found] == [(1, 0.07)]
+
+
+def test_who_unsubscribes_gets_no_more_and_may_do_so_meanwhile(sim):
+    found = []
+    once = sim.subscribe("a", "imu", lambda reading: (found.append(reading.sequence), sim.unsubscribe(once)))
+    later = sim.subscribe("a", "imu", lambda reading: (found.append("later"), sim.unsubscribe(later)))
+    sim.advance(100)
+    assert found == [0, "later"]
+    sim.unsubscribe(once)
+
+
+def test_a_callback_may_command_and_fire(sim):
+    def shoot(reading):
+        sim.command("a", left=1.0)
+        sim.fire("a")
+
+    sim.subscribe("a", "pinger", shoot)
+    sim.advance(250)
+    assert sim.sense("a")["gun"].data.shots_left == 1  # of 4: at 0, 1 and 2 s
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda sim, state: sim.advance(1), "advance"),
+        (lambda sim, state: sim.step(), "advance"),
+        (lambda sim, state: sim.reset(), "reset"),
+        (lambda sim, state: sim.set_state(state), "set_state"),
+    ],
+)
+def test_callbacks_do_not_reenter(sim, call, name):
+    state = sim.get_state()
+    subscription = sim.subscribe("a", "imu", lambda reading: call(sim, state))
+    with pytest.raises(CommandError) as caught:
+        sim.advance(10)
+    text = f"{name} cannot be called while a sensor's reading is handed over: call it afterwards"
+    assert str(caught.value) == text
+    sim.unsubscribe(subscription)
+    sim.advance(10)
+
+
+def test_what_cannot_be_subscribed_is_refused(sim):
+    def refused(kind, *words, **rate):
+        with pytest.raises(kind) as caught:
+            sim.subscribe(*words, print, **rate)
+        return str(caught.value)
+
+    assert refused(UnknownNameError, "c", "imu") == "no boat named 'c'; known: a"
+    assert refused(UnknownNameError, "a", "sonar") == (
+        "no sensor of a named 'sonar'; known: gps, imu, p3d, pinger, gun, fast"
+    )
+    for rate in (0.0, -1.0, 15.1, math.inf, math.nan):
+        assert refused(CommandError, "a", "imu", rate=rate) == (
+            f"a rate of {rate:g} for imu of a: above 0, and at most its own, 15 per second"
+        )
+
+
+@given(
+    own=st.floats(0.01, 1000.0),
+    share=st.floats(0.01, 1.0),
+    timestep=st.sampled_from([0.001, 0.01, 0.02, 1 / 3]),
+    start=st.integers(0, 10**6),
+)
+def test_a_slice_never_passes_a_step_where_a_reading_is_due(own, share, timestep, start):
+    """Also far into a run, and with times that are sums of steps."""
+    one = Subscription("a", "s", own * share, print, own)
+    time = start * timestep
+    steps = one.steps(time, timestep)
+    for between in {1, steps // 2, steps - 1} - {0}:
+        if between < steps:
+            assert one.number(time + between * timestep) == one.number(time)
+
+
+@given(own=st.floats(0.1, 100.0), share=st.floats(0.05, 1.0))
+def test_counts_follow_the_rate(own, share):
+    """Stops of the slices find every reading that is due by the rule, one after another."""
+    sensor = SimpleNamespace(boat="a", name="s", config=SimpleNamespace(rate=own))
+    times = []
+    subscriptions = Subscriptions([sensor], lambda boat, name: None, 0.01)
+    clock = SimpleNamespace(step=0)
+    subscriptions.add("a", "s", lambda _: times.append(clock.step), own * share, 0.0)
+    while clock.step <= 2000:
+        subscriptions.deliver(clock.step * 0.01)
+        clock.step += subscriptions.steps(clock.step * 0.01)
+    assert len(set(times)) == len(times)
+    assert abs(len(times) - (20.0 * own * share + 1)) <= 2.0  # one at either end
