@@ -93,7 +93,7 @@ def boat_world(case, timestep):
             "physics": {"timestep": timestep},
             "sea": sea(case["wave_set"]),
             "wind": wind,
-            "spawn": {"pose": pose(case), "thrusters": "H"},
+            "spawn": {"pose": pose(case), "thrusters": "H", "sensors": "none"},
         }
     )
     added = [float(SETS[case["dyn_set"]][name]) for name in ADDED]

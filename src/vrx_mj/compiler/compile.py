@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 from vrx_mj.compiler.objects import object_piece
 from vrx_mj.compiler.parameters import NO_WIND, float_row, sea_parameters, wind_coefficients, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, thruster_rows
+from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, stiffness, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
 from vrx_mj.compiler.shooters import parked_balls
 from vrx_mj.compiler.templates import PREFIX, Piece, render
@@ -25,6 +25,9 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, UnknownNameError, VrxWarning
+
+STIFF = 2.0
+"""Share of a boat's velocity that drag may take in a step."""
 
 Source = str | Path | Mapping[str, Any]
 
@@ -167,6 +170,7 @@ class _Assembly:
                 self.kinds[boat.order] = build_boat(boat.order)
             except UnknownNameError as error:
                 raise CompileError(f"boat {boat.name}: {error}") from error
+            _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
         return self.kinds[boat.order]
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
@@ -201,6 +205,13 @@ class _Assembly:
             "scene": scene_parameters(config),
             "camera": config.camera,
         }
+
+
+def _warn_if_stiff(boat: Boat, timestep: float) -> None:
+    share = stiffness(boat, timestep)
+    if share > STIFF:
+        text = f"robot {boat.name}: its linear drag takes {share:.3g} times its velocity in a step of {timestep:g} s"
+        warnings.warn(f"{text}; beyond {STIFF:g} it diverges: check `drag_linear`, or take a shorter step", VrxWarning)
 
 
 def renamed(tree: Any, prefix: str) -> Any:

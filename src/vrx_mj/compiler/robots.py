@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Literal
 
+import numpy as np
+
 from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, posed, rigid
 from vrx_mj.compiler.templates import Geom, Piece, geoms, meshes
 from vrx_mj.config.boats import Boat, Part, Thruster
@@ -31,6 +33,7 @@ __all__ = [
     "link_mass",
     "robot_piece",
     "sensor_rows",
+    "stiffness",
     "thruster_rows",
     "turning_mass",
 ]
@@ -208,6 +211,18 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
         "wind": [0.0, 0.0, 0.0],
         "thruster_count": len(boat.thrusters),
     }
+
+
+def stiffness(boat: Boat, timestep: float) -> float:
+    """Largest share of its velocity that linear drag takes from the boat in a step [s], along or about any axis.
+
+    Beyond 2 the explicit step of the drag diverges.
+    """
+    water, body = boat.hydrodynamics, boat_mass(boat)
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    own = [body.mass] * 3 + np.diag(body.inertia).tolist()
+    shares = (drag * timestep / (m + a) for drag, m, a in zip(water.drag_linear, own, water.added_mass, strict=True))
+    return float(max(shares))
 
 
 def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, Any]]:

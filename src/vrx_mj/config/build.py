@@ -117,7 +117,9 @@ def _plain_urdf(file: Path) -> str | None:
         text = read_bytes(file).decode("utf-8")
     except (ExpressionError, UnicodeDecodeError):
         return None  # `expand` says what is wrong
-    return None if any(mark in text for mark in XACRO_MARKS) else text
+    first, *rest = text.split("<!--")  # VRX's macros leave comments with expressions in them
+    bare = first + "".join(piece.partition("-->")[2] for piece in rest)
+    return None if any(mark in bare for mark in XACRO_MARKS) else text
 
 
 def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:

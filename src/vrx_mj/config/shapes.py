@@ -25,7 +25,6 @@ KEYS = {
 """What each type of shape must have; `scale` goes with a mesh too, but has a default."""
 
 
-
 def _not_zero(value: float) -> float:
     if value == 0:
         raise fault("must not be 0")

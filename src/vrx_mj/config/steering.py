@@ -1,6 +1,6 @@
 """What steers a boat: which joint turns what, and all that hangs on it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from vrx_mj.config.poses import Pose, compose
@@ -13,6 +13,8 @@ __all__ = ["HERE", "Hinges", "Tree", "known", "own_problem", "read_hinges", "roo
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
+FREE = "free"
+"""Name of the joint on which a boat floats."""
 
 
 class Tree:
@@ -79,6 +81,7 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
     for name, entry in config.rudders.items():
         _check_rudder(urdf, name, entry.propeller, thrusters)
         wanted[name] = known(urdf, "joint", entry.joint, f"rudders.{name}.joint")
+    _check_commands(urdf, wanted)
     hinges: dict[str, Joint] = {}
     notes: list[str] = []
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
@@ -127,12 +130,24 @@ def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mappi
         raise own_problem(urdf, f"rudders.{name}.propeller", str(UnknownNameError("thruster", propeller, thrusters)))
 
 
+def _check_commands(urdf: Urdf, names: Collection[str]) -> None:
+    """The command that steers a thruster has its name and `_angle`."""
+    for name in names:
+        if f"{name}_angle" in names:
+            message = f"'{name}_angle' is the command that steers the thruster '{name}', and another thruster's name"
+            raise ConfigError([Problem(urdf.label or urdf.file.name, None, None, "", message)])
+
+
 def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:
     if joint.type not in TURNING:
         raise _problem(urdf, joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
+    if urdf.local(joint.name) == FREE:
+        raise _problem(urdf, joint, f"cannot be called '{FREE}', as is the joint on which the boat floats")
     for other, hinge in hinges.items():
         if hinge is joint:
             raise _problem(urdf, joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")
+        if urdf.local(hinge.name) == urdf.local(joint.name):
+            raise _problem(urdf, joint, f"has the name of '{hinge.name}', but for the namespace '{urdf.namespace}'")
 
 
 def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]) -> None:

@@ -158,3 +158,21 @@ def test_angles_and_quaternions_are_those_of_the_matrix(roll, pitch, yaw):
 def test_angles_at_the_pole_still_make_the_matrix():
     turn = rotation(0.3, math.pi / 2, 1.0)
     assert np.array(rotation(*angles(turn))) == pytest.approx(np.array(turn), abs=1e-9)
+
+
+def test_a_boat_that_drag_would_blow_up_is_warned_of(tmp_path):
+    urdf = '<robot name="tub"><link name="base_link"><inertial><mass value="50"/>{}</inertial>{}</link></robot>'
+    inertia = '<inertia ixx="9" iyy="9" izz="9" ixy="0" ixz="0" iyz="0"/>'
+    (tmp_path / "tub.urdf").write_text(
+        urdf.format(inertia, '<collision><geometry><box size="2 1 1"/></geometry></collision>'), encoding="utf-8"
+    )
+    water = "boat_length: 2, boat_width: 1, hull_radius: 0.3, added_mass: [0, 0, 0, 0, 0, 0]"
+    drag = "drag_linear: [10, 10, 10, 10, 10, 9000], drag_quadratic: [0, 0, 0, 0, 0, 0]"
+    (tmp_path / "tub.yaml").write_text(f"hydrodynamics: {{{water}, {drag}}}\n", encoding="utf-8")
+    (tmp_path / "fleet.yaml").write_text("robot: tub.urdf\n", encoding="utf-8")
+    with pytest.warns(VrxWarning) as caught:
+        compile_world({}, fleet=tmp_path / "fleet.yaml")
+    assert (
+        "robot tub.urdf: its linear drag takes 10 times its velocity in a step of 0.01 s; beyond 2 it diverges: "
+        "check `drag_linear`, or take a shorter step"
+    ) in [str(warning.message) for warning in caught]

@@ -21,6 +21,7 @@ from vrx_mj.compiler.robots import (
     hull_row,
     link_mass,
     robot_piece,
+    stiffness,
     thruster_rows,
     turning_mass,
 )
@@ -319,6 +320,13 @@ def test_colour_paints_the_hulls_only():
 
 def test_same_boat_same_text():
     assert robot_piece(wamv("X"), "hinged").document() == robot_piece(wamv("X"), "hinged").document()
+
+
+def test_stiffness_is_the_share_of_the_velocity_that_drag_takes():
+    drag, inertia = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0), (258.0, 258.0, 258.0, 217.031744, 566.083204, 682.856474)
+    added = (0.0, 0.0, 0.1, 0.1, 0.1, 0.0)
+    shares = [d * 0.01 / (m + a) for d, m, a in zip(drag, inertia, added, strict=True)]
+    assert stiffness(wamv(), 0.01) == pytest.approx(max(shares), rel=1e-6)
 
 
 def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():

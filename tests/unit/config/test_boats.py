@@ -260,6 +260,33 @@ def test_a_propeller_does_not_hang_on_a_joint_that_steers_something_else():
     )
 
 
+def test_the_joint_on_which_a_boat_floats_has_its_name_to_itself():
+    parts = (link("left_propeller"), joint("free", "left_propeller"), thruster("left", "free"))
+    assert refused(*parts) == (
+        "boat.urdf:4: joint 'free': cannot be called 'free', as is the joint on which the boat floats"
+    )
+
+
+def test_hinges_that_differ_by_the_namespace_alone_are_told():
+    parts = (link("a"), joint("wamv/hinge", "a", "wamv/base_link"), thruster("left", "wamv/hinge", "a"),
+             link("b"), joint("hinge", "b", "wamv/base_link"), thruster("right", "hinge", "b"))  # fmt: skip
+    assert refused(*parts, hull=link("wamv/base_link", 100)) == (
+        "boat.urdf:7: joint 'hinge': has the name of 'wamv/hinge', but for the namespace 'wamv'"
+    )
+
+
+def test_no_thruster_has_the_name_of_the_command_that_steers_another():
+    parts = (
+        *outboard(),
+        link("second"),
+        joint("shaft", "second", kind="fixed"),
+        thruster("left_angle", None, "second"),
+    )
+    assert refused(*parts) == (
+        "boat.urdf: 'left_angle' is the command that steers the thruster 'left', and another thruster's name"
+    )
+
+
 def test_a_slide_does_not_steer():
     assert refused(
         link("left_propeller"), joint("slide", "left_propeller", kind="prismatic"), thruster("left", "slide")

@@ -88,6 +88,14 @@ def test_problems_of_a_urdf_have_its_own_lines(folder):
     )
 
 
+def test_an_expression_in_a_comment_is_nothing_to_expand(folder):
+    text = BOAT.replace("<robot ", "<!-- see ${name} in <xacro:hull/> -->\n\n\n<robot ")
+    write(folder, boat_urdf=text.replace('mass value="1"', 'mass value="one"'))
+    with pytest.raises(ConfigError) as caught:
+        build("boat.urdf")
+    assert str(caught.value).startswith("boat.urdf:6: link 'left_propeller'")
+
+
 def test_problems_of_a_xacro_have_the_lines_of_what_it_expands_to(folder):
     text = BOAT.replace("<robot ", f"<robot {XACRO} ").replace('mass value="1"', 'mass value="one"')
     write(folder, boat_xacro=text)
