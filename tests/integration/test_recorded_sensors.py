@@ -188,6 +188,17 @@ def test_two_recordings_at_once_take_each_its_own_rate(sim, tmp_path):
     assert len(vrx_mj.read_record(two).readings("a", "p3d")) == 3
 
 
+def test_scans_that_meet_nothing_come_back_empty(tmp_path):
+    sim = sailing((LIDAR,), fleet=HERE)
+    with vrx_mj.record(sim, tmp_path / "run.rrd", sensors="a"):
+        sim.step(duration=0.5)
+    record = vrx_mj.read_record(tmp_path / "run.rrd")
+    clouds = [scan.data for scan in record.readings("a", "lidar")]
+    assert [(cloud.points.shape, cloud.intensity.shape, cloud.ring.dtype) for cloud in clouds] == [
+        ((0, 3), (0,), np.uint16)
+    ] * 6
+
+
 @pytest.mark.slow
 def test_the_recording_of_a_killed_run_has_its_readings(tmp_path):
     path = tmp_path / "killed.rrd"
@@ -209,7 +220,7 @@ def test_the_recording_of_a_killed_run_has_its_readings(tmp_path):
         found = record.readings("a", name)
         assert len(found) >= 30
         assert found.sequence.tolist() == list(range(len(found)))
-    assert len(found[-1].data.points) > 100
+    assert len(found[-1].data.points) > 10
 
 
 def scans_in(path):

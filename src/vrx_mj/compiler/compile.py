@@ -211,7 +211,8 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
     if share > STIFF:
         text = f"robot {boat.name}: its linear drag takes {share:.3g} times its velocity in a step of {timestep:g} s"
-        warnings.warn(f"{text}; beyond {STIFF:g} it diverges: check `drag_linear`, or take a shorter step", VrxWarning)
+        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or take a shorter step"
+        warnings.warn(text, VrxWarning, stacklevel=5)
 
 
 def renamed(tree: Any, prefix: str) -> Any:

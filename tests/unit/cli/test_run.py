@@ -110,3 +110,34 @@ def test_the_map_is_drawn_where_it_was_asked(cli, folder):
     said = cli("map", "ocean_buoys", "-o", "my map.png")
     assert (said.code, said.out, said.err) == (0, "map: my map.png\n", "")
     assert (folder / "my map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_sensors_without_a_recording_are_refused(cli, folder):
+    said = cli("run", "ocean", "--duration", "1", "--sensors", "all")
+    assert said.err.strip() == "--sensors all says what to record: give --record FILE.rrd too"
+    assert said.code == 2
+
+
+def test_sensors_are_recorded_at_the_rates_asked_for(cli, folder):
+    words = ["run", "example_course", "--duration", "1", "--record", "run.rrd"]
+    said = cli(*words, "--sensors", "wamv:imu_wamv@5,lidar_wamv@2,wamv:gps_wamv")
+    assert said.code == 0
+    record = read_record(folder / "run.rrd")
+    counts = {sensor.name: len(record.readings("wamv", sensor.name)) for sensor in record.sensors}
+    assert counts == {"imu_wamv": 6, "lidar_wamv": 3, "gps_wamv": 16}
+    assert len(record.readings("wamv", "lidar_wamv")[-1].data.points) > 1000
+    assert not [name for name in record.objects if name.startswith("wamv/")]
+    said = cli(*words, "--sensors", "wamv:sonar")
+    assert said.code == 2
+    assert said.err.startswith("no sensor of wamv named 'sonar'; known: front_left_camera, ")
+
+
+@pytest.mark.render
+def test_a_cameras_pictures_are_recorded(cli, folder):
+    said = cli("run", "example_course", "--duration", "0.4", "--record", "run.rrd", "--sensors", "front_left_camera@5")
+    assert said.code == 0
+    images = read_record(folder / "run.rrd").readings("wamv", "front_left_camera")
+    assert [round(image.time, 3) for image in images] == [0.0, 0.2, 0.4]
+    sky, water = images[1].data.rgb[20].mean(axis=0), images[1].data.rgb[-200].mean(axis=0)
+    assert images[1].data.rgb.shape == (720, 1280, 3)
+    assert sky.sum() > water.sum() + 100  # the right side up

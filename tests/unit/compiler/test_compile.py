@@ -93,7 +93,8 @@ def test_what_mujoco_cannot_draw_is_one_warning():
     with pytest.warns(VrxWarning) as caught:
         compile_world({"scene": scene})
     assert [str(warning.message) for warning in caught] == [
-        "world world: MuJoCo cannot draw fog type exp (drawn linear, from where it hides 5 % to where it hides 95 %), grid"
+        "world world: MuJoCo cannot draw fog type exp (drawn linear, from where it hides 5 % to where it hides 95 %), "
+        "grid"
     ]
 
 

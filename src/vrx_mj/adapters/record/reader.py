@@ -179,10 +179,13 @@ READING_COLUMNS = {
 
 
 def lists_of(column: Any) -> Iterator[Any]:
-    """An array, or where there is only one number that number, for every row of a column of lists."""
+    """An array for every row of a column of lists; of bytes where the list has one block of bytes."""
     for row in column:
         values = row.values
-        while hasattr(values, "flatten") and values.type.num_fields:  # points are lists of three, blobs lists of bytes
+        if hasattr(values[0] if len(values) else None, "as_buffer"):
+            yield np.frombuffer(values[0].as_buffer(), np.uint8)
+            continue
+        while values.type.num_fields:  # points are lists of three, pictures lists of bytes
             values = values.flatten()
         yield values.to_numpy(zero_copy_only=False)
 

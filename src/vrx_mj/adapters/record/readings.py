@@ -26,7 +26,10 @@ class RecordedReadings(Sequence[Reading]):
     """
 
     def __init__(self, sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:
-        """Take a row per reading: `time`, `sequence`, and `blob`, or `points`, `intensity` and `ring`, or `numbers`."""
+        """Take arrays for every reading: `time`, `sequence`, and what gives its data.
+
+        That is the bytes `blob`, or the numbers `points` with the bytes `intensity` and `ring`, or the bytes `numbers`.
+        """
         self.sensor = sensor
         """What measured."""
         time = np.array(columns["time"], np.float64).reshape(-1)
@@ -59,8 +62,8 @@ def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
     if sensor.type == "camera":
         return Image(decoded(row["blob"]), intrinsics(sensor_config({"config": sensor.config})))
     if "points" in row:
-        return PointCloud(row["points"].reshape(-1, 3), row["intensity"], row["ring"])
-    return MAKERS[sensor.type](row["numbers"])
+        return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
+    return MAKERS[sensor.type](row["numbers"].view("<f8"))
 
 
 def decoded(blob: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -53,7 +53,7 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))
             yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
         elif sensor.type == "lidar":
-            yield static(sensor.path, mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(1.6)]))
+            yield static(sensor.path, mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
         elif sensor.type == "pinger":
             yield static(sensor.path, rr.Arrows3D.from_fields(colors=[SOUND_COLOR], radii=[0.08]))
         elif sensor.type == "gps":
@@ -149,8 +149,8 @@ def stamps(readings: Readings) -> Any:
 def numbers(sensor: RecordedSensor, readings: Readings) -> Chunk:
     """All numbers of readings, field by field as their class lists them."""
     rows = [np.concatenate([np.ravel(field) for field in vars(reading.data).values()]) for reading in readings]
-    columns = rr.AnyValues.columns(numbers=np.concatenate(rows).astype(np.float64))
-    return chunk(sensor.readings_path, readings, stamps(readings), columns.partition([len(row) for row in rows]))
+    columns = rr.AnyValues.columns(numbers=[row.astype("<f8").tobytes() for row in rows])
+    return chunk(sensor.readings_path, readings, stamps(readings), columns)
 
 
 def pictures(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
@@ -167,10 +167,10 @@ def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
         yield chunk(sensor.path, readings, *shown_points(sensor, [scan_points(one.data) for one in readings]))
         return
     clouds = [reading.data for reading in readings]
-    extra = rr.AnyValues.columns(
-        intensity=np.concatenate([cloud.intensity for cloud in clouds]),
-        ring=np.concatenate([cloud.ring for cloud in clouds]),
-    ).partition([len(cloud.points) for cloud in clouds])
+    extra = rr.AnyValues.columns(  # as bytes: rerun takes numbers one by one
+        intensity=[cloud.intensity.astype("<f4").tobytes() for cloud in clouds],
+        ring=[cloud.ring.astype("<u2").tobytes() for cloud in clouds],
+    )
     shown = shown_points(sensor, [cloud.points for cloud in clouds])
     yield chunk(sensor.path, readings, stamps(readings), extra, *shown)
 

@@ -120,7 +120,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
         timestep=sim.timestep,
         nq=int(sim.model.nq),
         nv=int(sim.model.nv),
-        bodies=tuple(_bodies(world, looks, model)),
+        bodies=tuple(_bodies(world, looks, model, sim.data.qpos)),
         thrusters=tuple(_thrusters(world, looks)),
         files=_files(world),
         sea_height=sim.sea.height,
@@ -142,9 +142,10 @@ def _files(world: World) -> dict[str, bytes]:
         return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def _bodies(world: World, looks: Looks, model: mujoco.MjModel) -> Iterator[RecordedBody]:
+def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Iterator[RecordedBody]:
     """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
+    data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
     boats = [("boat", boat["name"], hull["body"]) for boat, hull in _pairs(world)]
     balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
