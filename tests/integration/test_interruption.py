@@ -86,4 +86,5 @@ def test_ctrl_c_before_the_first_step_needs_no_traceback(folder, seconds):
     time.sleep(seconds)
     process.send_signal(signal.SIGINT)
     code, _, err = ended(process)
-    assert (code, "Traceback" in err) == (130, False), err  # as shells have it
+    assert "Traceback" not in err, err
+    assert code in {130, -signal.SIGINT}  # as shells have it; the signal itself where Python had not begun to listen

@@ -14,6 +14,8 @@ def main() -> None:
         from vrx_mj.cli.app import main as start
 
         start()
+    except KeyboardInterrupt:  # while packages were loaded; from then on commands say what became of them
+        raise SystemExit(130) from None
     except Exception as error:
         line = intruder(error)
         if line is None:

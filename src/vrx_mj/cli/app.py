@@ -13,7 +13,7 @@ import typer
 
 from vrx_mj.cli import robot
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import console, print_summary, progress_bar, show_warning
+from vrx_mj.cli.screen import console, print_summary, progress_bar, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
 
 app = typer.Typer(
@@ -38,7 +38,7 @@ Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
 
 def main() -> None:
     """Run the command line; every error that a user can cause is one message, without a traceback."""
-    warnings.showwarning = show_warning
+    warnings.showwarning = warn_once()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
@@ -72,7 +72,7 @@ def run(
     duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 60.0,
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
-    control: Annotated[str | None, typer.Option(help="module:function, called 10 times a second.")] = None,
+    control: Annotated[str | None, typer.Option(help="module:function(obs, t), called 10 times a second.")] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5.")] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
@@ -171,12 +171,13 @@ def compare(
 @app.command("list")
 def list_(
     kind: Annotated[str, typer.Argument(help="worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="What each is, too.")] = False,
 ) -> None:
     """List what has a name: what is installed, and what VRX_MJ_PATH and the current folder add.
 
     Example: vrx-mj list objects
     """
-    for line in listing(kind):
+    for line in listing(kind, verbose=verbose):
         typer.echo(line)
 
 

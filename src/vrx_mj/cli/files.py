@@ -18,8 +18,8 @@ NEW_ROBOT = ("thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
 
-def listing(kind: str) -> Iterator[str]:
-    """A line for each name of a kind, with its file where that is not one of ours.
+def listing(kind: str, *, verbose: bool = False) -> Iterator[str]:
+    """A line for each name of a kind, with its file where that is not one of ours; verbose: with its description.
 
     Raises:
         UnknownNameError: there is no such kind.
@@ -31,7 +31,21 @@ def listing(kind: str) -> Iterator[str]:
         raise UnknownNameError("kind of file", kind, (*KINDS, "tasks"))
     for name, file in catalogue(kind).items():
         ours = file.resolve().is_relative_to(root().resolve())
-        yield name if ours else f"{name}  ({file})"
+        about = f": {told}" if verbose and (told := _description(kind, file)) else ""
+        yield f"{name}{about}" if ours else f"{name}{about}  ({file})"
+
+
+def _description(kind: str, file: Path) -> str:
+    """What a YAML file says of itself; nothing where it says nothing or cannot be read."""
+    if file.suffix not in {".yaml", ".yml"}:
+        return ""
+    from vrx_mj.config.loading import read_source
+
+    try:
+        told = read_source(kind, file).get("description")
+    except VrxError:
+        return ""
+    return " ".join(told.split()) if isinstance(told, str) else ""
 
 
 def copy_start_file(kind: str, name: str) -> Path:

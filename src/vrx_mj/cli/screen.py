@@ -17,16 +17,23 @@ console = Console(stderr=True)
 """Messages go to stderr; what other programs may want goes to stdout."""
 
 
-def show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    """Print a warning as one line, without the place in our code."""
-    console.print(f"warning: {message}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+def warn_once() -> Callable[..., None]:
+    """What prints a warning as one line, without the place in our code, and the same words only once."""
+    told: set[str] = set()
+
+    def show_warning(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if str(message) not in told:
+            told.add(str(message))
+            console.print(f"warning: {message}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+    return show_warning
 
 
 def progress_bar(duration: float) -> AbstractContextManager[Callable[[float], None]]:

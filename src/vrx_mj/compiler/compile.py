@@ -2,7 +2,7 @@
 
 import json
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +73,7 @@ class _Assembly:
             "sensors": [],
         }
         self.kinds: dict[Order, Boat] = {}
+        self.balls: list[PlacedObject] = []
 
     def world(self, seed: int) -> World:
         self._warn_of_land()
@@ -115,12 +116,9 @@ class _Assembly:
             assets=[Markup(item) for item in self.shapes],
             pieces=self.placed,
             contacts=Markup("".join(self.contacts)),
-            asleep=any(row["type"] == "ball_shooter" for row in self._sensors()),
+            asleep=bool(self.balls),
             **scene_values(config),
         )
-
-    def _sensors(self) -> Iterator[dict[str, Any]]:
-        return (row["config"] for row in self.rows["sensors"])
 
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
@@ -158,10 +156,9 @@ class _Assembly:
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""
         shooters = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
-        balls = parked_balls([(row["boat"], row["config"]["name"]) for row in shooters])
-        for ball in balls:
+        self.balls = parked_balls([(row["boat"], row["config"]["name"]) for row in shooters])
+        for ball in self.balls:
             self._add_object(ball, asleep=True)
-        self.objects = (*self.objects, *balls)
 
     def _built(self, boat: BoatConfig) -> Boat:
         """The boat of a fleet's entry; those of one order are built once."""
@@ -196,7 +193,7 @@ class _Assembly:
             "wind": wind_parameters(config.wind),
             **self.rows,
             "boats": [_boat_entry(boat) for boat in self.boats],
-            "objects": [_object_entry(item) for item in self.objects],
+            "objects": [_object_entry(item) for item in (*self.objects, *self.balls)],
             "docks": [_dock_entry(dock) for dock in self.docks],
             "waypoints": waypoints(config),
             "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,

@@ -49,6 +49,8 @@ MAPPINGS = {"linear": LINEAR, "glf": GLF}
 
 LIGHTEST = 1e-6
 """Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
+NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
+"""What turns where no link that does has a mass: so much [kg, kg m2] at the hinge, as MuJoCo wants some."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,7 @@ def _thruster_view(thruster: Thruster, double: frozenset[str]) -> dict[str, Any]
         "body": thruster.link,
         "joint": thruster.joint,
         "pose": thruster.pose,
-        "mass": turning_mass(thruster) or rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3),
+        "mass": turning_mass(thruster) or NOTHING,
         "frames": _seen_as([_frame(part, double) for part in thruster.parts], f"{thruster.name}_engine"),
     }
 
@@ -236,9 +238,9 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, A
     whole = boat_mass(boat)
     rows = []
     for thruster in boat.thrusters:
-        turning = turning_mass(thruster)
+        turning = turning_mass(thruster) or NOTHING
         hinged = engines == "hinged" and thruster.joint is not None
-        pushed = turning if hinged and turning else whole
+        pushed = turning if hinged else whole
         rows.append(
             {
                 "name": thruster.name,
@@ -250,7 +252,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, A
                 "propeller": list(thruster.center),
                 "direction": list(thruster.direction),
                 "body_com": pushed.center.tolist(),
-                "inertia": axis_inertia(turning) if turning else LIGHTEST,
+                "inertia": max(axis_inertia(turning), LIGHTEST),
                 **_drive(thruster),
                 **_wing(thruster, names, boat),
             }

@@ -58,13 +58,13 @@ def build_boat(order: Order) -> Boat:
         VrxError: the robot takes no thruster or component file.
     """
     ours = load_robot(order.robot, order.folder).folder
-    packaged = ours is not None and ours.is_relative_to(root()) and not (order.thrusters or order.components)
-    return _kept(order) if packaged else _built(order)
+    packaged = ours is not None and ours.is_relative_to(root() / "assets")
+    return _kept(order, ours) if packaged and not (order.thrusters or order.components) else _built(order)
 
 
 @lru_cache(maxsize=64)
-def _kept(order: Order) -> Boat:
-    """A boat of the package's own files, which do not change while it runs."""
+def _kept(order: Order, _folder: Path | None) -> Boat:
+    """A boat of the package's own files, which do not change while it runs, from one of its folders."""
     return _built(order)
 
 

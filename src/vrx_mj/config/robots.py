@@ -35,13 +35,13 @@ DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
 
 
 def _scalars(value: Any) -> Any:
-    """Values of xacro arguments as the texts that xacro wants."""
+    """Values of xacro arguments as the texts that xacro wants; a switch is `true` or `false`, as in VRX's files."""
     if not isinstance(value, Mapping):
         return value
     odd = [key for key, item in value.items() if not isinstance(item, str | int | float | bool)]
     if odd:
         raise faults(((odd[0],), f"expected a number, text, true or false, got {shown(value[odd[0]])}"))
-    return {key: str(item) for key, item in value.items()}
+    return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]

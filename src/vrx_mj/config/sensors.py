@@ -1,11 +1,12 @@
 """Sensors of a boat: what they measure, how often, how well, and where they sit."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, TypeAdapter, model_validator
 
-from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3
+from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3, numbers
 
 __all__ = [
     "BallShooterConfig",
@@ -23,17 +24,18 @@ __all__ = [
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
 """Of a lidar, at most: so many take 24 MB."""
+_Spread = Annotated[tuple[NonNegative, NonNegative, NonNegative], numbers("x y z")]
 
 
 class ErrorModel(Config):
     """Hector's model of a measurement's error, along three axes: offset + drift + white noise."""
 
     offset: Vec3 = (0.0, 0.0, 0.0)
-    drift: Vec3 = (0.0, 0.0, 0.0)
+    drift: _Spread = (0.0, 0.0, 0.0)
     """Standard deviation of the slow drift, a Gauss-Markov process."""
-    drift_frequency: Vec3 = (0.00027, 0.00027, 0.00027)
+    drift_frequency: _Spread = (0.00027, 0.00027, 0.00027)
     """Reciprocal of the drift's time constant [1/s]."""
-    noise: Vec3 = (0.0, 0.0, 0.0)
+    noise: _Spread = (0.0, 0.0, 0.0)
     """Standard deviation of the white noise."""
 
 
@@ -67,6 +69,12 @@ class CameraConfig(_Sensor):
     baseline: float = 0.07
     """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
 
+    @model_validator(mode="after")
+    def _sees_something(self) -> Self:
+        if self.near >= self.far:
+            raise ValueError(f"near is {self.near:g} m and far {self.far:g} m: it takes near < far")
+        return self
+
 
 class LidarConfig(_Sensor):
     """A lidar: `points` from several rings, `scan` from one, planar."""
@@ -96,6 +104,8 @@ class LidarConfig(_Sensor):
         near, far = self.range
         if not 0.0 <= near < far:
             raise ValueError(f"range begins at {near:g} m and ends at {far:g} m: it takes 0 <= begin < end")
+        if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
+            raise ValueError(f"azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way")
         if max(abs(angle) for angle in self.elevation) > 1.571:
             raise ValueError(f"elevation {list(self.elevation)} rad: at most pi/2, straight up, and -pi/2")
         if self.output == "scan" and self.rings != 1:

@@ -118,10 +118,9 @@ class Moments:
         return now, self._moment(-1, before, self.caught[row, 1 - slot])
 
     def pack(self) -> bytes:
-        """Clocks, moments and marks as bytes."""
-        return np.int64(len(self.clocks)).tobytes() + b"".join(
-            array.tobytes() for array in (self.clocks, self.caught, self.marks)
-        )
+        """Marks, clocks and moments as bytes, the marks first: they alone bear on the motion."""
+        count = np.int64(len(self.clocks))
+        return b"".join(array.tobytes() for array in (self.marks, count, self.clocks, self.caught))
 
     def check(self, block: bytes) -> None:
         """Tell whether `unpack` can take these bytes.
@@ -129,20 +128,20 @@ class Moments:
         Raises:
             StateError: it cannot.
         """
-        count = int(np.frombuffer(block, np.int64, 1)[0]) if len(block) >= 8 else -1
+        start = self.marks.nbytes
+        count = int(np.frombuffer(block, np.int64, 1, start)[0]) if len(block) >= start + 8 else -1
         needed = self._size(max(count, 0))
         if count < 0 or len(block) != needed:
             raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
 
     def unpack(self, block: bytes) -> None:
         """Write back what `pack` gave."""
-        count = int(np.frombuffer(block, np.int64, 1)[0])
-        width = self.caught.shape[2]
-        end = 8 + count * CLOCK.itemsize
-        self.clocks = np.frombuffer(block[8:end], CLOCK).copy()
-        numbers = np.frombuffer(block[end:], np.float64)
-        self.caught = numbers[: count * 2 * width].reshape(count, 2, width).copy()
-        self.marks[:] = numbers[count * 2 * width :]
+        start, width = self.marks.nbytes, self.caught.shape[2]
+        count = int(np.frombuffer(block, np.int64, 1, start)[0])
+        end = start + 8 + count * CLOCK.itemsize
+        self.marks[:] = np.frombuffer(block[:start], np.float64)
+        self.clocks = np.frombuffer(block[start + 8 : end], CLOCK).copy()
+        self.caught = np.frombuffer(block[end:], np.float64).reshape(count, 2, width).copy()
 
     def _size(self, count: int) -> int:
         return 8 + count * (CLOCK.itemsize + 16 * self.caught.shape[2]) + self.marks.nbytes

@@ -111,6 +111,11 @@ class Rig:
         """The state tables and what the sensors' clocks caught, as bytes."""
         return b"".join(table.tobytes() for table in self.state_tables) + self.moments.pack()
 
+    @property
+    def moving(self) -> int:
+        """How many of the bytes that `pack` gives bear on the motion; the rest are what sensors saw of it."""
+        return sum(table.nbytes for table in self.state_tables) + self.moments.marks.nbytes
+
     def check(self, block: bytes) -> None:
         """Tell whether `unpack` can take these bytes.
 

@@ -119,9 +119,24 @@ def load_controller(name: str, seed: int) -> Controller:
     controller: Any = found() if inspect.isclass(found) else found
     if not callable(controller):
         raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
+    _check_parameters(name, controller)
     if hasattr(controller, "reset"):
         controller.reset(seed)
     return cast("Controller", controller)
+
+
+def _check_parameters(name: str, controller: Any) -> None:
+    """Whether it can be called with the observations and the time."""
+    try:
+        takes = inspect.signature(controller)
+    except (TypeError, ValueError):  # of something compiled
+        return
+    try:
+        takes.bind({}, 0.0)
+    except TypeError:
+        raise VrxError(
+            f"'{name}' takes {takes}: a controller takes two arguments, the observations by boat and the time [s]"
+        ) from None
 
 
 def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:

@@ -80,15 +80,6 @@ class Sensing:
         for sensor in rig.sensors:
             self._boats[sensor.boat][sensor.name] = sensor
         self._kept: dict[tuple[str, str], Reading] = {}
-        self._makers: Mapping[str, Callable[[Mounted, Moment, Moment | None, Draw], Any]] = {
-            "gps": self._fix,
-            "imu": self._inertia,
-            "p3d": self._truth,
-            "pinger": self._sound,
-            "ball_shooter": self._shooter,
-            "camera": self._sights.image,
-            "lidar": self._sights.scan,
-        }
 
     def names(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's sensors.
@@ -128,7 +119,7 @@ class Sensing:
         if kept is not None and kept.time == now.time:
             return kept
         draw = Draw(self._seed, boat, name, now.index, sensor.config.rate)
-        data = self._makers[sensor.config.type](sensor, now, before, draw)
+        data = self._maker(sensor.config.type)(sensor, now, before, draw)
         reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data)
         self._kept[boat, name] = reading
         return reading
@@ -163,6 +154,19 @@ class Sensing:
         if boat not in self._boats:
             raise UnknownNameError("boat", boat, self._boats)
         return self._boats[boat]
+
+    def _maker(self, kind: str) -> Callable[[Mounted, Moment, Moment | None, Draw], Any]:
+        """What makes readings of a kind; looked up, as methods that were kept would keep this object alive."""
+        makers = {
+            "gps": self._fix,
+            "imu": self._inertia,
+            "p3d": self._truth,
+            "pinger": self._sound,
+            "ball_shooter": self._shooter,
+            "camera": self._sights.image,
+            "lidar": self._sights.scan,
+        }
+        return makers[kind]
 
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
@@ -200,7 +204,7 @@ class Sensing:
         return sound(sensor.config, self._measured(sensor, now), now.marks[sensor.marks], draw)
 
     def _shooter(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Shooter:
-        return Shooter(round(float(self._rig.moments.marks[sensor.mark])))
+        return Shooter(round(float(now.marks[sensor.mark])))
 
 
 def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:

@@ -1,7 +1,9 @@
 """A world that runs."""
 
 import time as clock
+import weakref
 from collections.abc import Callable, Sequence
+from functools import cache, partial
 from pathlib import Path
 
 import mujoco
@@ -52,13 +54,13 @@ class Simulation:
         self._rig = Rig(world, self._model, quiet, self._data)
         self._helm = Helm(world.boats, world.parameters["thrusters"])
         self._bodies = FreeBodies(world, self._rig)
-        thrusters = len(self._rig.thrusters)
-        columns = 2 + 2 * thrusters + self._model.nq + self._model.nv
+        columns = 2 + 2 * len(self._rig.thrusters) + self._model.nq + self._model.nv
         self._sampler = Sampler(columns, self._rig.timestep)
         self._pace, self._drained = 1e-5, 0.0
-        self._drawing: mujoco.MjModel | None = None
+        self._drawing = cache(partial(drawing_model, world))
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
-        self._sensing = Sensing(world, self._rig, lambda: self.visual_model, self._renew_arguments)
+        own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
+        self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
         self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
         self.reset(seed)
         with announced(advance):
@@ -89,9 +91,7 @@ class Simulation:
     @property
     def visual_model(self) -> mujoco.MjModel:
         """A model of the same world with everything that is looked at; its `qpos` is laid out alike."""
-        if self._drawing is None:
-            self._drawing = drawing_model(self._world)
-        return self._drawing
+        return self._drawing()
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -209,7 +209,7 @@ class Simulation:
         size = mujoco.mj_stateSize(self._model, SIGNATURE)
         flat = np.empty(size)
         mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
-        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, self._rig.pack())
+        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, self._rig.pack(), self._rig.moving)
 
     def set_state(self, state: State) -> Observation:
         """Go to a state that `get_state` gave, here or in another process.

@@ -29,15 +29,17 @@ class State:
     mujoco: npt.NDArray[np.float64]
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), flat."""
     ours: bytes
-    """Gusts, commands, servos, wave memory and sensors' moments: the state tables of the compiled loop."""
+    """Gusts, commands, servos, wave memory, shots, beacons and sensors' moments: the compiled loop's state."""
+    moving: int
+    """How many of these bytes bear on the motion; the rest are the sensors' moments."""
 
     @property
     def sha256(self) -> str:
-        """Fingerprint of everything that moves; equal runs have equal fingerprints."""
+        """Fingerprint of everything that moves; equal runs have equal ones, whichever sensors were read."""
         digest = hashlib.sha256(f"{self.version} {self.seed}".encode())
         digest.update(np.float64(self.time).tobytes())
         digest.update(self.mujoco.tobytes())
-        digest.update(self.ours)
+        digest.update(self.ours[: self.moving])
         return digest.hexdigest()
 
     def check(self, world: str) -> None:
@@ -60,6 +62,7 @@ class State:
             "seed": self.seed,
             "time": self.time.hex(),
             "mujoco": len(self.mujoco),
+            "moving": self.moving,
         }
         return json.dumps(header).encode() + b"\n" + self.mujoco.astype("<f8").tobytes() + self.ours
 
@@ -76,12 +79,13 @@ class State:
             version = header["version"]
             size = 8 * header["mujoco"]
             fields = (header["world"], header["seed"], float.fromhex(header["time"]))
+            moving = int(header["moving"])
         except (ValueError, TypeError, KeyError) as error:
             raise StateError(f"these {len(block)} bytes are no saved state: {error}") from error
         check_version(version)
         if len(body) < size:
             raise StateError(f"the saved state is cut off: {len(body)} of {size} bytes")
-        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:])
+        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving)
 
     def save(self, path: str | Path) -> None:
         """Write the state to a file."""

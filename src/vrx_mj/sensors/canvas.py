@@ -29,6 +29,8 @@ FLAGS = {
 
 
 _OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
+_LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
+"""What canvases held that another thread than theirs has closed: it can be freed in theirs alone."""
 
 
 class Canvas:
@@ -41,7 +43,7 @@ class Canvas:
         self._gl: Any = None
         self._context: Any = None
         self._model = model
-        self.thread = threading.get_ident()
+        self.thread = threading.current_thread()
         self._size = (width, height)
         self._groups = model.geom_group.copy()
         model.vis.quality.offsamples = 0
@@ -53,6 +55,7 @@ class Canvas:
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0
         self._free_camera = mujoco.MjvCamera()
+        _free_left()
         self._gl = new_context(width, height)
         _OPEN.add(self)
         _close_at_exit()
@@ -63,7 +66,7 @@ class Canvas:
 
     def draw(self, data: mujoco.MjData, view: View, sea: SeaSkin, out: npt.NDArray[np.uint8]) -> None:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first."""
-        if threading.get_ident() != self.thread:
+        if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
         self._gl.make_current()
         height, width = out.shape[:2]
@@ -79,15 +82,17 @@ class Canvas:
         self.close()
 
     def close(self) -> None:
-        """Free what the graphics card or its stand-in holds, and show again what was hidden in the model."""
+        """Free what the graphics card or its stand-in holds, and show again what was hidden in the model.
+
+        In another thread than the canvas's own, such as one in which garbage is collected, it is freed later: when
+        its own makes or closes a canvas. Another canvas may be drawing there.
+        """
         if self._gl is None:
             return
         self._model.geom_group[:] = self._groups
-        if self._context is not None:
-            with self._gl.as_current():
-                self._context.free()
-        self._gl.free()
+        _LEFT.setdefault(self.thread, []).append((self._gl, self._context))
         self._gl = self._context = None
+        _free_left()
 
     def _simplify_textures(self) -> None:
         """Look up one pixel of sea and sky instead of eight: without a graphics card that saves a sixth of the time."""
@@ -137,6 +142,15 @@ class Canvas:
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, 0)
 
 
+def _free_left() -> None:
+    """Free what is left of this thread's canvases."""
+    for gl, context in _LEFT.pop(threading.current_thread(), ()):
+        if context is not None:
+            with gl.as_current():
+                context.free()
+        gl.free()
+
+
 @functools.cache
 def _close_at_exit() -> None:
     """Once for the process: OSMesa's contexts complain when they outlive the library that they belong to."""
@@ -144,8 +158,9 @@ def _close_at_exit() -> None:
 
 
 def _close_all() -> None:
+    _free_left()
     for canvas in list(_OPEN):
-        if canvas.thread == threading.get_ident():
+        if canvas.thread is threading.current_thread():
             canvas.close()
 
 

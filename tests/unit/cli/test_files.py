@@ -37,6 +37,23 @@ def test_list_shows_ones_own_files_with_their_place(cli, folder, monkeypatch):
     assert "\ntrio\n" in said.out
 
 
+def test_list_says_what_each_is_when_asked(cli, folder):
+    place = folder / "robots" / "mine"
+    place.mkdir(parents=True)
+    (place / "robot.yaml").write_text("description: a boat\n  of ours\nurdf: mine.urdf\n", encoding="utf-8")
+    lines = cli("list", "robots", "--verbose").out.splitlines()
+    assert "skiff: Skiff, a 2.4 m monohull of 60 kg with one propeller and a rudder" in lines
+    assert f"mine: a boat of ours  ({place / 'robot.yaml'})" in lines
+
+
+def test_list_shows_a_file_that_cannot_be_read_without_a_description(cli, folder):
+    (folder / "fleets").mkdir()
+    (folder / "fleets" / "broken.yaml").write_text("description: [\n", encoding="utf-8")
+    said = cli("list", "fleets", "--verbose")
+    assert (said.code, said.err) == (0, "")
+    assert f"broken  ({folder / 'fleets' / 'broken.yaml'})" in said.out.splitlines()
+
+
 USED_IN = {
     "world": "extends: ./{name}\n",
     "fleet": "spawn: {{pose: [0, 0, 0.1, 0, 0, 0], robot: wamv}}\n",

@@ -51,6 +51,15 @@ def test_wrong_input_is_one_message_and_exit_code_2(cli, words):
     assert (said.code, said.out) == (2, "")
 
 
+@pytest.mark.filterwarnings("always::vrx_mj.errors.VrxWarning")
+def test_a_warning_is_told_once(cli, folder):
+    (folder / "low.yaml").write_text("lidar:\n  - {name: low, z: 1.3}\n", encoding="utf-8")
+    boats = "boats: [{name: a, pose: [0, 0, 0, 0, 0, 0], components: low.yaml}]\n"
+    (folder / "one.yaml").write_text(boats, encoding="utf-8")
+    said = cli("run", "ocean", "--fleet", "one.yaml", "--duration", 0.1)
+    assert said.err.count("low.yaml:2:20: lidar[0].z: at 1.3 m its post is -0.0465 m long") == 1
+
+
 @pytest.mark.parametrize(
     ("words", "what"), [("map ocean -o file/map.png", "map"), ("compile ocean -o file/x", "world")]
 )

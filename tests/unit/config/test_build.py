@@ -256,6 +256,19 @@ def test_thruster_and_component_files_furnish_a_robot_that_takes_them():
     assert names(build_boat(picked)) == ["far_left_camera"]
 
 
+def test_a_thruster_file_alone_leaves_a_robot_its_own_sensors():
+    boat = build_boat(Order("wamv", thrusters=example_file("thrusters")))
+    assert names(boat) == names(build_boat(Order("wamv")))
+    assert len(names(boat)) == 8
+
+
+def test_a_switch_of_a_yaml_reaches_the_xacro_as_vrx_writes_it(folder):
+    write(folder, boat_urdf=BOAT, boat_yaml="arguments: {locked: true, size: 2, name: Bob}\nlayouts: {H: {a: false}}\n")
+    config = load_robot("boat.urdf")
+    assert config.arguments == {"locked": "true", "size": "2", "name": "Bob"}
+    assert config.layouts == {"H": {"a": "false"}}
+
+
 def test_a_robot_that_takes_no_files_says_so(folder):
     write(folder, boat_urdf=BOAT)
     with pytest.raises(VrxError) as caught:
@@ -351,3 +364,12 @@ def test_equal_orders_of_a_users_file_are_read_anew(folder):
     before = build("boat.urdf")
     write(folder, boat_urdf=BOAT.replace('mass value="100"', 'mass value="200"'))
     assert (before.parts[0].inertial.mass, build("boat.urdf").parts[0].inertial.mass) == (100, 200)
+
+
+def test_a_users_file_beside_our_assets_is_read_anew(folder, monkeypatch):
+    """In an editable install our assets lie in the folder of the whole project."""
+    monkeypatch.setattr("vrx_mj.config.build.root", lambda: folder)
+    write(folder, boat_urdf=BOAT)
+    assert names(build("boat.urdf")) == ["bow", "stern"]
+    write(folder, boat_urdf=BOAT.replace("stern", "mast"))
+    assert names(build("boat.urdf")) == ["bow", "mast"]

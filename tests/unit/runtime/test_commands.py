@@ -342,3 +342,15 @@ def test_what_is_no_controller_is_refused(name, message):
     with pytest.raises(VrxError) as caught:
         load_controller(name, 0)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(("text", "takes"), [("def f(sim): ...", "(sim)"), ("def f(): ...", "()")])
+def test_a_controller_that_takes_other_arguments_is_refused(text, takes, tmp_path, monkeypatch):
+    (tmp_path / f"odd_{len(takes)}.py").write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    name = f"odd_{len(takes)}:f"
+    with pytest.raises(VrxError) as caught:
+        load_controller(name, 0)
+    assert str(caught.value) == (
+        f"'{name}' takes {takes}: a controller takes two arguments, the observations by boat and the time [s]"
+    )

@@ -95,7 +95,7 @@ def test_packed_moments_are_read_back():
 
 
 @pytest.mark.parametrize(
-    "damage", [lambda block: block[:-1], lambda block: block + b"x", lambda block: b"", lambda block: b"\xff" * 8]
+    "damage", [lambda block: block[:-1], lambda block: block + b"x", lambda block: b"", lambda block: b"\xff" * 16]
 )
 def test_bytes_that_are_no_moments_are_refused(damage):
     moments = Moments(7, 6, (1.0,))

@@ -1,6 +1,8 @@
 """Asking for readings: the mapping, its names, and what is refused."""
 
+import gc
 import re
+import weakref
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from integration.sailing import boats
 from integration.sensing import GPS, GUN, IMU, P3D, PINGER, SUITE, sailing
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, SensorError, UnknownNameError
+from vrx_mj.runtime.state import State
 
 TWO = boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0))
 
@@ -58,6 +61,31 @@ def test_a_reading_stays_until_the_next_one(sim):
     assert (later.sequence, later.time) == (1, pytest.approx(0.1))
 
 
+def test_a_shot_between_two_readings_is_in_the_later_one(sim):
+    """A reading tells of its own moment, whoever asks for it and when."""
+    sim.advance(10)
+    first = sim.sense("a")["gun"]
+    sim.advance(5)
+    sim.fire("a")
+    assert (sim.sense("a")["gun"].time, sim.sense("a")["gun"].data) == (first.time, first.data)
+    sim.advance(5)
+    assert sim.sense("a")["gun"].data.shots_left == first.data.shots_left - 1
+
+
+def test_a_run_that_nobody_holds_is_gone_at_once():
+    """With its models and its drawing context: many runs in one process, as in training, do not pile up."""
+    left = sailing(SUITE)
+    left.sense("a")["imu"]
+    kept = weakref.ref(left), weakref.ref(left.data), weakref.ref(left._sensing)
+    gc.collect()
+    gc.disable()
+    try:
+        del left
+        assert [thing() for thing in kept] == [None, None, None]
+    finally:
+        gc.enable()
+
+
 def test_what_is_not_asked_for_is_not_kept(sim):
     size = len(sim.get_state().ours)
     sim.sense("a")
@@ -71,11 +99,28 @@ def test_what_is_not_asked_for_is_not_kept(sim):
 
 
 def test_a_reset_stops_the_clocks(sim):
-    fresh = sim.get_state().sha256
+    fresh = sim.get_state().ours
     dict(sim.sense("a"))
-    assert sim.get_state().sha256 != fresh
+    assert sim.get_state().ours != fresh
     sim.reset()
-    assert sim.get_state().sha256 == fresh
+    assert sim.get_state().ours == fresh
+
+
+def test_readings_are_not_in_the_fingerprint_but_shots_and_beacons_are(sim):
+    """A run that is recorded with its sensors has the fingerprint of one that is not."""
+    sim.advance(10)
+    alone = sim.get_state().sha256
+    sim.reset()
+    dict(sim.sense("a"))
+    sim.advance(10)
+    assert sim.get_state().sha256 == alone
+    sim.set_pinger("a", "pinger", (1.0, 2.0, -3.0))
+    heard = sim.get_state()
+    assert heard.sha256 != alone
+    sim.fire("b", "second")
+    assert len({alone, heard.sha256, sim.get_state().sha256}) == 3
+    sim.set_state(State.from_bytes(heard.to_bytes()))
+    assert sim.get_state().sha256 == heard.sha256
 
 
 @pytest.mark.parametrize(

@@ -92,13 +92,13 @@ def test_a_state_whose_tables_have_another_size_is_refused(sim, state, bytes_off
 
 
 def test_everything_that_changes_is_in_the_fingerprint(sim, state):
-    numbers = state.mujoco.copy()
+    numbers, last = state.mujoco.copy(), state.moving - 1
     numbers[0] = np.nextafter(numbers[0], np.inf)
     changed = [
         dataclasses.replace(state, seed=state.seed + 1),
         dataclasses.replace(state, time=np.nextafter(state.time, np.inf)),
         dataclasses.replace(state, mujoco=numbers),
-        dataclasses.replace(state, ours=state.ours[:-1] + bytes([state.ours[-1] ^ 1])),
+        dataclasses.replace(state, ours=state.ours[:last] + bytes([state.ours[last] ^ 1]) + state.ours[last + 1 :]),
     ]
     assert len({item.sha256 for item in (state, *changed)}) == 5
 

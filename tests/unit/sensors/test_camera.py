@@ -13,6 +13,7 @@ from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import make_world
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RenderError
+from vrx_mj.sensors import canvas
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.gl import choose_backend
 
@@ -252,6 +253,23 @@ def test_another_thread_is_refused():
     thread.start()
     thread.join()
     assert errors == ["a camera's pictures must be drawn in the thread that drew its first one"]
+
+
+def test_cameras_that_another_thread_lets_go_do_no_harm():
+    """As garbage is collected in any thread: what they held is freed in their own, and others go on drawing."""
+    compiled = compile_world(CALM)
+    model = drawing_model(compiled)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    kept, left = Cameras(model, compiled.parameters), Cameras(model, compiled.parameters)
+    pictures = [cameras.image(config(), data, np.zeros(3), LEVEL, 1.0).rgb for cameras in (kept, left)]
+    thread = threading.Thread(target=left.close)
+    thread.start()
+    thread.join()
+    assert threading.current_thread() in canvas._LEFT
+    pictures += [cameras.image(config(), data, np.zeros(3), LEVEL, 1.0).rgb for cameras in (kept, left)]
+    assert threading.current_thread() not in canvas._LEFT  # the second one has a new canvas
+    assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
 
 
 def test_the_drawing_model_of_the_caller_is_left_alone():

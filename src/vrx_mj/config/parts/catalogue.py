@@ -177,8 +177,8 @@ HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
 """Links of the bare hull, without their suffix `_link`."""
 
 ELSEWHERE = {
-    "wamv_3d_lidar": "VRX has this macro, but no file may call it; type 'lidar'",
-    "wamv_multibeam_laser": "VRX has this macro, but no file may call it; type 'lidar'",
+    "wamv_3d_lidar": "VRX has this macro, but no file may call it; write 'lidar'",
+    "wamv_multibeam_laser": "VRX has this macro, but no file may call it; write 'lidar'",
     "wamv_planar_lidar": "no file may have a planar lidar; type 'lidar'",
     "battery": "no file may name it: the boat always has its two batteries",
     "cpu_cases": "no file may name it: a boat with components always has them",

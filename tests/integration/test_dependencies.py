@@ -1,0 +1,66 @@
+"""A run needs what pyproject.toml declares, and nothing that only the developers' environment has."""
+
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from vrx_command import environment
+
+PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
+ALONE = """
+import sys
+sys.modules.update(dict.fromkeys(sys.argv.pop().split(",")))
+from vrx_mj.cli import main
+main()
+"""
+"""Runs `vrx-mj`; the modules that the last word names cannot be imported."""
+
+
+def declared():
+    """Distributions that installing vrx_mj brings, itself among them."""
+    needed = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["dependencies"]
+    found, waiting = {"vrx-mj"}, [Requirement(line).name for line in needed]
+    while waiting:
+        each = canonicalize_name(waiting.pop())
+        if each in found:
+            continue
+        found.add(each)
+        wanted = map(Requirement, metadata.requires(each) or ())
+        waiting += [item.name for item in wanted if item.marker is None or item.marker.evaluate({"extra": ""})]
+    return found
+
+
+def undeclared_modules():
+    """Modules that are installed here, and would not be beside vrx_mj alone."""
+    brought = declared()
+    found = metadata.packages_distributions()
+    return {name for name, of in found.items() if name.isidentifier() and not {*map(canonicalize_name, of)} & brought}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "ocean_buoys", "--duration", "1", "--record", "run.rrd", "--sensors", "wamv:lidar_wamv,imu_wamv"),
+        ("map", "example_course"),
+        ("robot", "build", "-o", "boat.urdf", "--mjcf", "boat.xml"),
+    ],
+)
+def test_a_command_needs_declared_packages_only(words, tmp_path):
+    blocked = undeclared_modules()
+    assert "pytest" in blocked
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE, *words, ",".join(sorted(blocked))],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
