@@ -1,6 +1,6 @@
 """Writes the meshes of our single hulls: lofts through parametric sections, closed at the stern.
 
-    python assets/robots/make_hulls.py
+Run it with `python assets/robots/make_hulls.py`.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,6 @@
 """Constants of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
 
 __all__ = [
-    "DOCK_BLOCK_HEIGHT",
     "DOCK_CELL",
     "GRAVITY",
     "HULL_GRAVITY",
@@ -27,6 +26,3 @@ WATER_DENSITY = 1000.0
 
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m]. VRX: dock_generator.erb."""
-
-DOCK_BLOCK_HEIGHT = 0.25
-"""Of a dock block's centre above mean water [m]. VRX: dock_generator.erb."""

@@ -47,6 +47,7 @@ def build(
     arguments = {} if layout is None else {"thruster_config": layout}
     urdf = wamv_urdf(thrusters=engines, components=parts, namespace=namespace, locked=locked, arguments=arguments)
     with writing("the URDF", output):
+        output.absolute().parent.mkdir(parents=True, exist_ok=True)
         output.write_text(urdf, encoding="utf-8", newline="\n")
     engines_of = f"layout {layout}" if engines is None else engines.path
     typer.echo(f"{output}: {namespace}, made of {engines_of} and {parts.path}")
@@ -86,13 +87,16 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.compiler.robot_files import save_robot
     from vrx_mj.config.boats import assembled
-    from vrx_mj.config.robots import load_robot
+    from vrx_mj.config.robots import RobotConfig
     from vrx_mj.config.urdf.gazebo import read_gazebo
     from vrx_mj.config.urdf.reader import read_urdf
     from vrx_mj.config.urdf.xacro_files import own_packages
 
     robot = read_urdf(urdf, file, packages=own_packages())
-    boat = assembled(robot, read_gazebo(robot), load_robot("wamv"))
+    boat = assembled(robot, read_gazebo(robot), RobotConfig(urdf="wamv.urdf"))
+    if boat.warnings:
+        warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
     with writing("the MJCF", output):
+        output.absolute().parent.mkdir(parents=True, exist_ok=True)
         save_robot(boat, output, name=namespace)
     typer.echo(f"{output}: opens in MuJoCo, without water and thrust; a fleet's file puts the boat into a world")

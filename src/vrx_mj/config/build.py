@@ -11,15 +11,16 @@ from vrx_mj.config.derive import derived_hydrodynamics
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.robots import RobotConfig, load_robot
+from vrx_mj.config.robots import RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.sensors import SensorConfig
+from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.urdf.xacro_limits import ExpressionError
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 
 __all__ = ["Order", "build_boat", "robot_urdf"]
@@ -74,7 +75,10 @@ def _built(order: Order) -> Boat:
     text, file = robot_urdf(config, order, arguments=arguments), config.description_file
     label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
     urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
-    boat = assembled(urdf, read_gazebo(urdf), config)
+    try:
+        boat = assembled(urdf, read_gazebo(urdf), config)
+    except ConfigError as error:
+        raise located(error, robot_section(order.robot, order.folder)) from None
     water, derived = _hydrodynamics(boat, config)
     notes = (*boat.warnings, derived) if derived else boat.warnings
     if notes:

@@ -26,9 +26,10 @@ from vrx_mj.config.dynamics import ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 
-__all__ = ["HydrodynamicsEntry", "RobotConfig", "RudderEntry", "ThrusterEntry", "load_robot"]
+__all__ = ["HydrodynamicsEntry", "RobotConfig", "RudderEntry", "ThrusterEntry", "load_robot", "robot_section"]
 
 DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
 """How a robot's description may end."""
@@ -147,20 +148,27 @@ class RobotConfig(Config):
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
-    file = referenced("robots", name, near).absolute()
-    if file.name.lower().endswith(DESCRIPTIONS):
-        beside = _beside(file)
-        if beside is None:
-            return RobotConfig(folder=file.parent, urdf=file.name)
-        section = read_source("robots", beside)
-        section.setdefault("urdf", file.name)
-    else:
-        section = read_source("robots", file)
-    loading = Loading()
-    config = validated(RobotConfig, section, loading)
+    section = robot_section(name, near)
+    if section is None:
+        file = referenced("robots", name, near).absolute()
+        return RobotConfig(folder=file.parent, urdf=file.name)
+    config = validated(RobotConfig, section, Loading())
     if config.folder is None:
         raise fault("a robot comes from a file")
     return config
+
+
+def robot_section(name: str, near: Path | None = None) -> Section | None:
+    """What the YAML of a robot says, with its places; None for a URDF or xacro that has none beside it."""
+    file = referenced("robots", name, near).absolute()
+    if not file.name.lower().endswith(DESCRIPTIONS):
+        return read_source("robots", file)
+    beside = _beside(file)
+    if beside is None:
+        return None
+    section = read_source("robots", beside)
+    section.setdefault("urdf", file.name)
+    return section
 
 
 def _beside(file: Path) -> Path | None:

@@ -1,18 +1,23 @@
 """What steers a boat: which joint turns what, and all that hangs on it."""
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from vrx_mj.config.poses import Pose, compose
+from vrx_mj.config.report import problem_at
 from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.tree import Section
 from vrx_mj.config.urdf.model import Joint, Urdf, UrdfThruster
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 
-__all__ = ["HERE", "Hinges", "Tree", "known", "own_problem", "read_hinges", "room"]
+__all__ = ["HERE", "Hinges", "Tree", "known", "located", "own_problem", "read_hinges", "room"]
 
 HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
+YAML_OF = "the YAML of"
+"""How a problem's file begins while nobody has told which file it is."""
 FREE = "free"
 """Name of the joint on which a boat floats."""
 
@@ -114,8 +119,23 @@ def known(urdf: Urdf, kind: str, name: str, path: str) -> str:
 
 
 def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
-    """A problem with the YAML beside a URDF, at a key of it."""
-    return ConfigError([Problem(f"the YAML of {urdf.file.name}", None, None, path, message)])
+    """A problem with the YAML beside a URDF, at a key of it; who knows that file can tell the line."""
+    return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
+
+
+def located(error: ConfigError, section: Section | None) -> ConfigError:
+    """The same error with the file and line of its problems in the YAML beside a URDF, whose content is `section`."""
+    if section is None:
+        return error
+    return ConfigError(
+        problem_at(section, _steps(problem.key), problem.message) if problem.file.startswith(YAML_OF) else problem
+        for problem in error.problems
+    )
+
+
+def _steps(key: str) -> tuple[str | int, ...]:
+    """`sensors[0].link` as `("sensors", 0, "link")`."""
+    return tuple(int(number) if number else name for number, name in re.findall(r"\[(\d+)\]|([^.\[\]]+)", key))
 
 
 def _problem(urdf: Urdf, joint: Joint, message: str) -> ConfigError:

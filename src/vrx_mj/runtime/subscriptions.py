@@ -16,6 +16,8 @@ from vrx_mj.sensors.readings import Reading
 
 __all__ = ["Subscription", "Subscriptions"]
 
+RATIO = 1e-9
+"""By how much a ratio of rates may fall short of a whole number."""
 EARLY = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 NEVER = 1 << 62
@@ -42,13 +44,13 @@ class Subscription:
         Of the measurements k = 0, 1, ... those are taken at which k times the rate over the sensor's own reaches the
         next whole number: every n-th where that goes, else n-th and (n+1)-th in turn.
         """
-        measured = math.floor(time * self.own + DUE)
-        return math.floor(measured * self.rate / self.own + DUE)
+        measured = math.floor((time + DUE) * self.own)
+        return math.floor(measured * self.rate / self.own + RATIO)
 
     def steps(self, time: float, timestep: float) -> int:
         """Steps from `time` [s] after which to look whether the next reading is due; never too many."""
-        measured = math.ceil((self.number(time) + 1 - DUE) * self.own / self.rate)
-        return max(1, math.ceil(((measured - DUE) / self.own - time) / timestep - EARLY))
+        measured = math.ceil((self.number(time) + 1 - RATIO) * self.own / self.rate)
+        return max(1, math.ceil((measured / self.own - DUE - time) / timestep - EARLY))
 
 
 class Subscriptions:
@@ -70,11 +72,13 @@ class Subscriptions:
 
         Raises:
             UnknownNameError: no such sensor on the boat.
-            CommandError: a rate above the sensor's own, or none.
+            CommandError: a rate above the sensor's own, or none; nothing that can be called.
         """
         rates = self._rates.get(boat, {})
         if sensor not in rates:
             raise UnknownNameError(f"sensor of {boat}", sensor, rates)
+        if not callable(callback):
+            raise CommandError(f"a subscriber is called with a reading; {callback!r} cannot be called")
         own = rates[sensor]
         wanted = own if rate is None else float(rate)
         if not 0.0 < wanted <= own:

@@ -92,10 +92,11 @@ def test_what_mujoco_cannot_draw_is_one_warning():
     scene = {"fog": {"type": "exp", "density": 0.1}, "grid": True}
     with pytest.warns(VrxWarning) as caught:
         compile_world({"scene": scene})
-    assert [str(warning.message) for warning in caught] == [
+    (warning,) = caught
+    assert str(warning.message) == (
         "world world: MuJoCo cannot draw fog type exp (drawn linear, from where it hides 5 % to where it hides 95 %), "
         "grid"
-    ]
+    )
 
 
 def test_linear_fog_and_light_reach_the_model():

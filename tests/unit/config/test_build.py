@@ -373,3 +373,15 @@ def test_a_users_file_beside_our_assets_is_read_anew(folder, monkeypatch):
     assert names(build("boat.urdf")) == ["bow", "stern"]
     write(folder, boat_urdf=BOAT.replace("stern", "mast"))
     assert names(build("boat.urdf")) == ["bow", "mast"]
+
+
+def test_a_wrong_name_in_the_yaml_beside_a_urdf_is_told_with_its_line(tmp_path):
+    (tmp_path / "tub.urdf").write_text(
+        '<robot name="tub"><link name="base_link"><inertial><mass value="5"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>',
+        encoding="utf-8",
+    )
+    (tmp_path / "tub.yaml").write_text("thrusters:\n  screw: {propeller: hub, mapping: linear}\n", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        build_boat(Order("tub.urdf", tmp_path))
+    assert str(caught.value).endswith("tub.yaml:2:22: thrusters.screw.propeller: no link named 'hub'; known: base_link")

@@ -103,3 +103,13 @@ def test_bytes_that_are_no_moments_are_refused(damage):
     block = damage(moments.pack())
     with pytest.raises(StateError, match=rf"^the state has {len(block)} bytes of sensors' moments instead of \d+$"):
         moments.check(block)
+
+
+@pytest.mark.parametrize(("rate", "timestep"), [(100.0, 0.001), (10.0, 0.004), (15.0, 0.01)])
+def test_after_hours_no_moment_comes_a_step_late(rate, timestep):
+    """Time is a sum of rounded steps: after two hours it is off by more than a millionth of an interval."""
+    steps = 7_200 * round(1 / timestep)
+    time = float(np.cumsum(np.full(steps, timestep))[-1])
+    moments = Moments(7, 6, ())
+    moments.start(rate, QPOS, QVEL, time)
+    assert moments.last(rate)[0].index == 7_200 * rate
