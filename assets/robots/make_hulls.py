@@ -63,8 +63,17 @@ def decked(sections: list[np.ndarray], drop: float) -> trimesh.Trimesh:
 
 
 def painted(sections: list[np.ndarray], top: float) -> list[np.ndarray]:
-    """The part of the sections under the height `top`, a coat of paint further out."""
-    return [np.column_stack([own[:, 0], own[:, 1] * 1.006, np.minimum(own[:, 2], top)]) for own in sections]
+    """The part of the sections under the height `top`, a coat of paint further out; none where the bow rises."""
+    wet = [own for own in sections if own[:, 2].min() < top]
+    return [np.column_stack([_at(own, top), np.minimum(own[:, 2], top)]) for own in wet]
+
+
+def _at(own: np.ndarray, top: float) -> np.ndarray:
+    """(n, 2): x and y of a section's points; those over `top` go to where the section crosses it."""
+    middle = POINTS // 2
+    half = np.interp(np.minimum(own[: middle + 1, 2], top), own[middle::-1, 2], own[middle::-1, 1])
+    y = np.concatenate([half, -half[-2::-1]])
+    return np.column_stack([own[:, 0], y * 1.006])
 
 
 def write_meshes(name: str, folder: Path) -> None:

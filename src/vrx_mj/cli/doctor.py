@@ -39,12 +39,6 @@ MODULES = {
 }  # fmt: skip
 """Packages that are shown, and the modules they bring."""
 OLDEST_PYTHON = (3, 11)
-APT = {
-    "egl": "sudo apt-get install libegl1 libgl1-mesa-dri libopengl0",
-    "osmesa": "sudo apt-get install libosmesa6 libopengl0",
-    "glfw": "sudo apt-get install libgl1 libgl1-mesa-dri",
-}
-"""What brings MuJoCo's ways to draw on Debian and Ubuntu."""
 DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
 GB = 1e9
 LEAST_DISK, LEAST_MEMORY = 0.5 * GB, 1.0 * GB
@@ -207,6 +201,8 @@ def display_row(environment: Mapping[str, str], system: str) -> Row:
 
 def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
     """What drew a picture; cameras want one way of two."""
+    from vrx_mj.sensors.gl import DEBIAN
+
     cameras = any(attempts[name].works for name in ("egl", "osmesa") if name in attempts)
     screen = attempts.get("display")
     for name, attempt in attempts.items():
@@ -218,7 +214,12 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
             yield Row(DRAWS[name], "no display", "not needed")
         else:
             needed = name == "glfw" or not cameras
-            yield Row(DRAWS[name], attempt.said, "no" if needed else "not needed", APT[name] if needed else "")
+            yield Row(
+                DRAWS[name],
+                attempt.said,
+                "no" if needed else "not needed",
+                f"sudo apt-get install {DEBIAN[name]}" if needed else "",
+            )
 
 
 def _attempts() -> dict[str, "Attempt"]:

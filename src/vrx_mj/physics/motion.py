@@ -8,8 +8,8 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "shift", "unrotate",
-    "zero_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "rotation_matrix", "shift",
+    "unrotate", "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -73,6 +73,18 @@ def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_ad
     p, q, r = qvel[dof_adr + 3], qvel[dof_adr + 4], qvel[dof_adr + 5]
     x, y, z = qpos[qpos_adr], qpos[qpos_adr + 1], qpos[qpos_adr + 2]
     return Motion(x, y, z, r00, r01, r02, r10, r11, r12, r20, r21, r22, u, v, w, p, q, r)
+
+
+def rotation_matrix(quaternion: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = (float(value) for value in np.asarray(quaternion, np.float64))
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 @kernel

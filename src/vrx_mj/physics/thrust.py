@@ -9,7 +9,7 @@ from vrx_mj.physics.motion import Motion, Vector, Wrench, rotated_wrench
 from vrx_mj.physics.tables import LINEAR, Record
 
 __all__ = [
-    "command_expiry", "effective_command", "engine_wrench", "force_point", "servo_step", "servo_torque",
+    "effective_command", "engine_wrench", "force_point", "servo_step", "servo_torque",
     "steering_target", "thrust_force", "thruster_wrench",
 ]  # fmt: skip
 
@@ -51,12 +51,6 @@ def _logistic(curve: tuple[float, ...], x: float) -> float:
     """Return A + (K - A) / (C + exp(-B (x - M)))^(1 / nu)."""
     a, span, b, power, c, m = curve
     return float(a + span / (c + math.exp(-b * (x - m))) ** power)
-
-
-@kernel
-def command_expiry(thruster: Record, t: float) -> float:
-    """Return the time [s] up to which a command given at `t` [s] holds."""
-    return float(t + thruster.timeout) if thruster.timeout > 0.0 else math.inf
 
 
 @kernel

@@ -7,8 +7,9 @@ import numpy as np
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.runtime.loop import HUGE
-from vrx_mj.runtime.observation import BoatObservation, rotation_matrix
+from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
 
 

@@ -8,12 +8,11 @@ import numpy.typing as npt
 
 from vrx_mj.physics.drag import added_bias, added_inertia, drag
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.motion import Motion, Wrench, add, motion, shift, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, motion, rotation_matrix, shift, zero_wrench
 from vrx_mj.physics.tables import RUDDER, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 from vrx_mj.runtime.loop import update_force
-from vrx_mj.runtime.observation import rotation_matrix
 from vrx_mj.runtime.rig import Rig
 
 FloatArray = npt.NDArray[np.float64]

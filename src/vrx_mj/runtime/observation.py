@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.physics.motion import rotation_matrix
+
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -46,15 +48,3 @@ class BoatObservation:
         u, v, w = self.velocity
         turn = rotation_matrix(self.quaternion)
         return math.hypot(*(float(turn[row] @ (u, v, w)) for row in (0, 1)))
-
-
-def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
-    """(3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in np.asarray(quaternion, np.float64))
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )

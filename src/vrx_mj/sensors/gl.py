@@ -19,8 +19,12 @@ __all__ = ["BACKENDS", "choose_backend", "new_context", "problem_of"]
 
 BACKENDS = ("egl", "osmesa")
 """Ways to draw without a screen on Linux, in the order in which they are tried."""
-PACKAGES = {"egl": "libegl1 libgl1-mesa-dri libopengl0", "osmesa": "libosmesa6 libopengl0"}
-"""What they need, as Debian and Ubuntu call it."""
+DEBIAN = {
+    "egl": "libegl1 libgl1-mesa-dri libopengl0",
+    "osmesa": "libosmesa6 libopengl0",
+    "glfw": "libgl1 libgl1-mesa-dri",
+}
+"""What MuJoCo's ways to draw need, as Debian and Ubuntu call it; glfw draws on a screen."""
 OFF = ("disable", "disabled", "off", "false", "0")
 """Values of `MUJOCO_GL` that forbid drawing."""
 AUTOMATIC = ("", "enable", "enabled", "on", "true", "1")
@@ -116,7 +120,7 @@ def _osmesa_problem() -> str | None:
 
 def _advice(problems: dict[str, str]) -> str:
     found = "".join(f"\n  {backend}: {problem}" for backend, problem in problems.items())
-    lines = "".join(f"\n  sudo apt-get install -y {PACKAGES[name]}    # then MUJOCO_GL={name}" for name in BACKENDS)
+    lines = "".join(f"\n  sudo apt-get install -y {DEBIAN[name]}    # then MUJOCO_GL={name}" for name in BACKENDS)
     return (
         f"no way to draw pictures without a screen:{found}\nInstall one of these; which one is found by itself, "
         f"or chosen by the variable MUJOCO_GL:{lines}"

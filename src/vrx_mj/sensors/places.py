@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.physics.motion import rotation_matrix
+
 __all__ = ["Mount", "Place", "carried", "conjugate", "product", "rotation_vector"]
 
 FloatArray = npt.NDArray[np.float64]
@@ -58,7 +60,7 @@ def carried(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:
         mount: the frame on that body.
     """
     attitude = pose[3:] / np.linalg.norm(pose[3:])
-    turn = _rotation(attitude)
+    turn = rotation_matrix(attitude)
     lever, spin = turn @ mount.position, turn @ velocity[3:]
     return Place(
         pose[:3] + lever,
@@ -101,18 +103,6 @@ def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """(3,) vector product; numpy's own takes 50 times as long."""
     (a, b, c), (x, y, z) = one.tolist(), other.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-
-
-def _rotation(quaternion: FloatArray) -> FloatArray:
-    """(3, 3) rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _quaternion(rotation: FloatArray) -> FloatArray:

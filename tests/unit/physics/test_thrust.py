@@ -11,7 +11,6 @@ from unit.physics.rows import PROPELLER, hull, in_body_axes, moving, oracle, rot
 from vrx_mj.physics.motion import shift
 from vrx_mj.physics.tables import GLF, LINEAR, THRUSTER_STATE
 from vrx_mj.physics.thrust import (
-    command_expiry,
     effective_command,
     engine_wrench,
     force_point,
@@ -119,15 +118,8 @@ def state(**values):
 
 
 def test_a_command_holds_until_it_expires():
-    given_at = 3.0
-    own = state(command=0.7, expires=command_expiry(thruster(timeout=1.0), given_at))
+    own = state(command=0.7, expires=4.0)
     assert [effective_command(own, t) for t in (3.0, 4.0, 4.001, 100.0)] == [0.7, 0.7, 0.0, 0.0]
-
-
-@pytest.mark.parametrize("timeout", [0.0, -1.0])
-def test_without_a_timeout_a_command_holds_for_ever(timeout):
-    own = state(command=0.7, expires=command_expiry(thruster(timeout=timeout), 3.0))
-    assert effective_command(own, 1e9) == 0.7
 
 
 @pytest.mark.parametrize(("angle", "target"), [(0.3, 0.3), (2.0, math.pi / 2), (-9.0, -math.pi / 2)])

@@ -173,8 +173,9 @@ def test_only_the_thrusters_that_are_named_are_commanded():
     assert thrusts(sim) == pytest.approx([REST, -100.0])
 
 
-def test_a_thruster_without_timeout_goes_on_for_ever():
-    sim = calm(edit=lambda tree: [row.update(timeout=0.0) for row in tree["thrusters"]])
+@pytest.mark.parametrize("timeout", [0.0, -1.0])
+def test_a_thruster_without_timeout_goes_on_for_ever(timeout):
+    sim = calm(edit=lambda tree: [row.update(timeout=timeout) for row in tree["thrusters"]])
     sim.command("a", left=1.0)
     sim.advance(1000)
     assert thrusts(sim)[0] == pytest.approx(FULL)

@@ -17,7 +17,7 @@ from rerun.chunk import Chunk
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import PARKED, MovingBody, RecordedThruster, RecordScene
 from vrx_mj.adapters.record.sea import SIDE, sea_patch
-from vrx_mj.runtime.observation import rotation_matrix
+from vrx_mj.physics.motion import rotation_matrix
 
 __all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times"]
 
