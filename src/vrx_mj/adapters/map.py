@@ -30,11 +30,12 @@ DOCK_CELL = 2.0
 
 @dataclass(frozen=True)
 class MapDock:
-    """A dock: the centres of its cells (n, 2) [m] in the world frame, and its yaw [rad]."""
+    """A dock: the centres of its cells (n, 2) [m] in the world frame, its yaw [rad] and the edge of a cell [m]."""
 
     name: str
     cells: FloatArray
     yaw: float
+    block: float = DOCK_CELL
 
 
 @dataclass(frozen=True)
@@ -133,9 +134,9 @@ def map_of(world: World) -> MapScene:
 
 def _dock(entry: Any) -> MapDock:
     x, y, *_, yaw = entry["pose"]
-    local = DOCK_CELL * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
+    local = entry["block"] * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    return MapDock(entry["name"], local @ turn.T + [x, y], yaw)
+    return MapDock(entry["name"], local @ turn.T + [x, y], yaw, entry["block"])
 
 
 def _boat(entry: Any, index: int) -> MapBoat:

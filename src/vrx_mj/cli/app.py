@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from vrx_mj.cli import robot
+from vrx_mj.cli import campaign, robot, scoring
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import console, print_summary, progress_bar, warn_once
+from vrx_mj.cli.screen import console, print_summary, warn_once, watching
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
 
 app = typer.Typer(
@@ -25,6 +25,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(robot.app)
+app.command()(scoring.score)
+app.command()(campaign.campaign)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
@@ -69,18 +71,22 @@ def compile_(
 def run(
     world: World,
     fleet: Fleet = None,
-    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 60.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated seconds; default: until the task is finished, 60 without a task.")
+    ] = None,
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     control: Annotated[str | None, typer.Option(help="module:function(obs, t), called 10 times a second.")] = None,
-    thrust: Annotated[str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5.")] = None,
+    thrust: Annotated[
+        str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5; newtons in worlds of profile vrx3.")
+    ] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
     package_path: Packages = None,
 ) -> None:
-    """Sail a world, and tell at the end where the boats are.
+    """Sail a world, and tell at the end where the boats are, and the score of its task.
 
     Example: vrx-mj run example_course --fleet trio --duration 60 --seed 7 --record run.rrd
     """
@@ -100,7 +106,7 @@ def run(
         control=control,
         thrust=thrust,
         sensors=sensors,
-        progress=progress_bar(duration),
+        watching=watching,
     )
     print_summary(result)
     if summary is not None:
@@ -171,13 +177,14 @@ def compare(
 @app.command("list")
 def list_(
     kind: Annotated[str, typer.Argument(help="worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
+    names: Annotated[str, typer.Argument(help="Only names like this; * stands for anything.")] = "*",
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="What each is, too.")] = False,
 ) -> None:
     """List what has a name: what is installed, and what VRX_MJ_PATH and the current folder add.
 
-    Example: vrx-mj list objects
+    Example: vrx-mj list worlds 'vrx2022/*' --verbose
     """
-    for line in listing(kind, verbose=verbose):
+    for line in listing(kind, names, verbose=verbose):
         typer.echo(line)
 
 

@@ -1,16 +1,19 @@
 """`vrx-mj list` and `vrx-mj new`."""
 
+import fnmatch
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
+from itertools import groupby
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
 
-TASKS = ("stationkeeping", "wayfinding")
-"""Types of tasks that a world's file may name; this version shows their goals and does not score them."""
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
@@ -18,21 +21,71 @@ NEW_ROBOT = ("thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
 
-def listing(kind: str, *, verbose: bool = False) -> Iterator[str]:
-    """A line for each name of a kind, with its file where that is not one of ours; verbose: with its description.
+def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator[str]:
+    """A line for each name of a kind, with its file where that is not one of ours.
+
+    Names in folders come after the others, under a heading for each folder, which starts with `#`.
+
+    Args:
+        kind: worlds, fleets, robots, objects, docks or tasks.
+        pattern: only names like this, in which `*` stands for anything, slashes included.
+        verbose: with what each file says of itself.
 
     Raises:
-        UnknownNameError: there is no such kind.
+        UnknownNameError: there is no such kind, or no name like this.
     """
     if kind == "tasks":
-        yield from TASKS
+        yield from _tasks(verbose=verbose)
         return
     if kind not in KINDS:
         raise UnknownNameError("kind of file", kind, (*KINDS, "tasks"))
-    for name, file in catalogue(kind).items():
-        ours = file.resolve().is_relative_to(root().resolve())
-        about = f": {told}" if verbose and (told := _description(kind, file)) else ""
-        yield f"{name}{about}" if ours else f"{name}{about}  ({file})"
+    known = catalogue(kind)
+    names = sorted(fnmatch.filter(known, pattern), key=lambda name: (PurePosixPath(name).parent, name))
+    if known and not names:
+        raise UnknownNameError(KINDS[kind], pattern, known)
+    for folder, group in groupby(names, key=lambda name: str(PurePosixPath(name).parent)):
+        members = list(group)
+        if folder != ".":
+            yield from ("", f"# {folder}: {len(members)}")
+        for name in members:
+            yield _line(kind, name, known[name], verbose=verbose)
+            if verbose and kind == "robots":
+                yield from _commands(name)
+
+
+def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
+    """A name, with what there is to say of it."""
+    ours = file.resolve().is_relative_to(root().resolve())
+    about = f": {told}" if verbose and (told := _description(kind, file)) else ""
+    return f"{name}{about}" if ours else f"{name}{about}  ({file})"
+
+
+def _commands(robot: str) -> Iterator[str]:
+    """What commands a robot takes, a line for each profile of physics."""
+    from vrx_mj.cli.robot_commands import commands_told
+
+    yield from (f"  {line}" for line in commands_told(robot))
+
+
+def _tasks(*, verbose: bool) -> Iterator[str]:
+    """A line for each type of task: what its score is; verbose: with its keys."""
+    from vrx_mj.config.tasks import TASKS, TaskConfig
+
+    for name, task in TASKS.items():
+        yield f"{name}: {task.scores}"
+        if verbose:
+            own = {key: field for key, field in task.model_fields.items() if key not in TaskConfig.model_fields}
+            yield from _keys(own)
+    if verbose:
+        yield "all tasks"
+        yield from _keys(TaskConfig.model_fields)
+
+
+def _keys(fields: Mapping[str, "FieldInfo"]) -> Iterator[str]:
+    """A line for each key of a section, with what it means where that is said."""
+    for key, field in fields.items():
+        about = " ".join((field.description or "").split())
+        yield f"  {key}: {about}" if about else f"  {key}"
 
 
 def _description(kind: str, file: Path) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.run import Controller, Summary, load_controller, run, steady
+from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
 from vrx_mj.runtime.simulation import Simulation
 
 Progress = AbstractContextManager[Callable[[float], None]]
@@ -17,20 +17,21 @@ def sail(
     world: str,
     fleet: str | Path | None,
     *,
-    duration: float,
+    duration: float | None,
     seed: int | None,
     path: Path | None,
     control: str | None,
     thrust: str | None,
     sensors: str | None = None,
-    progress: Progress,
+    watching: Callable[[Simulation, float], Progress],
 ) -> Summary:
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
     controller = steer(sim)
-    sim.steps_in(duration)
-    with _recording(sim, path, sensors or ()), progress as tick:
+    most = planned(sim) if duration is None else duration
+    sim.steps_in(most)
+    with _recording(sim, path, sensors or ()), watching(sim, most) as tick:
         return run(sim, duration, controller=controller, progress=tick)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
 from rich.console import Console
@@ -12,6 +12,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
+    from vrx_mj.runtime.simulation import Simulation
 
 console = Console(stderr=True)
 """Messages go to stderr; what other programs may want goes to stdout."""
@@ -36,23 +37,42 @@ def warn_once() -> Callable[..., None]:
     return show_warning
 
 
-def progress_bar(duration: float) -> AbstractContextManager[Callable[[float], None]]:
-    """A progress bar over simulated time [s]."""
+@contextmanager
+def watching(sim: "Simulation", duration: float) -> Iterator[Callable[[float], None]]:
+    """A progress bar over simulated time [s], with the task's state and score, under the referee's lines."""
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TimeRemainingColumn(),
+    )
+    told = 0
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("sailing", total=duration)
 
-    @contextmanager
-    def bar() -> Iterator[Callable[[float], None]]:
-        columns = (
-            TextColumn("sailing"),
-            BarColumn(),
-            TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-            TimeRemainingColumn(),
-        )
-        watched = console.is_terminal
-        with Progress(*columns, console=console, transient=True, disable=not watched) as progress:
-            task = progress.add_task("sailing", total=duration)
-            yield lambda time: progress.update(task, completed=time)
+        def tick(time: float) -> None:
+            nonlocal told
+            for moment, text, level in sim.task_events[told:]:
+                style = "yellow" if level == "WARN" else None
+                progress.console.print(f"{moment:8.2f} s  {text}", style=style, markup=False, highlight=False)
+                told += 1
+            progress.update(bar, completed=time, description=_standing(sim))
 
-    return bar()
+        yield tick
+
+
+def _standing(sim: "Simulation") -> str:
+    task = sim.task
+    return "sailing" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"
+
+
+def score_line(
+    name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool
+) -> str:
+    """A task's result in one line."""
+    hits = f"{collisions} collision{'' if collisions == 1 else 's'}"
+    end = ", timed out" if timed_out else ""
+    return f"{name}: score {score:.4g} {unit} ({better} is better), {state}{end}, {hits}"
 
 
 def print_summary(summary: "Summary") -> None:
@@ -73,4 +93,10 @@ def print_summary(summary: "Summary") -> None:
         f"{summary.steps} steps",
         highlight=False,
     )
+    if summary.task is not None:
+        task = summary.task
+        line = score_line(
+            task.name, task.state, task.score, task.unit, task.better, task.num_collisions, task.timed_out
+        )
+        out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)

@@ -3,23 +3,32 @@
 import json
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mujoco
 from markupsafe import Markup, escape
 
+from vrx_mj.compiler.dock_checks import check_docks
+from vrx_mj.compiler.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
+from vrx_mj.compiler.fields import place_fields
+from vrx_mj.compiler.markers import marker_rows
 from vrx_mj.compiler.objects import object_piece
-from vrx_mj.compiler.parameters import NO_WIND, float_row, sea_parameters, wind_coefficients, wind_parameters
+from vrx_mj.compiler.parameters import boat_wind, float_row, hull_physics, sea_parameters, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, stiffness, thruster_rows
+from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, station_rows, stiffness, thruster_rows
 from vrx_mj.compiler.scene import scene_parameters, scene_values
+from vrx_mj.compiler.scored import Lock, Touch, lock_of, touches_of
 from vrx_mj.compiler.shooters import parked_balls
+from vrx_mj.compiler.swimmers import follower_row
+from vrx_mj.compiler.tasks import task_parameters, waypoints
 from vrx_mj.compiler.templates import PREFIX, Piece, render
 from vrx_mj.compiler.terrain import on_land, shoreline, terrain_piece
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.displays import LightConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
@@ -58,6 +67,8 @@ class _Assembly:
         self.boats = boats
         self.objects = tuple(place_objects(config.objects))
         self.docks = tuple(place_docks(config.docks, config.objects))
+        spots = [boat.pose[:2] for boat in boats]
+        self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea)
         self.assets: dict[str, bytes] = {}
         self.pieces: dict[Any, Piece] = {}
@@ -65,27 +76,40 @@ class _Assembly:
         self.shapes: dict[str, None] = {}
         self.placed: list[dict[str, Any]] = []
         self.contacts: list[str] = []
+        self.equalities: list[str] = []
         self.rows: dict[str, list[dict[str, Any]]] = {
             "hulls": [],
+            "stations": [],
             "thrusters": [],
             "floats": [],
             "elements": [],
+            "blocks": [],
+            "moorings": [],
+            "followers": [],
+            "path_points": [],
+            "lights": [],
             "sensors": [],
         }
         self.kinds: dict[Order, Boat] = {}
         self.balls: list[PlacedObject] = []
+        self.shooters: list[tuple[str, str]] = []
+        self.task: dict[str, Any] | None = None
+        self.touches: list[Touch] = []
+        self.lock: Lock | None = None
 
     def world(self, seed: int) -> World:
+        check_docks(self.config, self.docks)
         self._warn_of_land()
         if self.config.terrain:
             self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
         for dock in self.docks:
-            self._place(dock.name, Piece("dock.xml.j2", {"cells": dock.layout.cells}, {}), dock.pose)
+            self._add_dock(dock)
         for item in self.objects:
             self._add_object(item)
         for boat in self.boats:
             self._add_boat(boat)
         self._add_balls()
+        self._add_task()
         world = make_world(self._text(), self.assets, self._parameters(seed))
         try:
             mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
@@ -116,20 +140,43 @@ class _Assembly:
             assets=[Markup(item) for item in self.shapes],
             pieces=self.placed,
             contacts=Markup("".join(self.contacts)),
+            equalities=Markup("".join(self.equalities)),
             asleep=bool(self.balls),
+            scored=self._base_links()[self.task["boat"]] if self.task else None,
+            touches=self.touches,
+            lock=self.lock,
             **scene_values(config),
         )
+
+    def _add_dock(self, dock: PlacedDock) -> None:
+        self._place(dock.name, dock_piece(dock), dock.pose)
+        if dock.config.dynamic:
+            first, wet = len(self.rows["blocks"]), len(self.rows["elements"])
+            blocks, elements = block_rows(dock, self.config.wind, self.config.physics.gravity, first, wet)
+            self.rows["blocks"] += blocks
+            self.rows["elements"] += elements
+            self.rows["moorings"] += mooring_rows(dock, first)
 
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
         if kind not in self.pieces:
             self.pieces[kind] = object_piece(item.config, asleep=asleep)
         self._place(item.name, self.pieces[kind], item.pose)
+        if item.config.light is not None:
+            self.rows["lights"].append(_light_entry(item, item.config.light))
         if item.config.kind == "floating":
-            row, elements = float_row(item, self.config.wind, self.config.physics.gravity)
+            row, elements = float_row(item, self.config.wind, self.config.physics)
             row["element_start"], row["element_count"] = len(self.rows["elements"]), len(elements)
             self.rows["floats"].append(row)
             self.rows["elements"] += elements
+            if item.path is not None:
+                self._add_follower(item, row)
+
+    def _add_follower(self, item: PlacedObject, row: dict[str, Any]) -> None:
+        row["follower"] = len(self.rows["followers"])
+        follower, points = follower_row(item, self.config.physics.profile, len(self.rows["path_points"]))
+        self.rows["followers"].append(follower)
+        self.rows["path_points"] += points
 
     def _add_boat(self, boat: BoatConfig) -> None:
         kind = (boat.order, boat.engines, boat.color)
@@ -137,13 +184,16 @@ class _Assembly:
         if kind not in self.pieces:
             self.pieces[kind] = robot_piece(built, boat.engines, boat.color)
             self.fittings[kind] = (
-                hull_row(built, boat.engines, PREFIX),
+                {**hull_row(built, boat.engines, PREFIX), **hull_physics(self.config.physics)},
                 thruster_rows(built, boat.engines, PREFIX),
                 sensor_rows(built, PREFIX),
             )
         self._place(boat.name, self.pieces[kind], boat.pose)
         row, thrusters, sensors = renamed(self.fittings[kind], f"{boat.name}/")
-        row["wind"] = list(wind_coefficients(self.config.wind, boat.name, boat.robot) or built.wind or NO_WIND)
+        row["wind"] = boat_wind(self.config, boat.name, boat.robot, own=built.wind)
+        row["station_start"] = len(self.rows["stations"])
+        self.rows["stations"] += (stations := station_rows(built))
+        row["station_count"] = len(stations)
         start = len(self.rows["thrusters"])
         row["thruster_start"], row["thruster_count"] = start, len(thrusters)
         for thruster in thrusters:
@@ -155,16 +205,31 @@ class _Assembly:
 
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""
-        shooters = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
-        self.balls = parked_balls([(row["boat"], row["config"]["name"]) for row in shooters])
+        rows = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
+        self.shooters = [(row["boat"], row["config"]["name"]) for row in rows]
+        self.balls = parked_balls(self.shooters)
         for ball in self.balls:
             self._add_object(ball, asleep=True)
+
+    def _add_task(self) -> None:
+        """What the task of the world asks, what its boat may touch, and what holds the boat."""
+        self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.shooters)
+        if self.task is None:
+            return
+        links, terrain = self._base_links(), self.config.terrain is not None
+        self.touches = touches_of(self.task["boat"], links, self.objects, self.docks, terrain=terrain)
+        self.lock = lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats})
+        self.task["rivals"] = [touch.name for touch in self.touches]
+
+    def _base_links(self) -> dict[str, str]:
+        """Bodies of the boats' base links, by the boats' names."""
+        return {boat.name: row["body"] for boat, row in zip(self.boats, self.rows["hulls"], strict=True)}
 
     def _built(self, boat: BoatConfig) -> Boat:
         """The boat of a fleet's entry; those of one order are built once."""
         if boat.order not in self.kinds:
             try:
-                self.kinds[boat.order] = build_boat(boat.order)
+                self.kinds[boat.order] = build_boat(replace(boat.order, profile=self.config.physics.profile))
             except UnknownNameError as error:
                 raise CompileError(f"boat {boat.name}: {error}") from error
             _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
@@ -176,6 +241,7 @@ class _Assembly:
         self.shapes.update(dict.fromkeys(item.replace(PREFIX, prefix) for item in piece.assets))
         self.placed.append({"pose": pose, "bodies": Markup(piece.bodies.replace(PREFIX, prefix))})
         self.contacts.append(piece.contacts.replace(PREFIX, prefix))
+        self.equalities.append(piece.equalities.replace(PREFIX, prefix))
         self.assets.update(piece.files)
 
     def _parameters(self, seed: int) -> dict[str, Any]:
@@ -190,12 +256,15 @@ class _Assembly:
             "gravity": config.physics.gravity,
             "at_base_link": config.physics.at_base_link,
             "sea": self.sea,
-            "wind": wind_parameters(config.wind),
+            "wind": wind_parameters(config.wind, config.physics.profile),
             **self.rows,
             "boats": [_boat_entry(boat) for boat in self.boats],
             "objects": [_object_entry(item) for item in (*self.objects, *self.balls)],
-            "docks": [_dock_entry(dock) for dock in self.docks],
-            "waypoints": waypoints(config),
+            "docks": [dock_entry(dock) for dock in self.docks],
+            "placards": [entry for dock in self.docks for entry in placard_entries(dock)],
+            "task": self.task,
+            "waypoints": waypoints(self.task),
+            "markers": marker_rows(config.markers, waypoints(self.task)),
             "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,
             "terrain": config.terrain,
             "shoreline": shoreline(config.terrain) if config.terrain else [],
@@ -221,14 +290,6 @@ def renamed(tree: Any, prefix: str) -> Any:
     return [renamed(value, prefix) for value in tree] if isinstance(tree, list | tuple) else tree
 
 
-def waypoints(config: WorldConfig) -> list[list[float]]:
-    """The task's goal or waypoints as [x, y, yaw] in world coordinates, m and rad."""
-    if config.task is None or config.georeference is None:
-        return []
-    places = config.task.waypoints or ((config.task.goal,) if config.task.goal else ())
-    return [[*config.georeference.to_enu(lat, lon)[:2], yaw] for lat, lon, yaw in places]
-
-
 def _boat_entry(boat: BoatConfig) -> dict[str, Any]:
     fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "pose")
     return {field: getattr(boat, field) for field in fields}
@@ -244,5 +305,10 @@ def _object_entry(item: PlacedObject) -> dict[str, Any]:
     }
 
 
-def _dock_entry(dock: PlacedDock) -> dict[str, Any]:
-    return {"name": dock.name, "pose": dock.pose, "cells": dock.layout.cells}
+def _light_entry(item: PlacedObject, light: LightConfig) -> dict[str, Any]:
+    return {
+        "name": item.name,
+        "body": f"{item.name}/{item.config.link}",
+        "geoms": [f"{item.name}/{panel}" for panel in light.panels],
+        "pattern": light.pattern,
+    }

@@ -1,22 +1,26 @@
 """The model that is drawn: the saved world, with a sea that can move and a sky with a sun in it."""
 
 import math
+from itertools import chain
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.compiler.markers import add_markers
 from vrx_mj.compiler.sky import sea_palette, sky_cube
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
 from vrx_mj.physics.surface import EDGE, RINGS, SPOKES, fan, fan_triangles, reflectance
 
-__all__ = ["SEA", "drawing_model", "drawing_spec"]
+__all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec"]
 
 FloatArray = npt.NDArray[np.float64]
 
 SEA = "vrx_mj/sea"
 """Name of the skin that is the sea's surface, of its material and of the material's texture."""
+LAMP = "vrx_mj/lamp"
+"""Name of the material of light buoys' panels."""
 WATER, SKY, SUN = "water", "sky", "sun"
 """Names of the world's plane of water, of its skybox and of its light."""
 SKY_SIDE = 512
@@ -50,6 +54,7 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
     quality = spec.visual.quality
     quality.numslices, quality.numstacks, quality.numquads = SLICES, STACKS, QUADS
+    add_signs(spec, world)
     light, sky, plane = spec.light(SUN), spec.texture(SKY), spec.geom(WATER)
     if light is None or sky is None:
         return spec
@@ -61,6 +66,16 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
         _add_sea(spec, level)
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
     return spec
+
+
+def add_signs(spec: mujoco.MjSpec, world: World) -> None:
+    """Add what only pictures show of a world's signs: its markers, and that the panels of light buoys shine."""
+    add_markers(spec, world.parameters)
+    lights = world.parameters.get("lights", ())
+    if lights:
+        spec.add_material(name=LAMP, emission=1.0, specular=0.0)
+    for name in chain.from_iterable(light["geoms"] for light in lights):
+        spec.geom(name).material = LAMP
 
 
 def _add_material(spec: mujoco.MjSpec, palette: npt.NDArray[np.uint8]) -> None:

@@ -7,7 +7,10 @@ from typing import Any
 from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.config.objects import BuoyancyElement
 from vrx_mj.config.poses import rotation
-from vrx_mj.config.world import SeaConfig, WindConfig
+from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig, WorldConfig
+from vrx_mj.constants import HULL_GRAVITY
+from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
 Row = dict[str, Any]
@@ -15,6 +18,13 @@ NO_WIND = (0.0, 0.0, 0.0)
 NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
+PROFILES = {"vrx": VRX, "vrx3": VRX3}
+"""Codes of the profiles in the runtime's tables."""
+FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001}
+"""How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
+DENSITY = 997.0
+"""In profile vrx3, of the water that an object displaces which does not say [kg/m3]. VRX 3's PolyhedraBuoyancyDrag.cc.
+"""
 
 
 def sea_parameters(sea: SeaConfig) -> Row:
@@ -39,7 +49,7 @@ def sea_parameters(sea: SeaConfig) -> Row:
     }
 
 
-def wind_parameters(wind: WindConfig | None) -> Row:
+def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Row:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
     toward = math.radians(wind.direction)
@@ -48,6 +58,7 @@ def wind_parameters(wind: WindConfig | None) -> Row:
         "mean": wind.mean_velocity,
         "gain": wind.var_gain,
         "time_constant": wind.var_time,
+        "first_step": FIRST_GUST[profile],
         "seed": wind.seed,
         "update_rate": wind.update_rate,
     }
@@ -61,23 +72,38 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, floa
     return None
 
 
-def float_row(item: PlacedObject, wind: WindConfig | None, gravity: float) -> tuple[Row, list[Row]]:
+def boat_wind(config: WorldConfig, name: str, robot: str, own: Sequence[float] | None) -> list[float]:
+    """Coefficients for a boat: the world's, or else its `own`; none where the world keeps VRX's `wind_stale_link`."""
+    if "wind_stale_link" in config.physics.quirks:
+        return list(NO_WIND)
+    return list(wind_coefficients(config.wind, name, robot) or own or NO_WIND)
+
+
+def hull_physics(physics: PhysicsConfig) -> Row:
+    """What the world's physics says of a hull: VRX 3's water weighs what the world's gravity makes it weigh."""
+    gravity = HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity
+    return {"profile": PROFILES[physics.profile], "gravity": gravity}
+
+
+def float_row(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig) -> tuple[Row, list[Row]]:
     """The row of a floating object and those of its buoyancy elements."""
     config = item.config
     buoyancy = config.buoyancy
     assert buoyancy is not None, f"{item.model} does not float"
     assert config.inertia is not None, f"{item.model} has no inertia"
     ixx, iyy, izz = config.inertia
+    silent = "fluid_density" not in buoyancy.model_fields_set
     row = {
         "body": f"{item.name}/{config.link}",
         "mass": config.mass,
         "com": list(config.center_of_mass),
         "inertia": [ixx, iyy, izz, 0.0, 0.0, 0.0],
-        "density": buoyancy.fluid_density,
-        "gravity": gravity,
+        "density": DENSITY if physics.profile == "vrx3" and silent else buoyancy.fluid_density,
+        "gravity": physics.gravity,
         "level": buoyancy.fluid_level,
         "linear_drag": buoyancy.linear_drag,
         "angular_drag": buoyancy.angular_drag,
+        "profile": PROFILES[physics.profile],
         "wind": list(wind_coefficients(wind, item.name, item.model) or NO_WIND),
     }
     return row, [element_row(element) for element in buoyancy.elements]

@@ -20,10 +20,9 @@ from vrx_mj.compiler.templates import Geom, Piece, geoms, meshes
 from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.errors import CompileError
 from vrx_mj.physics.rudder import normal_slope
-from vrx_mj.physics.tables import GLF, LINEAR, RUDDER
+from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 
 __all__ = [
     "Engines",
@@ -33,6 +32,7 @@ __all__ = [
     "link_mass",
     "robot_piece",
     "sensor_rows",
+    "station_rows",
     "stiffness",
     "thruster_rows",
     "turning_mass",
@@ -44,7 +44,7 @@ Engines = Literal["fixed", "hinged"]
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 
-MAPPINGS = {"linear": LINEAR, "glf": GLF}
+MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
 
 LIGHTEST = 1e-6
@@ -189,7 +189,8 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
     """The boat's row of the runtime's table of hulls, with names where that has ids.
 
     `link_com` is where VRX's plugins push, the centre of mass of what fixed joints hold to the base link; `body_com`
-    and `mass` are those of the MuJoCo body. The wind's coefficients belong to the world, which fills them in.
+    and `mass` are those of the MuJoCo body. The wind's coefficients belong to the world, which fills them in and adds
+    what `parameters.hull_physics` says.
     """
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
@@ -197,12 +198,7 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
     return {
         "body": prefix + boat.link,
         "joint": f"{prefix}free",
-        "length": water.boat_length,
-        "beam": water.boat_width,
-        "radius": water.hull_radius,
-        "stations": water.length_n,
         "density": water.water_density,
-        "gravity": HULL_GRAVITY,
         "level": water.water_level,
         "added_mass": list(water.added_mass),
         "drag_linear": list(water.drag_linear),
@@ -213,6 +209,28 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
         "wind": [0.0, 0.0, 0.0],
         "thruster_count": len(boat.thrusters),
     }
+
+
+def station_rows(boat: Boat) -> list[dict[str, Any]]:
+    """The boat's rows of the runtime's table of stations: VRX 3's points, or classic's two lines, starboard first."""
+    water = boat.hydrodynamics
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    if water.hulls:
+        return [
+            {"position": list(point), "radius": hull.radius, "length": hull.length / len(hull.points)}
+            for hull in water.hulls
+            for point in hull.points
+        ]
+    spacing = water.boat_length / water.length_n
+    return [
+        {
+            "position": [(number + 0.5) * spacing - 0.5 * water.boat_length, side * water.boat_width, 0.0],
+            "radius": water.hull_radius,
+            "length": spacing,
+        }
+        for side in (-0.5, 0.5)
+        for number in range(water.length_n)
+    ]
 
 
 def stiffness(boat: Boat, timestep: float) -> float:
@@ -262,9 +280,10 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, A
 
 def _drive(thruster: Thruster) -> dict[str, Any]:
     drive, servo = thruster.drive, thruster.servo
+    strongest = max(drive.max_force_forward, -drive.max_force_reverse)
     return {
         "mapping": RUDDER if thruster.rudder else MAPPINGS[drive.mapping],
-        "max_command": drive.max_command,
+        "max_command": strongest if drive.mapping == "newtons" else drive.max_command,
         "max_forward": drive.max_force_forward,
         "max_reverse": drive.max_force_reverse,
         "timeout": drive.timeout,

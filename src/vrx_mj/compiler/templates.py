@@ -73,6 +73,11 @@ class Piece:
         """Pairs of its bodies that never touch."""
         return self._block("contacts")
 
+    @cached_property
+    def equalities(self) -> str:
+        """Constraints between its bodies."""
+        return self._block("equalities")
+
     def document(self, name: str = "piece") -> str:
         """It alone, as a model called `name`, its names without a prefix."""
         return render(self.template, **self.values, prefix="", model=name)

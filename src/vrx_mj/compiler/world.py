@@ -11,7 +11,7 @@ from typing import Any
 
 from vrx_mj.errors import StateError
 
-WORLD_FORMAT = 2
+WORLD_FORMAT = 3
 """Version of the saved form; a folder of another version is refused."""
 
 
@@ -27,8 +27,8 @@ class World:
     assets: Mapping[str, bytes]
     """Contents of the files that the MJCF names, by file name."""
     parameters: Mapping[str, Any]
-    """JSON-able tree: `sea`, `wind`, `hulls`, `thrusters`, `floats`, `elements`, `boats`, `objects`,
-    `docks`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed`, `timestep`, ..."""
+    """JSON-able tree: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`, `objects`,
+    `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed`, `timestep`, ..."""
 
     @property
     def name(self) -> str:

@@ -5,7 +5,9 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster or of 
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
@@ -87,8 +89,12 @@ class Boat:
     warnings: tuple[str, ...] = ()
 
 
-def assembled(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Boat:
+def assembled(
+    urdf: Urdf, gazebo: Gazebo, config: RobotConfig, drive: Mapping[str, Any] = MappingProxyType({})
+) -> Boat:  # fmt: skip
     """The boat of a URDF, of its Gazebo tags and of the YAML beside it, which has the last word.
+
+    `drive` is what all its thrusters have in common, whatever the files say: fields of `ThrusterConfig`.
 
     Raises:
         ConfigError: the YAML names a link or joint that the URDF does not have; two links, or two sensors, have one
@@ -96,7 +102,10 @@ def assembled(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Boat:
     """
     _check_links(urdf)
     tree = Tree(urdf)
-    thrusters = dict(_thrusters(urdf, gazebo, config))
+    thrusters = {
+        name: replace(item, drive=item.drive.model_copy(update=drive))
+        for name, item in _thrusters(urdf, gazebo, config)
+    }
     hinges = read_hinges(tree, thrusters, config)
     taken = {link for links in hinges.turning.values() for link in links}
     pushing = (*_engines(tree, thrusters, config, hinges.by_name), *_rudders(tree, config, hinges.by_name))

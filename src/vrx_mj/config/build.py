@@ -5,15 +5,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from vrx_mj.config.boats import Boat, assembled
 from vrx_mj.config.derive import derived_hydrodynamics
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.robots import RobotConfig, load_robot, robot_section
+from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, package_paths
-from vrx_mj.config.sensors import SensorConfig
+from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
@@ -48,6 +50,8 @@ class Order:
     """VRX's component file."""
     sensors: tuple[str, ...] | None = None
     """Suites or names of sensors; None: the robot's own."""
+    profile: str = CLASSIC
+    """Of the world's physics."""
 
 
 def build_boat(order: Order) -> Boat:
@@ -71,19 +75,35 @@ def _kept(order: Order, _folder: Path | None) -> Boat:
 
 def _built(order: Order) -> Boat:
     config = load_robot(order.robot, order.folder)
+    profile = config.in_profile(order.profile)
     arguments, wanted = _equipment(order, config)
     text, file = robot_urdf(config, order, arguments=arguments), config.description_file
     label = display(file) if text == _plain_urdf(file) else f"{display(file)} (expanded)"
     urdf = read_urdf(text, file, packages=own_packages(), package_paths=package_paths(), label=label)
     try:
-        boat = assembled(urdf, read_gazebo(urdf), config)
+        boat = assembled(urdf, read_gazebo(urdf), config, _drive(order, profile))
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
-    water, derived = _hydrodynamics(boat, config)
+    water, derived = _hydrodynamics(boat, config, profile)
     notes = (*boat.warnings, derived) if derived else boat.warnings
     if notes:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
-    return replace(boat, hydrodynamics=water, sensors=_chosen(boat, wanted, config), name=order.robot)
+    sensors = _chosen(_rearmed(boat, profile), wanted, config)
+    return replace(boat, hydrodynamics=water, sensors=sensors, name=order.robot)
+
+
+def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:
+    """What the profile says of all thrusters: VRX 3's take newtons, which hold until the next command."""
+    return {} if order.profile == CLASSIC else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
+
+
+def _rearmed(boat: Boat, profile: ProfileEntry) -> Boat:
+    """The boat with the ball shooters that its profile gives it."""
+    if profile.shot_impulse is None:
+        return boat
+    update = {"impulse": profile.shot_impulse}
+    sensors = (item.model_copy(update=update) if isinstance(item, BallShooterConfig) else item for item in boat.sensors)
+    return replace(boat, sensors=tuple(sensors))
 
 
 def robot_urdf(
@@ -158,9 +178,9 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
     return tuple(known[name] for name in wanted)
 
 
-def _hydrodynamics(boat: Boat, config: RobotConfig) -> tuple[HydrodynamicsConfig, str]:
+def _hydrodynamics(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[HydrodynamicsConfig, str]:
     """What the YAML says, then the plugin, then the shapes; with a note about what was derived."""
-    said = config.hydrodynamics.model_dump(exclude_none=True)
+    said = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
     if boat.hydrodynamics is not None:
         return boat.hydrodynamics.model_copy(update=said), ""
     guess = derived_hydrodynamics(boat)

@@ -1,4 +1,4 @@
-"""Docks drawn with letters: `X` is a block of 2 m by 2 m, a blank is water.
+"""Docks drawn with letters: `X` is a block, of 2 m by 2 m unless its dock says otherwise, and a blank is water.
 
 In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down the page, +y to the right.
 """
@@ -15,7 +15,10 @@ from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["DockLayout", "dock_faults", "is_drawing", "load_dock"]
+__all__ = ["Cell", "DockLayout", "dock_faults", "is_drawing", "load_dock", "neighbours"]
+
+Cell = tuple[int, int]
+"""Row and column of a block, counted from 0."""
 
 MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
@@ -32,9 +35,15 @@ class DockLayout:
     """The text, `X` and blanks, no blanks at line ends and no blank lines at the end."""
 
     @property
-    def cells(self) -> tuple[tuple[int, int], ...]:
+    def cells(self) -> tuple[Cell, ...]:
         """(row, column) of every block, counted from 0, row by row."""
         return tuple((i, j) for i, row in enumerate(self.rows) for j, cell in enumerate(row) if cell == "X")
+
+
+def neighbours(cell: Cell) -> tuple[Cell, ...]:
+    """The four cells that share an edge with one."""
+    i, j = cell
+    return (i - 1, j), (i, j - 1), (i, j + 1), (i + 1, j)
 
 
 def is_drawing(text: str) -> bool:

@@ -1,11 +1,12 @@
 """Things in the water and on the shore: floating, static, or courses composed of others."""
 
+import contextlib
 import math
 import warnings
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Protocol, Self
 
 from pydantic import field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -25,12 +26,18 @@ from vrx_mj.config.base import (
     faults,
     text_faults,
 )
+from vrx_mj.config.bays import BLOCKS, BayConfig, HoleConfig, MooringConfig, PlacardConfig
+from vrx_mj.config.berths import berth_faults, berths
+from vrx_mj.config.displays import LightConfig
 from vrx_mj.config.docks import dock_faults, is_drawing, load_dock
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
+from vrx_mj.config.paths import PathConfig
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.task_parts import Symbol
+from vrx_mj.config.wording import one_of, shown
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 
 __all__ = [
     "BuoyancyConfig",
@@ -43,7 +50,8 @@ __all__ = [
     "repeated",
 ]
 
-BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link")
+BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link", "path",
+             "light")  # fmt: skip
 """Keys of a single body, which a composite has not."""
 
 MOST_LEVELS = 8
@@ -65,6 +73,24 @@ class Placement(Placed):
 
     model: str
     """A name from `objects`, or the path of a YAML file relative to this one."""
+    path: PathConfig | None = None
+    """Along which it swims; by default its model's own. `null`: it drifts."""
+    symbols: tuple[Symbol, ...] = ()
+    """What the placards of the docks in it show at the start, in their order."""
+
+    @field_validator("symbols")
+    @classmethod
+    def _has_placards(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        if value and "model" in info.data:
+            check(info, lambda: _must_have_placards(info.data["model"], info.data.get("folder"), len(value)))
+        return value
+
+    @field_validator("path")
+    @classmethod
+    def _swims(cls, value: PathConfig | None, info: ValidationInfo) -> PathConfig | None:
+        if value is not None and "model" in info.data:
+            check(info, lambda: _must_float(info.data["model"], info.data.get("folder")))
+        return value
 
     @field_validator("model")
     @classmethod
@@ -82,6 +108,19 @@ class DockPlacement(Placed):
     layout: str
     """A drawing, a name from `docks`, or the path of a text file relative to this one."""
     dynamic: Switch = False
+    """Whether it floats: its blocks hang together by hinges."""
+    block: float = 2.0
+    """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
+    mooring: MooringConfig | None = None
+    """Of a dynamic dock; without it, it drifts."""
+    bays: tuple[BayConfig, ...] | None = None
+    """Of all bays or the first ones. Without it a dock has all bays of its drawing, and no placards."""
+    placards: tuple[PlacardConfig, ...] | None = None
+    """Of the bays in their order; by default one at the inner end of each bay of `bays`."""
+    holes: tuple[HoleConfig, ...] | None = None
+    """By default those of the placards."""
+    symbols: tuple[Symbol, ...] = ()
+    """What the placards show at the start, in their order."""
 
     @field_validator("layout")
     @classmethod
@@ -93,12 +132,20 @@ class DockPlacement(Placed):
             check(info, lambda: load_dock(value, info.data.get("folder")))
         return value
 
-    @field_validator("dynamic")
+    @field_validator("block", mode="before")
     @classmethod
-    def _static(cls, value: bool) -> bool:
-        if value:
-            raise fault("dynamic docks come with the tasks; this version has static ones only")
-        return value
+    def _is_a_size(cls, value: Any) -> Any:
+        if isinstance(value, bool) or value not in BLOCKS:
+            raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
+        return float(value)
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        with contextlib.suppress(VrxError):  # what is wrong with the drawing is told with it
+            found = list(berth_faults(self, load_dock(self.layout, self.folder).cells))
+            if found:
+                raise faults(*found)
+        return self
 
 
 class BuoyancyElement(Shape):
@@ -145,6 +192,10 @@ class ObjectConfig(Config):
     collisions: tuple[Shape, ...] = ()
     visuals: tuple[Visual, ...] = ()
     buoyancy: BuoyancyConfig | None = None
+    path: PathConfig | None = None
+    """Along which it swims, unless the world gives another."""
+    light: LightConfig | None = None
+    """Of a light buoy."""
     objects: tuple[Placement, ...] = ()
     docks: tuple[DockPlacement, ...] = ()
 
@@ -157,7 +208,7 @@ class ObjectConfig(Config):
 
     @model_validator(mode="after")
     def _is_one_kind(self) -> Self:
-        found = {"composite": _composite, "static": _static, "floating": _floating}[self.kind](self)
+        found = {"composite": _composite, "static": _static, "floating": _floating}[self.kind](self) + _unlit(self)
         if found:
             raise faults(*found)
         return self
@@ -179,7 +230,8 @@ def _composite(thing: ObjectConfig) -> list[Fault]:
 
 
 def _static(thing: ObjectConfig) -> list[Fault]:
-    return [(("buoyancy",), "a static object does not float; remove this or `static`")] if thing.buoyancy else []
+    afloat = [key for key in ("buoyancy", "path") if getattr(thing, key)]
+    return [((key,), "a static object does not float; remove this or `static`") for key in afloat]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
@@ -187,7 +239,21 @@ def _floating(thing: ObjectConfig) -> list[Fault]:
     return [((key,), needs) for key in ("mass", "inertia", "buoyancy") if getattr(thing, key) is None]
 
 
-def repeated(**groups: Iterable[Placed]) -> list[Fault]:
+def _unlit(thing: ObjectConfig) -> list[Fault]:
+    panels = thing.light.panels if thing.light else ()
+    known = [visual.name for visual in thing.visuals if visual.name]
+    wrong = [(index, name) for index, name in enumerate(panels) if name not in known]
+    return [(("light", "panels", index), str(UnknownNameError("visual", name, known))) for index, name in wrong]
+
+
+class _Called(Protocol):
+    """What has a name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+def repeated(**groups: Iterable[_Called]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
     seen: Counter[str] = Counter()
     found: list[Fault] = []
@@ -203,6 +269,18 @@ def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
     file = referenced("objects", name, near)
     return validated(ObjectConfig, read_source("objects", file), Loading((file.resolve(),)))
+
+
+def _must_float(model: str, near: Path | None) -> None:
+    if load_object(model, near).kind != "floating":
+        raise VrxError(f"'{model}' does not float, so it follows no path")
+
+
+def _must_have_placards(model: str, near: Path | None, symbols: int) -> None:
+    docks = load_object(model, near).docks
+    count = sum(len(berths(dock, load_dock(dock.layout, dock.folder).cells).placards) for dock in docks)
+    if symbols > count:
+        raise VrxError(f"{symbols} symbols; '{model}' has {count} placard{'s' * (count != 1)}")
 
 
 def _count(file: Path, whole: Loading) -> None:

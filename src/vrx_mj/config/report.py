@@ -1,8 +1,8 @@
 """pydantic's errors in our words, each with the file, line, column and key it is about."""
 
 import re
-from collections.abc import Callable, Mapping
-from typing import Any, get_args
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, cast, get_args
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
@@ -35,7 +35,7 @@ def _problem(details: ErrorDetails, model: type[Config], section: Section) -> Pr
         place = _inside(place, inside["row"], inside["column"])
     if details["type"] == "extra_forbidden":
         key = str(loc[-1])
-        message = unknown_key(key, _keys(model, loc[:-1]))
+        message = unknown_key(key, _keys(model, section, loc[:-1]))
         place = _owner(section, loc).entries[key].key
     return Problem(place.file.name, place.line, place.column, key_path(path), message)
 
@@ -63,20 +63,33 @@ def _inside(place: Place, row: int, column: int) -> Place:
     return Place(place.file, (place.line or 0) + row, indent + column)
 
 
-def _keys(model: type[Config], path: tuple[str | int, ...]) -> list[str]:
+def _keys(model: type[Config], section: Section, path: tuple[str | int, ...]) -> list[str]:
     """The keys that a file may write at `path`."""
-    owner = model
+    owner, node = model, cast("Any", section)
     for step in path:
+        node = node[step] if isinstance(step, int) or step in node else node
         if isinstance(step, str) and step in owner.model_fields:
-            owner = _model_in(owner.model_fields[step].annotation) or owner
+            owner = _model_in(owner.model_fields[step].annotation, node) or owner
     top = ["extends"] if owner is model else []
     return [*top, *(key for key in owner.model_fields if key != "folder")]
 
 
-def _model_in(annotation: Any) -> type[Config] | None:
+def _model_in(annotation: Any, value: Any) -> type[Config] | None:
+    """The model of a value: of several that of its `type`, or else the first."""
+    models = list(_models(annotation))
+    kind = value.get("type") if isinstance(value, Mapping) else None
+    return next((model for model in models if _is_of_type(model, kind)), models[0] if models else None)
+
+
+def _models(annotation: Any) -> Iterator[type[Config]]:
     if isinstance(annotation, type) and issubclass(annotation, Config):
-        return annotation
-    return next(filter(None, map(_model_in, get_args(annotation))), None)
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models(part)
+
+
+def _is_of_type(model: type[Config], kind: Any) -> bool:
+    return "type" in model.model_fields and kind in get_args(model.model_fields["type"].annotation)
 
 
 def _message(details: ErrorDetails) -> str:

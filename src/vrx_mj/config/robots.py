@@ -6,7 +6,7 @@ YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -22,14 +22,23 @@ from vrx_mj.config.base import (
     fault,
     faults,
 )
-from vrx_mj.config.dynamics import ServoConfig, Six, ThrusterConfig
+from vrx_mj.config.dynamics import HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
+from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 
-__all__ = ["HydrodynamicsEntry", "RobotConfig", "RudderEntry", "ThrusterEntry", "load_robot", "robot_section"]
+__all__ = [
+    "HydrodynamicsEntry",
+    "ProfileEntry",
+    "RobotConfig",
+    "RudderEntry",
+    "ThrusterEntry",
+    "load_robot",
+    "robot_section",
+]
 
 DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
 """How a robot's description may end."""
@@ -51,6 +60,7 @@ Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 class ThrusterEntry(ThrusterConfig):
     """A thruster, by the names of its links and joints in the URDF."""
 
+    mapping: Literal["linear", "glf"]
     propeller: str
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None
@@ -99,6 +109,43 @@ class HydrodynamicsEntry(Config):
     added_mass: Six | None = None
     drag_linear: Six | None = None
     drag_quadratic: Six | None = None
+    hulls: tuple[HullConfig, ...] | None = None
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """What it says, by field."""
+        return {key: value for key, value in self if value is not None}
+
+
+class DriveEntry(Config):
+    """What all thrusters of a robot can do."""
+
+    max_force_forward: NonNegative | None = None
+    """Largest force [N]."""
+    max_force_reverse: Annotated[float, Field(le=0)] | None = None
+    """Smallest force [N]."""
+    max_angle: NonNegative | None = None
+    """Largest steering angle either way [rad]."""
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """What it says, by field."""
+        return {key: value for key, value in self if value is not None}
+
+
+class ProfileEntry(Config):
+    """What is different about a robot in worlds of another profile than `vrx`."""
+
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    thrusters: DriveEntry = DriveEntry()
+    shot_impulse: NonNegative | None = None
+    """Of its ball shooters [N s]."""
+
+
+class Profiles(Config):
+    """Profiles of physics that a robot's file can tell something of."""
+
+    vrx3: ProfileEntry = ProfileEntry()
 
 
 class RobotConfig(Config):
@@ -123,6 +170,8 @@ class RobotConfig(Config):
     """Coefficients along x and y and about z, for worlds that list none for it."""
     sensors: tuple[SensorConfig, ...] = ()
     """Besides those of the URDF; posed in their link's frame."""
+    profiles: Profiles = Profiles()
+    """What is different in worlds of other profiles."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -138,6 +187,10 @@ class RobotConfig(Config):
         if found:
             raise faults(*found)
         return self
+
+    def in_profile(self, profile: str) -> ProfileEntry:
+        """What is different in worlds of a profile; in the classic one nothing is."""
+        return ProfileEntry() if profile == CLASSIC else self.profiles.vrx3
 
     @property
     def description_file(self) -> Path:

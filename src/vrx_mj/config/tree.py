@@ -11,6 +11,8 @@ Loc = tuple[str | int, ...]
 
 APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
+REPLACED = ("task",)
+"""Mappings that take the place of the base's where they are of another type."""
 DEEPEST = 40
 """Levels of nesting that a file or a dict may have."""
 
@@ -85,17 +87,25 @@ def of_python(value: Any, file: File, depth: int = 0) -> Any:
 
 
 def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> Section:
-    """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced."""
+    """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
+
+    A task of another type replaces that of the base.
+    """
     values, entries = {**base, **over}, {**base.entries, **over.entries}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
-            values[key] = merged(old, new, ())
+            values[key] = new if key in REPLACED and _differ(old, new) else merged(old, new, ())
         elif key in appended and new is None:
             values[key] = old
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):
             values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
     return Section(values, over.place, entries)
+
+
+def _differ(old: Section, new: Section) -> bool:
+    """Whether the new section names another type than the old one."""
+    return bool(new.get("type", old.get("type")) != old.get("type"))
 
 
 def locate(root: Section, loc: Loc) -> tuple[Place, Loc]:

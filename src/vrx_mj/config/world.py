@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -23,11 +23,17 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
+from vrx_mj.config.fields import FieldConfig
+from vrx_mj.config.geodesy import enu_to_geodetic
 from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
+from vrx_mj.config.markers import MarkersConfig
 from vrx_mj.config.objects import DockPlacement, Placed, Placement, repeated
+from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.scene import SceneConfig
-from vrx_mj.config.search import find_terrain
+from vrx_mj.config.search import find_terrain, is_path
+from vrx_mj.config.tasks import Task
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY
 from vrx_mj.errors import UnknownNameError, VrxWarning
@@ -39,7 +45,6 @@ __all__ = [
     "SeaConfig",
     "Sensors",
     "SpawnConfig",
-    "TaskConfig",
     "WindConfig",
     "WindObject",
     "WorldConfig",
@@ -51,8 +56,6 @@ __all__ = [
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
 
-Waypoint = Annotated[tuple[Latitude, Longitude, float], numbers("latitude longitude yaw")]
-
 
 class SeaConfig(Config):
     """VRX's wave field: tags, meanings and defaults of its `ocean_waves`."""
@@ -62,7 +65,7 @@ class SeaConfig(Config):
     number: Annotated[int, Field(ge=1, le=100)] = 3
     """Component waves; pms has at most 3."""
     scale: Positive = 1.5
-    """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr."""
+    """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
     angle: float = 0.4
     """Between the directions of neighbouring components [rad]."""
     steepness: NonNegative = 0.0
@@ -126,16 +129,23 @@ class WindConfig(Config):
 class PhysicsConfig(Config):
     """How time passes and what pulls down."""
 
-    profile: Literal["vrx"] = "vrx"
+    profile: Profile = CLASSIC
     timestep: Annotated[float, Field(gt=0, le=0.02)] = 0.01
-    """Physics step [s]."""
+    """Physics step [s]; 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
     """Of the world, downwards [m/s2]."""
+    quirks: tuple[Literal["wind_stale_link"], ...] = ()
+    """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
     at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
     """Sensors that measure at the origin of `base_link` wherever they are mounted; all others do so at their own place.
 
-    The default is the profile's. `[pinger]` is what the plugins do in a VRX whose GPS and IMU links are not merged into
-    `base_link`, as those of the WAM-V's own macros."""
+    The default is the profile's. `[pinger]`, that of vrx3, is what the plugins do in a VRX whose GPS and IMU links are
+    not merged into `base_link`, as those of the WAM-V's own macros."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_its_profile(cls, data: Any) -> Any:
+        return physics_of_profile(data)
 
 
 class Georeference(Config):
@@ -163,13 +173,7 @@ class Georeference(Config):
 
     def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""
-        import pymap3d
-
-        east, north, up = self.to_east_north_up(x, y, z)
-        latitude, longitude, altitude = pymap3d.enu2geodetic(
-            east, north, up, self.latitude, self.longitude, self.elevation
-        )
-        return float(latitude), float(longitude), float(altitude)
+        return enu_to_geodetic(*self.to_east_north_up(x, y, z), self.latitude, self.longitude, self.elevation)
 
     def to_east_north_up(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """East, north and up of a vector of the world; they are not x, y and z where `heading` is not 0."""
@@ -218,25 +222,6 @@ class SpawnConfig(Config):
         return value
 
 
-class TaskConfig(Config):
-    """What a boat is to do."""
-
-    type: Literal["stationkeeping", "wayfinding"]
-    goal: Waypoint | None = None
-    """Latitude, longitude [degrees] and yaw [rad] to keep."""
-    waypoints: tuple[Waypoint, ...] = ()
-    """The same, to visit."""
-
-    @model_validator(mode="after")
-    def _has_somewhere_to_go(self) -> Self:
-        wanted, other = ("goal", "waypoints") if self.type == "stationkeeping" else ("waypoints", "goal")
-        found = [] if getattr(self, wanted) else [((wanted,), f"a {self.type} task needs it")]
-        found += [((other,), f"a {self.type} task has none; it takes {wanted}")] if getattr(self, other) else []
-        if found:
-            raise faults(*found)
-        return self
-
-
 class WorldConfig(Config):
     """A world's file, on top of those that it extends."""
 
@@ -253,11 +238,28 @@ class WorldConfig(Config):
     """A name from `assets/terrain`."""
     objects: tuple[Placement, ...] = ()
     docks: tuple[DockPlacement, ...] = ()
-    task: TaskConfig | None = None
+    fields: tuple[FieldConfig, ...] = ()
+    """Objects at places drawn from a seed."""
+    task: Task = None
+    markers: MarkersConfig = MarkersConfig()
+    """Of the task's goals and of other places; only looked at."""
     camera: Pose | None = None
     """Of the view that a recording opens with."""
     seed: Seed = 0
     """Of everything random, unless a run is given another."""
+
+    _section: Section | None = PrivateAttr(default=None)
+
+    @property
+    def section(self) -> Section:
+        """What the file says, where it says it."""
+        assert self._section is not None, "not read by load_world"
+        return self._section
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_its_profile(cls, data: Any) -> Any:
+        return world_of_profile(data)
 
     @field_validator("terrain")
     @classmethod
@@ -268,9 +270,10 @@ class WorldConfig(Config):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
-        found = repeated(objects=self.objects, docks=self.docks)
-        if self.task and not self.georeference:
-            found.append((("task",), "its latitudes and longitudes need a `georeference`, and the world has none"))
+        found = repeated(objects=self.objects, docks=self.docks, fields=self.fields)
+        if self.task and self.task.geodetic and not self.georeference:
+            text = "latitudes and longitudes need a `georeference`, and the world has none"
+            found += [(("task", key), text) for key in self.task.geodetic]
         if found:
             raise faults(*found)
         return self
@@ -286,11 +289,12 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path or a dict, with everything it names checked."""
     if isinstance(source, Mapping):
-        section, stem = read_source("worlds", source), "world"
+        section, name = read_source("worlds", source), "world"
     else:
         file = file_of("worlds", source)
-        section, stem = read_source("worlds", file), file.stem
-    world = validated(WorldConfig, section, Loading(), name=stem)
+        section, name = read_source("worlds", file), file.stem if is_path(source) else str(source)
+    world = validated(WorldConfig, section, Loading(), name=name)
+    world._section = section
     placed: list[Placed] = [*world.objects, *world.docks]
     things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])

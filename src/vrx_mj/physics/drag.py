@@ -4,6 +4,9 @@ VRX's force on the link's centre of mass, in body axes, is -D(nu) nu - M_A d(nu)
 M_A and with nu = (u, v, w, p, q, r) the velocity of the link's *origin* and the angular velocity. VRX
 adds no Coriolis term, and d(nu)/dt is that of the body components. VRX takes it from the last two steps;
 here M_A goes into the inertia, to which VRX's scheme converges where it does not diverge.
+
+VRX 3 pushes at the link's origin instead, and its M_A acts on the world acceleration of that origin, resolved in body
+axes: `drag` is then about the origin, there is no `added_bias`, and `added_inertia` is exact.
 """
 
 import numpy as np
@@ -18,7 +21,10 @@ __all__ = ["added_bias", "added_inertia", "added_moment", "drag"]
 
 @kernel
 def drag(hull: Record, motion: Motion) -> Wrench:
-    """Return linear and quadratic drag on velocity over ground: world axes, about `hull.link_com`."""
+    """Return linear and quadratic drag on velocity over ground: world axes, about where it pushes.
+
+    That is `hull.link_com` in VRX classic and the link's origin in VRX 3.
+    """
     d, dd = hull.drag_linear, hull.drag_quadratic
     resistance = Wrench(
         -(d[0] + dd[0] * abs(motion.u)) * motion.u,

@@ -5,7 +5,8 @@ Element e of a link, with submerged volume V_e, pushes at its submerged centroid
 whose vertical component is 0 at least, and turns the link with -kappa_e omega,
     kappa_e = m V_e / V_shape c_ang L^2.
 v is the velocity of the link's *origin*, `rise` the vertical velocity of the water there, and m the link's
-mass. g is the world's 9.8 m/s2, not the 9.815 m/s2 of hulls.
+mass. g is the world's 9.8 m/s2, not the 9.815 m/s2 of hulls. VRX classic takes the water's height and `rise` at the
+link's origin for all elements, VRX 3 for each element at the element's own place.
 
 VRX takes v and omega as they are, which at 10 ms diverges: a dock block's drag stops it within a
 millisecond, and a marker's centre of mass hangs 2 m below the float. Here drag is that of the velocities at
@@ -23,8 +24,9 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.volumes import submerged
+from vrx_mj.physics.waves import surface_height
 
-__all__ = ["flotation", "water_rise"]
+__all__ = ["Sums", "flotation", "sums_wrench", "water_at_elements", "water_rise", "wet_sums"]
 
 _TINY = 1.0e-6
 """Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
@@ -33,10 +35,10 @@ _TINY = 1.0e-6
 class Sums(NamedTuple):
     """What the wet elements add up to; levers s lead from the link's centre of mass, world axes.
 
-    `lift` [N] and the moments `lift_x`, `lift_y` [N m] are of buoyancy; `k` [N s/m], `sx`, `sy`, `sz` [N s]
-    are sums of k_e and k_e s_e. `kz`, `zx`, `zy` are those over the elements that push upward: they alone
-    have vertical drag and buoyancy. `kappa` [N m s]. `limit` [m/s]: the lowest upward speed relative to
-    the water at which one of those would pull down.
+    `lift` [N] and the moments `lift_x`, `lift_y` [N m] are of buoyancy and of the drag of water that rises; `k`
+    [N s/m], `sx`, `sy`, `sz` [N s] are sums of k_e and k_e s_e. `kz`, `zx`, `zy` are those over the elements that push
+    upward: they alone have vertical drag and buoyancy. `kappa` [N m s]. `limit` [m/s]: the lowest upward speed relative
+    to the water at which one of those would pull down.
     """
 
     lift: float
@@ -76,12 +78,28 @@ def water_rise(state: Record, height: float, dt: float) -> float:
 
 
 @kernel
+def water_at_elements(
+    body: Record, elements: Table, water: Table, motion: Motion, waves: Table, sea: Record, t: float, dt: float
+) -> None:
+    """Keep in `water` the surface's height [m] at each of the link's elements, and how fast [m/s] it rose there."""
+    for i in range(body.element_start, body.element_start + body.element_count):
+        p = elements[i].position
+        x, y, _ = rotate(motion, p[0], p[1], p[2])
+        height = surface_height(waves, sea, motion.x + x, motion.y + y, t)
+        water[i].rise = (height - water[i].height) / dt
+        water[i].height = height
+
+
+@kernel
 def flotation(
-    body: Record, elements: Table, motion: Motion, height: float, rise: float, dt: float, external: Wrench
-) -> Wrench:
+    body: Record, elements: Table, water: Table | None, motion: Motion,
+    height: float, rise: float, dt: float, external: Wrench,
+) -> Wrench:  # fmt: skip
     """Return buoyancy and drag: world axes, about the link's centre of mass, without weight.
 
-    `height` [m] and `rise` [m/s] are the water's at the link's origin. `external` is every other wrench on
+    `height` [m] and `rise` [m/s] are the water's at the link's origin; what `water`, if it is given, says of an element
+    in its row of `ELEMENT_STATE` is added to them. Without it what compiles knows nothing of it, and is faster.
+    `external` is every other wrench on
     the link but weight, world axes about its centre of mass (`zero_wrench()` for none). `dt` = 0 gives VRX's
     explicit force.
     """
@@ -92,25 +110,30 @@ def flotation(
     slip = (velocity[0], velocity[1], velocity[2] - rise)
     lowest = -math.inf
     for _ in range(body.element_count + 1):
-        sums = _sums(body, elements, motion, lever, height + body.level, lowest)
+        sums = wet_sums(body, elements, water, motion, lever, height + body.level, lowest)
         a, alpha = _accelerations(body, sums, inertia, lever, slip, spin, dt, external)
         if slip[2] + dt * a[2] <= sums.limit:
             break
         lowest = sums.limit  # elements that would pull down let go, and more of them may follow
     end = (slip[0] + dt * a[0], slip[1] + dt * a[1], slip[2] + dt * a[2])
     end_spin = (spin[0] + dt * alpha[0], spin[1] + dt * alpha[1], spin[2] + dt * alpha[2])
-    return _wrench(sums, end, end_spin)
+    return sums_wrench(sums, end, end_spin)
 
 
 @kernel
-def _sums(body: Record, elements: Table, motion: Motion, lever: Vector, level: float, lowest: float) -> Sums:
+def wet_sums(
+    body: Record, elements: Table, water: Table | None, motion: Motion, lever: Vector, level: float, lowest: float
+) -> Sums:
     """Return the sums over the elements; those with a limit up to `lowest` do not push upward."""
     lift = lift_x = lift_y = k = sx = sy = sz = kz = zx = zy = kappa = 0.0
     nearest = math.inf
     x0, y0, z0 = motion.x + lever[0], motion.y + lever[1], motion.z + lever[2]
     for i in range(body.element_start, body.element_start + body.element_count):
         element = elements[i]
-        wet = submerged(element, motion, level)
+        height, rise = 0.0, 0.0
+        if water is not None:
+            height, rise = water[i].height, water[i].rise
+        wet = submerged(element, motion, level + height)
         if wet.volume <= _TINY:
             continue
         moving = body.mass * wet.volume / element.volume
@@ -118,9 +141,9 @@ def _sums(body: Record, elements: Table, motion: Motion, lever: Vector, level: f
         x, y, z = wet.x - x0, wet.y - y0, wet.z - z0
         k, sx, sy, sz = k + drag, sx + drag * x, sy + drag * y, sz + drag * z
         kappa += moving * body.angular_drag * element.mean_dimension * element.mean_dimension
-        limit = _pull_speed(body, element)
+        limit = _pull_speed(body, element) + rise
         if limit > lowest:
-            buoyancy = body.density * wet.volume * body.gravity
+            buoyancy = body.density * wet.volume * body.gravity + drag * rise
             lift, lift_x, lift_y = lift + buoyancy, lift_x + y * buoyancy, lift_y - x * buoyancy
             kz, zx, zy = kz + drag, zx + drag * x, zy + drag * y
             nearest = min(nearest, limit)
@@ -139,7 +162,7 @@ def _pull_speed(body: Record, element: Record) -> float:
 
 
 @kernel
-def _wrench(sums: Sums, slip: Vector, spin: Vector) -> Wrench:
+def sums_wrench(sums: Sums, slip: Vector, spin: Vector) -> Wrench:
     """Return buoyancy and drag at the velocity `slip` [m/s] through the water and the rate `spin` [rad/s]."""
     x, y, z = slip
     s = sums
@@ -170,7 +193,7 @@ def _accelerations(
     alpha, P a the drag's torque: (I + dt kappa + dt m P D [r x]) alpha = h - dt P D f, D = 1 / (m + dt k).
     """
     m, s, i = body.mass, sums, inertia
-    now = _wrench(sums, slip, spin)
+    now = sums_wrench(sums, slip, spin)
     wx, wy, wz = spin
     wr = wx * r[0] + wy * r[1] + wz * r[2]
     ww = wx * wx + wy * wy + wz * wz

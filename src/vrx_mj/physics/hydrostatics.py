@@ -1,8 +1,9 @@
-"""What the water's surface does to a hull of two floats, as VRX has it.
+"""What the water's surface does to a hull of several floats, as VRX has it.
 
 Each float is a half cylinder, cut into stations of equal length. A station feels the water's height
 above itself: how much of its section is under water gives an upward force and nothing else, so waves
-push a boat only through differences between its stations.
+push a boat only through differences between its stations. VRX classic puts its stations where their pieces of
+the float are; VRX 3 lists points, which need not be in the middle of anything.
 """
 
 import math
@@ -32,33 +33,32 @@ def section_area(radius: float, depth: float) -> float:
 
 
 @kernel
-def station_force(hull: Record, depth: float) -> float:
+def station_force(hull: Record, station: Record, depth: float) -> float:
     """Return the upward force [N] on one station whose keel is `depth` [m] under water.
 
-    Its gravity is `hull.gravity`, VRX's 9.815 m/s2, and not the world's 9.8 m/s2.
+    Its gravity is `hull.gravity`: in VRX classic 9.815 m/s2, and not the world's 9.8 m/s2.
     """
-    per_area = hull.length / hull.stations * hull.gravity * hull.density
-    return float(section_area(hull.radius, depth) * per_area)
+    per_area = station.length * hull.gravity * hull.density
+    return float(section_area(station.radius, depth) * per_area)
 
 
 @kernel
-def hydrostatics(hull: Record, waves: Table, sea: Record, motion: Motion, t: float) -> Wrench:
+def hydrostatics(hull: Record, stations: Table, waves: Table, sea: Record, motion: Motion, t: float) -> Wrench:
     """Return the water's lift on the hull: world axes, about `hull.link_com`, at time `t` [s].
 
     Each station samples the sea where it is in the world. VRX's quirk is kept: a station sits at b from the
     link's origin, and there its depth is taken, but its force acts at b from the link's centre of mass.
     """
-    spacing = hull.length / hull.stations
     grown = ramp(sea, t)
     mean = sea.level + hull.level - motion.z
     fz, tx, ty = 0.0, 0.0, 0.0
-    for side in range(2):
-        for station in range(hull.stations):
-            bx, by = (station + 0.5) * spacing - 0.5 * hull.length, (side - 0.5) * hull.beam
-            lx, ly, lz = rotate(motion, bx, by, 0.0)
-            height = grown * elevation(waves, motion.x + lx, motion.y + ly, t)
-            force = station_force(hull, mean + height - lz)
-            fz += force
-            tx += ly * force
-            ty -= lx * force
+    for i in range(hull.station_start, hull.station_start + hull.station_count):
+        station = stations[i]
+        b = station.position
+        lx, ly, lz = rotate(motion, b[0], b[1], b[2])
+        height = grown * elevation(waves, motion.x + lx, motion.y + ly, t)
+        force = station_force(hull, station, mean + height - lz)
+        fz += force
+        tx += ly * force
+        ty -= lx * force
     return Wrench(0.0, 0.0, fz, tx, ty, 0.0)

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "motion", "rotate", "rotated_wrench", "rotation_matrix", "shift",
-    "unrotate", "zero_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "rotate", "rotated_wrench",
+    "rotation_matrix", "shift", "unrotate", "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -141,6 +141,12 @@ def carry(wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: n
     """
     lever = rotate(motion, start[0] - end[0], start[1] - end[1], start[2] - end[2])
     return shift(wrench, lever)
+
+
+@kernel
+def from_origin(wrench: Wrench, motion: Motion, end: npt.NDArray[np.float64]) -> Wrench:
+    """Return `wrench`, which is about the link's origin, about its point `end` [m], body axes, (3,)."""
+    return shift(wrench, rotate(motion, -end[0], -end[1], -end[2]))
 
 
 @kernel

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "BOX", "CYLINDER", "ELEMENT", "FLOAT", "FLOAT_STATE", "GLF", "HULL", "LINEAR", "RUDDER", "SEA", "SPHERE",
-    "THRUSTER", "THRUSTER_STATE", "WAVE", "WIND", "WIND_STATE", "Record", "Table", "table",
+    "BLOCK", "BOX", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE",
+    "GLF", "HULL", "LINEAR", "MOORING", "NEWTONS", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER",
+    "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE", "Record", "Table", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -23,8 +24,12 @@ Record = Any
 BOX, SPHERE, CYLINDER = 0, 1, 2
 """Values of `ELEMENT.shape`."""
 
-LINEAR, GLF, RUDDER = 0, 1, 2
-"""Values of `THRUSTER.mapping`: proportional, the generalised logistic function, or no propeller but a rudder."""
+LINEAR, GLF, RUDDER, NEWTONS = 0, 1, 2, 3
+"""Values of `THRUSTER.mapping`: a share of the largest force, the generalised logistic function of one, no propeller
+but a rudder, or the force itself."""
+
+VRX, VRX3 = 0, 1
+"""Values of `HULL.profile` and `FLOAT.profile`: whose list of effects acts, VRX classic's or that of VRX 3."""
 
 _i, _u, _f = np.int64, np.uint64, np.float64
 _vector = (_f, (3,))
@@ -53,12 +58,11 @@ HULL = np.dtype(
         ("body", _i),
         ("qpos", _i),
         ("dof", _i),
-        ("length", _f),  # of the two floats [m]
-        ("beam", _f),  # distance between the two lines of stations [m]
-        ("radius", _f),  # of the floats [m]
-        ("stations", _i),  # per float
+        ("profile", _i),  # VRX or VRX3
+        ("station_start", _i),  # its stations are consecutive rows
+        ("station_count", _i),
         ("density", _f),  # of the water [kg/m3]
-        ("gravity", _f),  # for displaced water only: 9.815 m/s2 in VRX
+        ("gravity", _f),  # for displaced water only [m/s2]: 9.815 in VRX classic, the world's in VRX 3
         ("level", _f),  # height of the mean surface above the sea's own level [m]
         ("added_mass", _f, (6,)),  # surge, sway, heave [kg], roll, pitch, yaw [kg m2], body axes
         ("drag_linear", _f, (6,)),  # [N s/m] x 3, [N m s] x 3, body axes
@@ -69,6 +73,15 @@ HULL = np.dtype(
         ("wind", *_vector),  # coefficients: x, y [N s2/m2], turning [N m s2/m2]
         ("thruster_start", _i),  # its thrusters are consecutive rows
         ("thruster_count", _i),
+    ],
+    align=True,
+)
+
+STATION = np.dtype(
+    [
+        ("position", *_vector),  # on the keel line of a float [m], body axes from the link origin
+        ("radius", _f),  # of the float [m]
+        ("length", _f),  # of the piece of the float that it stands for [m]
     ],
     align=True,
 )
@@ -84,7 +97,7 @@ THRUSTER = np.dtype(
         ("propeller", *_vector),  # where the force acts [m], engine axes from the hinge
         ("direction", *_vector),  # of the force, unit vector, engine axes
         ("body_com", *_vector),  # CoM of `body` [m], that body's axes
-        ("mapping", _i),  # LINEAR, GLF or RUDDER
+        ("mapping", _i),  # LINEAR, GLF, NEWTONS or RUDDER
         ("max_command", _f),
         ("max_forward", _f),  # [N]
         ("max_reverse", _f),  # [N], sign ignored
@@ -118,9 +131,11 @@ FLOAT = np.dtype(
         ("level", _f),  # height of the mean surface above the sea's own level [m]
         ("linear_drag", _f),  # per displaced mass [1/s]
         ("angular_drag", _f),  # per displaced mass and squared size [1/s]
+        ("profile", _i),  # VRX or VRX3
         ("element_start", _i),  # its elements are consecutive rows
         ("element_count", _i),
         ("wind", *_vector),  # coefficients: x, y [N s2/m2], turning [N m s2/m2]
+        ("follower", _i),  # row of FOLLOWER that drives it; -1: it drifts
     ],
     align=True,
 )
@@ -137,12 +152,69 @@ ELEMENT = np.dtype(
     align=True,
 )
 
+BLOCK = np.dtype(
+    [
+        ("body", _i),
+        ("parent", _i),  # row of the block that it hangs on, which comes before; -1: it is a root, on a free joint
+        ("qpos", _i),  # of its hinge, or of the free joint
+        ("dof", _i),
+        ("depth", _i),  # hinges between it and its root
+        ("position", *_vector),  # of its frame in the frame of the one it hangs on [m]
+        ("anchor", *_vector),  # of the hinge [m], body axes from the frame
+        ("axis", *_vector),  # of the hinge, unit vector, body axes
+        ("offset", *_vector),  # of its middle, the link's origin and centre of mass [m], body axes from the frame
+        ("mass", _f),  # [kg]
+        ("density", _f),  # the following are as those of a FLOAT
+        ("gravity", _f),
+        ("level", _f),
+        ("linear_drag", _f),
+        ("angular_drag", _f),
+        ("element_start", _i),
+        ("element_count", _i),
+        ("wind", *_vector),
+    ],
+    align=True,
+)
+
+MOORING = np.dtype(
+    [
+        ("block", _i),  # row of the block that it holds
+        ("point", *_vector),  # where it holds it [m], body axes from the block's frame
+        ("anchor", _f, (2,)),  # where that is at rest [m], world
+        ("stiffness", _f),  # [N/m]
+        ("damping", _f),  # [N s/m]
+    ],
+    align=True,
+)
+
+FOLLOWER = np.dtype(
+    [
+        ("force", _f),  # along the body's x [N]
+        ("torque", _f),  # about the body's z [N m]
+        ("tolerance", _f),  # bearing beyond which it turns [rad]
+        ("reach", _f),  # distance at which a waypoint is reached [m]
+        ("turns_first", _i),  # 1: pushes only within the tolerance, and measures distances on the water
+        ("loop", _i),  # 1: from the last waypoint it goes on to the first
+        ("waypoint_start", _i),  # its waypoints are consecutive rows
+        ("waypoint_count", _i),
+    ],
+    align=True,
+)
+
+WAYPOINT = np.dtype(
+    [
+        ("position", _f, (2,)),  # [m], world
+    ],
+    align=True,
+)
+
 WIND = np.dtype(
     [
         ("direction", _f, (2,)),  # unit vector, blows toward, world axes
         ("mean", _f),  # [m/s]
         ("gain", _f),  # standard deviation of the gusts [m/s]
         ("time_constant", _f),  # of the gusts [s]
+        ("first_step", _f),  # the gusts' own length of the first step [s]; 0: that of all others
         ("key", _u),  # of the stream of random numbers
     ],
     align=True,
@@ -166,6 +238,21 @@ FLOAT_STATE = np.dtype(
     [
         ("height", _f),  # `surface_height` at the link origin in the step before [m]; VRX starts with `FLOAT.level`
         ("held", _i),  # 1: it is kept where it is, out of the water's reach
+    ],
+    align=True,
+)
+
+FOLLOWER_STATE = np.dtype(
+    [
+        ("target", _i),  # which of its waypoints it is bound for, from 0
+    ],
+    align=True,
+)
+
+ELEMENT_STATE = np.dtype(
+    [
+        ("height", _f),  # `surface_height` at the element in the step before [m]; 0 where the link's counts
+        ("rise", _f),  # vertical velocity of the water there [m/s]; 0 where the link's counts
     ],
     align=True,
 )

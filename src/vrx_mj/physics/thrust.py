@@ -6,7 +6,7 @@ import numpy as np
 
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, rotated_wrench
-from vrx_mj.physics.tables import LINEAR, Record
+from vrx_mj.physics.tables import LINEAR, NEWTONS, Record
 
 __all__ = [
     "effective_command", "engine_wrench", "force_point", "servo_step", "servo_torque",
@@ -31,10 +31,13 @@ def thrust_force(thruster: Record, command: float) -> float:
     """Return the force [N] along the thruster's axis, without lag and whatever the speed.
 
     VRX's quirks are kept: the linear mapping divides by `max_command` twice; the logistic
-    one gives 0.0414 N at rest, nothing at exactly 0.01, and jumps there from 0.06 to 1.21 N.
+    one gives 0.0414 N at rest, nothing at exactly 0.01, and jumps there from 0.06 to 1.21 N. VRX 3's
+    command is the force itself.
     """
-    x = command / thruster.max_command
     ahead, astern = abs(thruster.max_forward), -abs(thruster.max_reverse)
+    if thruster.mapping == NEWTONS:
+        return float(min(max(command, astern), ahead))
+    x = command / thruster.max_command
     if thruster.mapping == LINEAR:
         force = x / thruster.max_command * (ahead if x >= 0.0 else -astern)
     elif x > _CORNER:

@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench, rotated_wrench
+from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record
 
-__all__ = ["gust_step", "wind_load", "wind_velocity"]
+__all__ = ["apparent_wind_load", "gust_step", "wind_load", "wind_velocity"]
 
 
 @kernel
@@ -19,10 +19,13 @@ def gust_step(wind: Record, state: Record, dt: float) -> float:
 
     VRX's first-order Gauss-Markov process, one normal number a step:
     g += dt / tau (-g + gain sqrt(2 tau / dt) xi). Its standard deviation is `gain` / sqrt(1 - dt / (2 tau)).
-    The speed may become negative: the wind then blows backwards.
+    The speed may become negative: the wind then blows backwards. VRX 3 takes its first step for one of 1 ms
+    (`wind.first_step`), however long it is.
     """
     if wind.gain != 0.0:
         tau = wind.time_constant
+        if wind.first_step > 0.0 and state.counter == 0:
+            dt = wind.first_step
         kick = wind.gain * math.sqrt(2.0 * tau / dt) * normal(wind.key, state.counter)
         state.gust += dt / tau * (kick - state.gust)
         state.counter += np.uint64(1)
@@ -51,3 +54,20 @@ def wind_load(coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector
     fy = coefficients[1] * v * abs(v)
     turning = -2.0 * coefficients[2] * u * v
     return rotated_wrench(motion, Wrench(fx, fy, 0.0, 0.0, 0.0, turning))
+
+
+@kernel
+def apparent_wind_load(
+    coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]
+) -> Wrench:
+    """Return the wind's wrench as VRX 3 has it: world axes, about the link's *origin*.
+
+    With (rx, ry) the wind less the velocity of the link's origin over ground [m/s], in *world* axes: force
+    (cx rx |rx|, cy ry |ry|), torque -2 cz rx ry about the vertical. VRX 3's quirk is kept: the coefficients belong to
+    east and north, so that the force on a boat depends on where the wind comes from and not on the boat's heading.
+    """
+    vx, vy, _ = rotate(motion, motion.u, motion.v, motion.w)
+    rx, ry = wind_vector[0] - vx, wind_vector[1] - vy
+    fx = coefficients[0] * rx * abs(rx)
+    fy = coefficients[1] * ry * abs(ry)
+    return Wrench(fx, fy, 0.0, 0.0, 0.0, -2.0 * coefficients[2] * rx * ry)

@@ -1,8 +1,10 @@
-"""Boats and floating objects by name: reading and writing the pose and velocity of their links."""
+"""Boats, floating objects and floating docks by name: reading and writing the pose and velocity of their links."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
@@ -12,26 +14,42 @@ from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
 
+FloatArray = npt.NDArray[np.float64]
+
 
 class FreeBodies:
     """Everything in a world that has a free joint."""
 
     def __init__(self, world: World, rig: Rig) -> None:
-        self._data = rig.data
+        self._data, self._rig = rig.data, rig
         floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
         self.objects = tuple(floating)
+        docks = [dock["name"] for dock in world.parameters["docks"] if dock["dynamic"]]
+        self.afloat = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
-        for names, rows in ((world.boats, rig.hulls), (self.objects, rig.floats)):
+        roots = rig.blocks[rig.blocks["parent"] < 0]
+        for names, rows in ((world.boats, rig.hulls), (self.objects, rig.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
                 self._address[name] = (int(row["qpos"]), int(row["dof"]))
+        task = world.parameters.get("task") or {}
+        self._fixed = {
+            name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in task.get("fixed", {}).items()
+        }
 
-    def observe(self, name: str) -> BoatObservation:
-        """Pose and velocity of a link's origin."""
+    def stand(self, name: str) -> FloatArray:
+        """(7,): position [m] and quaternion (w, x, y, z) of a link's origin, or of a dock's frame."""
+        if name in self._fixed:
+            return self._fixed[name]
+        qpos, _ = self._address[name]
+        return self._data.qpos[qpos : qpos + 7]  # type: ignore[no-any-return]
+
+    def observe(self, name: str, **known: Mapping[str, Any]) -> BoatObservation:
+        """Pose and velocity of a link's origin, with what else is known of a boat."""
         qpos, dof = self._address[name]
         turn = self._data.qpos[qpos + 3 : qpos + 7].copy()
         linear = rotation_matrix(turn).T @ self._data.qvel[dof : dof + 3]
         spin = self._data.qvel[dof + 3 : dof + 6].copy()
-        return BoatObservation(self._data.qpos[qpos : qpos + 3].copy(), turn, linear, spin)
+        return BoatObservation(self._data.qpos[qpos : qpos + 3].copy(), turn, linear, spin, **known)
 
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
@@ -45,6 +63,16 @@ class FreeBodies:
             turn = rotation_matrix(self._data.qpos[qpos + 3 : qpos + 7])
             self._data.qvel[dof : dof + 3] = turn @ motion[:3]
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
+
+    def set_afloat(self, name: str, height: Callable[[float, float], float]) -> None:
+        """Let the water, whose surface stands at `height(x, y)` [m], have an object or a dock where it is now."""
+        qpos, _ = self._address[name]
+        if name in self.objects:
+            self._rig.set_afloat(self.objects.index(name), height(*self._data.qpos[qpos : qpos + 2]))
+            return
+        for row in self._rig.tree_rows(qpos):
+            x, y, _ = self._data.xipos[self._rig.blocks["body"][row]]
+            self._rig.block_state[row] = (height(x, y), 0)
 
     def broken(self) -> str:
         """Name of the first body whose state is not finite, or else the fastest."""

@@ -6,12 +6,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.physics.drag import added_bias, added_inertia, drag
+from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.motion import Motion, Wrench, add, motion, rotation_matrix, shift, zero_wrench
-from vrx_mj.physics.tables import RUDDER, Record
+from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotation_matrix, shift, zero_wrench
+from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_hull
+from vrx_mj.physics.tables import RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
-from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
+from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime.loop import update_force
 from vrx_mj.runtime.rig import Rig
 
@@ -48,9 +49,9 @@ def boat_forces(rig: Rig, index: int, time: float) -> Forces:
     air = wind_velocity(rig.wind[0], gusts[0])
     outside = {
         "gravity": mass * np.array([*rig.model.opt.gravity, 0.0, 0.0, 0.0]),
-        "hydrostatics": about_center(hydrostatics(hull, rig.waves, rig.sea[0], body, then)),
-        "drag": about_center(drag(hull, body)),
-        "wind": about_center(wind_load(hull["wind"], body, air)),
+        "hydrostatics": about_center(hydrostatics(hull, rig.stations, rig.waves, rig.sea[0], body, then)),
+        "drag": about_center(drag_on_hull(hull, body)),
+        "wind": about_center(wind_on_hull(hull, body, air)),
         **{name: about_center(wrench) for name, wrench in _thrusts(rig, hull, body, then).items()},
         "contact": _contacts(rig, int(hull["body"]), center + np.array(body[:3])),
     }
@@ -109,8 +110,9 @@ def _added_mass(rig: Rig, hull: Record, body: Motion) -> Wrench:
     added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ rig.data.qacc[dof : dof + 6])
-    bias = added_bias(hull, body)
-    return Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
+    bias = bias_on_hull(hull, body)
+    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
+    return from_origin(wrench, body, hull["link_com"]) if hull["profile"] == VRX3 else wrench
 
 
 def _contacts(rig: Rig, root: int, center: FloatArray) -> FloatArray:

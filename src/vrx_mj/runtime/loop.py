@@ -8,13 +8,16 @@ velocity that the last step left, and to the time at which this one ends.
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.physics.drag import added_bias, added_inertia, drag
-from vrx_mj.physics.flotation import flotation, water_rise
+from vrx_mj.physics.drag import added_inertia
+from vrx_mj.physics.flotation import flotation, water_at_elements, water_rise
+from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
+from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_float, wind_on_hull
+from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.rudder import rudder_force
-from vrx_mj.physics.tables import RUDDER, Record, Table
+from vrx_mj.physics.tables import RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
@@ -25,7 +28,7 @@ from vrx_mj.physics.thrust import (
     thruster_wrench,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
+from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime import engine
 from vrx_mj.runtime.moments import capture
 from vrx_mj.runtime.proximity import apart
@@ -55,9 +58,14 @@ Ints = npt.NDArray[np.integer]
 def advance(
     model: Address, quiet: Address, data: Address,
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
-    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, thrusters: Table, thruster_state: Table,
-    floats: Table, elements: Table, float_state: Table, movers: Table, obstacles: Table, look: Table,
-    clocks: Table, moments: Floats, marks: Floats, sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
+    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table,
+    thrusters: Table, thruster_state: Table,
+    floats: Table, elements: Table, float_state: Table, element_state: Table,
+    followers: Table, waypoints: Table, follower_state: Table,
+    blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
+    movers: Table, obstacles: Table, look: Table,
+    clocks: Table, moments: Floats, marks: Floats, contacts: Floats, touches: Floats,
+    sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
@@ -70,7 +78,7 @@ def advance(
     while done < steps:
         if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
             break
-        sample(qpos, qvel, wind_state, thruster_state, sampling, samples, time)
+        sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
         capture(clocks, moments, qpos, qvel, marks, time)
         if diverged(qpos, qvel):
             return -1
@@ -80,18 +88,31 @@ def advance(
         for i in range(hulls.size):
             hull = hulls[i]
             body = motion(qpos, qvel, hull.qpos, hull.dof)
-            wrench = hydrostatics(hull, waves, sea[0], body, time)
-            wrench = add(wrench, drag(hull, body))
-            wrench = add(wrench, added_bias(hull, body))
-            wrench = add(wrench, wind_load(hull.wind, body, air))
+            wrench = hydrostatics(hull, stations, waves, sea[0], body, time)
+            wrench = add(wrench, drag_on_hull(hull, body))
+            wrench = add(wrench, bias_on_hull(hull, body))
+            wrench = add(wrench, wind_on_hull(hull, body, air))
             push = thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
             wrench = add(wrench, push)
             apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
         for i in range(floats.size):
-            wrench = floating(floats[i], elements, float_state[i], waves, sea[0], air, qpos, qvel, time, dt)
+            wrench = floating(
+                floats[i], elements, float_state[i], element_state, followers, waypoints, follower_state,
+                waves, sea[0], air, qpos, qvel, time, dt,
+            )
             apply(xfrc_applied, floats[i].body, wrench)
+        for i in range(blocks.size):
+            wrench = block_load(
+                i, blocks, raft_work, elements, element_state, block_state,
+                waves, sea[0], air, qpos, qvel, time, dt,
+            )
+            apply(xfrc_applied, blocks[i].body, wrench)
+        for i in range(moorings.size):
+            line = moorings[i]
+            apply_more(xfrc_applied, blocks[line.block].body, moor(line, blocks, raft_work, dt))
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
-        move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added)
+        move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added, blocks, raft_work)
+        note_touches(contacts, touches, time - dt)
         done += 1
     mj_kinematics(model, data)
     return -1 if diverged(qpos, qvel) else done
@@ -101,8 +122,9 @@ def advance(
 def move(
     model: Address, data: Address,
     qpos: Floats, qvel: Floats, inertia: Floats, inertia_row: Ints, hulls: Table, added: Floats,
+    blocks: Table, raft_work: Table,
 ) -> None:  # fmt: skip
-    """`mj_step`, stage by stage, with the hulls' added mass put into the inertia on the way.
+    """`mj_step`, stage by stage, with the hulls' added mass and the docks' drag put into the inertia on the way.
 
     Its checks are left out: they write warnings to a file, and `diverged` tells more.
     """
@@ -112,6 +134,7 @@ def move(
         hull = hulls[i]
         added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
         add_to_inertia(inertia, inertia_row, hull.dof, added)
+    raft_drag(blocks, raft_work, inertia, inertia_row)
     mj_factor_m(model, data)
     mj_collision(model, data)
     mj_make_constraint(model, data)
@@ -168,17 +191,24 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
 
 @kernel
 def floating(
-    item: Record, elements: Table, state: Record, waves: Table, sea: Record, air: tuple[float, float],
+    item: Record, elements: Table, state: Record, water: Table,
+    followers: Table, waypoints: Table, follower_state: Table,
+    waves: Table, sea: Record, air: tuple[float, float],
     qpos: Floats, qvel: Floats, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
-    """Wrench of water and wind on a floating object, about its centre of mass; none on one that is held."""
+    """Wrench of water, wind and its own strength on what floats, about its centre of mass; none on what is held."""
     if state.held != 0:
         return zero_wrench()
     body = motion(qpos, qvel, item.qpos, item.dof)
-    load = wind_load(item.wind, body, air)
+    load = wind_on_float(item, body, air)
+    if item.follower >= 0:
+        load = add(load, follow(followers[item.follower], waypoints, follower_state[item.follower], item.com, body))
+    if item.profile == VRX3:
+        water_at_elements(item, elements, water, body, waves, sea, time, dt)
+        return add(load, flotation(item, elements, water, body, 0.0, 0.0, dt, load))
     height = surface_height(waves, sea, body.x, body.y, time)
     rise = water_rise(state, height, dt)
-    return add(load, flotation(item, elements, body, height, rise, dt, load))
+    return add(load, flotation(item, elements, None, body, height, rise, dt, load))
 
 
 @kernel
@@ -187,6 +217,14 @@ def apply(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
     row = xfrc_applied[body]
     row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
     row[3], row[4], row[5] = wrench.tx, wrench.ty, wrench.tz
+
+
+@kernel
+def apply_more(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
+    """Add a wrench about a body's centre of mass to its row of `xfrc_applied`."""
+    row = xfrc_applied[body]
+    for k in range(6):
+        row[k] += wrench[k]
 
 
 @kernel
@@ -202,6 +240,14 @@ def add_to_inertia(inertia: Floats, inertia_row: Ints, dof: int, added: Floats) 
 
 
 @kernel
+def note_touches(contacts: Floats, touches: Floats, time: float) -> None:
+    """Keep in `touches` the time [s] of the last contact that each of MuJoCo's contact sensors found."""
+    for i in range(touches.size):
+        if contacts[i] > 0.0:
+            touches[i] = time
+
+
+@kernel
 def diverged(qpos: Floats, qvel: Floats) -> bool:
     """Tell whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
@@ -214,9 +260,13 @@ def diverged(qpos: Floats, qvel: Floats) -> bool:
 
 @kernel
 def sample(
-    qpos: Floats, qvel: Floats, wind_state: Table, thruster_state: Table, sampling: Ints, samples: Floats, time: float
+    qpos: Floats, qvel: Floats, marks: Floats, wind_state: Table, thruster_state: Table,
+    sampling: Ints, samples: Floats, time: float,
 ) -> None:  # fmt: skip
-    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel] if one is due."""
+    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, marks] if one is due.
+
+    Of the marks it has the last, as many as there is room for: those of lights and placards.
+    """
     if sampling[_STRIDE] == 0:
         return
     if sampling[_COUNTDOWN] > 0:
@@ -234,3 +284,6 @@ def sample(
         row[start + k] = qpos[k]
     for k in range(qvel.size):
         row[start + qpos.size + k] = qvel[k]
+    end = start + qpos.size + qvel.size
+    for k in range(row.size - end):
+        row[end + k] = marks[marks.size - row.size + end + k]

@@ -46,7 +46,7 @@ class Moment:
     qpos: Floats
     qvel: Floats
     marks: Floats
-    """What else there is: positions of beacons, shots left."""
+    """What else there is: positions of beacons, shots left, what lights and placards show."""
 
 
 @kernel

@@ -1,12 +1,23 @@
 """What a boat's controller sees."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.physics.motion import rotation_matrix
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.thrusters import Thruster
+    from vrx_mj.sensors.readings import Reading
+
+__all__ = ["TASK", "BoatObservation", "Observation"]
+
+TASK = "task"
+"""The key of the task among the observations and the commands, which no boat may be called by."""
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,6 +34,10 @@ class BoatObservation:
     """(3,): linear velocity u, v, w [m/s], body axes (forward, left, up)."""
     angular_velocity: FloatArray
     """(3,): angular velocity p, q, r [rad/s], body axes."""
+    sensors: Mapping[str, "Reading"] = field(default_factory=dict, repr=False, compare=False)
+    """The sensors' last readings by name, each made when it is looked up: `Simulation.sense`."""
+    thrusters: Mapping[str, "Thruster"] = field(default_factory=dict, repr=False, compare=False)
+    """What pushes the boat, by name."""
 
     @property
     def roll(self) -> float:
@@ -48,3 +63,31 @@ class BoatObservation:
         u, v, w = self.velocity
         turn = rotation_matrix(self.quaternion)
         return math.hypot(*(float(turn[row] @ (u, v, w)) for row in (0, 1)))
+
+
+class Observation(dict[str, BoatObservation]):
+    """What controllers see: the boats by name and, in a world with a task, `obs["task"]`: its phase, score and outputs.
+
+    Who goes through it meets the boats alone.
+    """
+
+    def __init__(self, boats: Iterable[tuple[str, BoatObservation]], task: Mapping[str, Any] | None = None) -> None:
+        super().__init__(boats)
+        self.task = task
+
+    def __missing__(self, name: str) -> Any:
+        """The task, which is no boat."""
+        if name == TASK and self.task is not None:
+            return self.task
+        raise KeyError(name)
+
+    if TYPE_CHECKING:
+
+        @overload
+        def __getitem__(self, name: Literal["task"]) -> Mapping[str, Any]: ...  # type: ignore[overload-overlap]
+
+        @overload
+        def __getitem__(self, name: str) -> BoatObservation: ...
+
+        def __getitem__(self, name: str) -> Any:
+            """A boat, or the task."""

@@ -1,7 +1,7 @@
 """Whether anything can touch anything: while nothing can, what steps has no shapes at all.
 
 Placing a boat's 30 collision shapes and looking for their contacts is more than half the cost of its step. Every
-moving tree of bodies is bounded by a sphere about its root's origin and every static shape by a box. From their
+moving tree of bodies is bounded by a sphere about its root's middle and every static shape by a box. From their
 least distance follows how far anything may move before another look is needed. A step without contacts is
 bit-equal with and without shapes, so this changes no motion.
 """
@@ -22,8 +22,11 @@ SLACK = 0.05
 REACH = 20.0
 """Distances are not told apart beyond this [m]."""
 
-MOVER = np.dtype([("qpos", np.int64), ("radius", np.float64), ("seen", np.float64, (3,))], align=True)
-"""A tree of bodies on a free joint: its address, bounding radius [m], and where it was at the last look."""
+MOVER = np.dtype(
+    [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
+)
+"""A tree of bodies on a free joint: its address, the middle of the sphere that bounds it [m] in the root's frame, its
+radius [m], and where it was at the last look."""
 OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
@@ -41,17 +44,31 @@ def movers(model: mujoco.MjModel) -> Table:
     row_of = {int(model.jnt_bodyid[joint]): row for row, joint in enumerate(free)}
     table["qpos"] = model.jnt_qposadr[free]
     table["seen"] = np.inf
+    table["middle"] = model.body_ipos[model.jnt_bodyid[free]]
     reach = np.zeros(model.nbody)
     for body in range(1, model.nbody):
         if body != model.body_rootid[body]:
-            reach[body] = reach[model.body_parentid[body]] + float(np.linalg.norm(model.body_pos[body]))
+            reach[body] = reach[model.body_parentid[body]] + _length(model, body)
     for geom in _colliding(model):
         body = int(model.geom_bodyid[geom])
         row = row_of.get(int(model.body_rootid[body]))
         if row is not None:
-            far = reach[body] + float(np.linalg.norm(model.geom_pos[geom])) + model.geom_rbound[geom]
+            start = model.body_ipos[body] if body == model.body_rootid[body] else np.zeros(3)
+            far = reach[body] + float(np.linalg.norm(model.geom_pos[geom] - start)) + model.geom_rbound[geom]
             table["radius"][row] = max(table["radius"][row], far + SLACK)
     return table
+
+
+def _length(model: mujoco.MjModel, body: int) -> float:
+    """Farthest distance [m] of a body from its parent, or from a root's middle, at any angle of its hinge."""
+    parent, way = int(model.body_parentid[body]), np.array(model.body_pos[body])
+    if parent == model.body_rootid[body]:
+        way -= model.body_ipos[parent]
+    if not model.body_jntnum[body]:
+        return float(np.linalg.norm(way))
+    anchor, turned = np.array(model.jnt_pos[model.body_jntadr[body]]), np.zeros(3)
+    mujoco.mju_rotVecQuat(turned, anchor, model.body_quat[body])
+    return float(np.linalg.norm(way + turned) + np.linalg.norm(anchor))
 
 
 def obstacles(model: mujoco.MjModel) -> Table:
@@ -84,17 +101,30 @@ def apart(movers: Table, obstacles: Table, qpos: npt.NDArray[np.float64], look: 
         return False
     moved = 0.0
     for mover in movers:
-        x, y, z = qpos[mover.qpos], qpos[mover.qpos + 1], qpos[mover.qpos + 2]
+        x, y, z = _middle(mover, qpos)
         dx, dy, dz = x - mover.seen[0], y - mover.seen[1], z - mover.seen[2]
         moved = max(moved, dx * dx + dy * dy + dz * dz)
     if look.clearance > 0.0 and 4.0 * moved < look.clearance * look.clearance:
         return True
     for mover in movers:
-        for k in range(3):
-            mover.seen[k] = qpos[mover.qpos + k]
+        mover.seen[0], mover.seen[1], mover.seen[2] = _middle(mover, qpos)
     look.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
     look.wait = 0 if look.clearance > 0.0 else WAIT
     return bool(look.clearance > 0.0)
+
+
+@kernel
+def _middle(mover: Record, qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return where the middle of a mover's sphere is [m]."""
+    at, (x, y, z) = mover.qpos, (mover.middle[0], mover.middle[1], mover.middle[2])
+    qw, qx, qy, qz = qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]
+    s = 2.0 / (qw * qw + qx * qx + qy * qy + qz * qz)
+    cx, cy, cz = qy * z - qz * y, qz * x - qx * z, qx * y - qy * x
+    return (
+        qpos[at] + x + s * (qw * cx + qy * cz - qz * cy),
+        qpos[at + 1] + y + s * (qw * cy + qz * cx - qx * cz),
+        qpos[at + 2] + z + s * (qw * cz + qx * cy - qy * cx),
+    )
 
 
 @kernel

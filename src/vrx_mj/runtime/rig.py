@@ -13,9 +13,11 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
+from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.runtime.moments import Moments
 from vrx_mj.runtime.mounted import mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles
+from vrx_mj.sensors.displays import display_marks, displays_of
 
 __all__ = ["Rig", "drawing_model", "stepping_models"]
 
@@ -30,7 +32,11 @@ MODEL_ARRAYS = (
 """Arrays of the model that a user may change between runs."""
 
 Row = Mapping[str, Any]
-NO_JOINT = -1
+NO_JOINT, NO_ROW = -1, -1
+LOCK = "lock"
+"""Equality constraints that hold a boat are called by this and its name."""
+NEVER = -1.0
+"""Time [s] of a touch that was not."""
 
 
 def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
@@ -63,31 +69,45 @@ class Rig:
         self.timestep = float(model.opt.timestep)
         self.waves = tables.table(tables.WAVE, sea["waves"])
         self.sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
-        known = ("direction", "mean", "gain", "time_constant")
+        known = ("direction", "mean", "gain", "time_constant", "first_step")
         self.wind = tables.table(tables.WIND, [{**{k: wind[k] for k in known}, "key": 0}])
         self.wind_seed = int(wind["seed"])
         self.hulls = tables.table(tables.HULL, [self._free_body(row) for row in parameters["hulls"]])
+        self.stations = tables.table(tables.STATION, parameters["stations"])
         self.thrusters = tables.table(tables.THRUSTER, [self._engine(row) for row in parameters["thrusters"]])
-        self.floats = tables.table(tables.FLOAT, [self._free_body(row) for row in parameters["floats"]])
+        floats = [{"follower": NO_ROW, **self._free_body(row)} for row in parameters["floats"]]
+        self.floats = tables.table(tables.FLOAT, floats)
+        self.followers = tables.table(tables.FOLLOWER, parameters.get("followers", ()))
+        self.waypoints = tables.table(tables.WAYPOINT, parameters.get("path_points", ()))
         self.elements = tables.table(tables.ELEMENT, parameters["elements"])
+        self.blocks = tables.table(tables.BLOCK, [self._free_body(row) for row in parameters["blocks"]])
+        self.moorings = tables.table(tables.MOORING, parameters["moorings"])
         self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
+        self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
+        self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
+        self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
+        self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.quiet = quiet
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
+        self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))
         self.sensors = mounted(world, model)
-        self.moments = Moments(model.nq, model.nv, start_marks(self.sensors))
+        self.displays = displays_of(parameters)
+        self.moments = Moments(model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)])
 
     @property
     def state_tables(self) -> Sequence[npt.NDArray[Any]]:
         """The tables that change from step to step."""
-        return self.wind_state, self.thruster_state, self.float_state
+        afloat = self.float_state, self.element_state, self.follower_state, self.block_state
+        return self.wind_state, self.thruster_state, *afloat, self.touches
 
     def reset(self, seed: int) -> None:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""
         for table in self.state_tables:
             table[:] = np.zeros(1, table.dtype)
+        self.touches[:] = NEVER
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
         self.thruster_state["expires"] = -np.inf
@@ -95,6 +115,40 @@ class Rig:
             if sensor.ball is not None:
                 self.float_state["held"][sensor.ball] = 1
         self.moments.reset()
+
+    @property
+    def display_marks(self) -> npt.NDArray[np.float64]:
+        """What lights and placards show now."""
+        return self.shown(self.moments.marks)
+
+    def shown(self, marks: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Of all marks those of lights and placards: a view of the last ones."""
+        return marks[len(marks) - sum(len(display.start) for display in self.displays) :]
+
+    @property
+    def columns(self) -> int:
+        """How many numbers a row has."""
+        return 2 + 2 * len(self.thrusters) + len(self.data.qpos) + len(self.data.qvel) + len(self.display_marks)
+
+    def release(self, boat: str) -> None:
+        """Let go of a boat that is held by a weld."""
+        for index in range(self.model.neq):
+            if self.model.equality(index).name == f"{LOCK}/{boat}":
+                self.data.eq_active[index] = 0
+
+    def set_afloat(self, row: int, height: float) -> None:
+        """Let the water, whose surface stands at `height` [m] there, have the floating object of a row."""
+        item = self.floats[row]
+        self.float_state[row] = (height, 0)
+        if item["profile"] == tables.VRX3:
+            own = slice(item["element_start"], item["element_start"] + item["element_count"])
+            self.element_state[own] = (height, 0.0)
+
+    def tree_rows(self, qpos: int) -> range:
+        """Rows of the blocks of the floating dock whose free joint is at `qpos`."""
+        roots = [*np.flatnonzero(self.blocks["parent"] < 0), len(self.blocks)]
+        first = next(index for index, row in enumerate(roots[:-1]) if self.blocks["qpos"][row] == qpos)
+        return range(roots[first], roots[first + 1])
 
     def refresh(self) -> None:
         """Carry what was changed in the model over to its twin without shapes."""
@@ -138,7 +192,8 @@ class Rig:
     def row(self, time: float) -> npt.NDArray[np.float64]:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""
         engines, now = self.thruster_state, [time, self.wind_state["speed"][0]]
-        return np.concatenate((now, engines["thrust"], engines["angle"], self.data.qpos, self.data.qvel))
+        moving = self.data.qpos, self.data.qvel
+        return np.concatenate((now, engines["thrust"], engines["angle"], *moving, self.display_marks))
 
     def arguments(self, sampling: npt.NDArray[np.int64], samples: npt.NDArray[np.float64]) -> tuple[Any, ...]:
         """What `advance` takes before time and steps."""
@@ -158,17 +213,28 @@ class Rig:
             self.wind,
             self.wind_state,
             self.hulls,
+            self.stations,
             self.thrusters,
             self.thruster_state,
             self.floats,
             self.elements,
             self.float_state,
+            self.element_state,
+            self.followers,
+            self.waypoints,
+            self.follower_state,
+            self.blocks,
+            self.block_state,
+            self.raft_work,
+            self.moorings,
             self.movers,
             self.obstacles,
             self.look,
             self.moments.clocks,
             self.moments.caught,
             self.moments.marks,
+            data.sensordata,
+            self.touches,
             sampling,
             samples,
         )

@@ -1,6 +1,7 @@
 """A whole run: a controller at its rate, a duration, and the summary at the end."""
 
 import inspect
+import math
 import pathlib
 import platform
 import time as clock
@@ -13,11 +14,16 @@ import numpy as np
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.commands import Commands
-from vrx_mj.runtime.simulation import Observation, Simulation
+from vrx_mj.runtime.observation import TASK, Observation
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.meaning import MEANINGS
 
-Controller = Callable[[Observation, float], Commands | None]
-"""`controller(obs, t) -> {boat: {thruster: command}}`."""
+Controller = Callable[[Observation, float], Mapping[str, Any] | None]
+"""`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
+goes to the task, `{topic: content}`."""
 
+NO_TASK = 60.0
+"""How long a world without a task runs [s], unless it is told."""
 CONTROL_RATE = 10.0
 """Calls of a controller per simulated second [Hz]."""
 
@@ -35,6 +41,26 @@ class BoatSummary:
 
 
 @dataclass(frozen=True)
+class TaskSummary:
+    """How a task went."""
+
+    type: str
+    name: str
+    state: str
+    """initial, ready, running or finished."""
+    score: float
+    unit: str
+    better: str
+    """lower or higher: which scores are the better ones."""
+    elapsed: float
+    """Since it began to run [s]."""
+    timed_out: bool
+    num_collisions: int
+    events: tuple[tuple[float, str, str], ...]
+    """What the referee said: simulated time [s], text and level."""
+
+
+@dataclass(frozen=True)
 class Summary:
     """What a run was and how it ended; two equal runs on one platform have one `state_sha256`."""
 
@@ -49,6 +75,8 @@ class Summary:
     platform: str
     interrupted: bool
     boats: dict[str, BoatSummary]
+    task: TaskSummary | None = None
+    """How the world's task went; None where there is none."""
 
     def as_dict(self) -> dict[str, Any]:
         """The same as plain data, ready for JSON."""
@@ -57,13 +85,16 @@ class Summary:
 
 def run(
     sim: Simulation,
-    duration: float,
+    duration: float | None = None,
     *,
     controller: Controller | None = None,
     control_rate: float = CONTROL_RATE,
     progress: Callable[[float], None] | None = None,
 ) -> Summary:
-    """Run for `duration` [s] of simulated time and tell how it ended.
+    """Run for `duration` [s] of simulated time, or until the world's task is finished, and tell how it ended.
+
+    Without a duration a task ends the run, at its time-out at the latest; a world without a task runs for a minute.
+    With one the run goes on after the task's end.
 
     The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
     as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
@@ -72,7 +103,7 @@ def run(
         CommandError: the duration is no multiple of the timestep, or the controller returned nonsense.
         DivergedError: the state became NaN or huge.
     """
-    steps = sim.steps_in(duration)
+    steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted = sim.observe(), clock.perf_counter(), False
@@ -91,11 +122,22 @@ def run(
             before = now
             if progress is not None:
                 progress(done * sim.timestep)
+            if duration is None and sim.task_is_over:
+                break
     except KeyboardInterrupt:
         interrupted = True
         sim.event("interrupted", "WARN")
     wall = clock.perf_counter() - begun
     return _summary(sim, done, wall, way, interrupted)
+
+
+def planned(sim: Simulation) -> float:
+    """How long a run lasts at most if nobody says [s]: until the task's time is up, or a minute."""
+    task = sim.task
+    if task is None:
+        return NO_TASK
+    left = float(task["running_time"] + task["remaining_time"] + task["elapsed_time"]) - sim.time
+    return max(1, math.ceil(left / sim.timestep - 1e-6) + 1) * sim.timestep
 
 
 def load_controller(name: str, seed: int) -> Controller:
@@ -174,7 +216,7 @@ def _processor() -> str:
         return platform.processor()
 
 
-def obey(sim: Simulation, commands: Commands | None) -> None:
+def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
     """Command what a controller returned.
 
     Raises:
@@ -186,8 +228,28 @@ def obey(sim: Simulation, commands: Commands | None) -> None:
     if not isinstance(commands, Mapping):
         raise CommandError(f"the controller returned {commands!r}: a mapping of boats is needed, or None")
     for boat, values in commands.items():
-        if boat != "task":
+        if boat == TASK:
+            _send(sim, values)
+        elif isinstance(values, Mapping) and FIRE in values:
+            sim.command_all({boat: {name: value for name, value in values.items() if name != FIRE}})
+            if values[FIRE]:
+                sim.fire(boat, values[FIRE] if isinstance(values[FIRE], str) else None)
+        else:
             sim.command_all({boat: values})
+
+
+def _send(sim: Simulation, messages: Any) -> None:
+    """Send a controller's messages to the task, each topic with a content or a list of them."""
+    if not isinstance(messages, Mapping):
+        raise CommandError(f"the controller sent {messages!r} to the task: a mapping of topics is needed")
+    for topic, content in messages.items():
+        several = isinstance(content, list) and all(isinstance(item, Mapping | list) for item in content)
+        for item in content if several else [content]:
+            sim.send(topic, item)
+
+
+FIRE = "fire"
+"""Among a boat's commands: shoot, true or the ball shooter's name."""
 
 
 def _summary(sim: Simulation, steps: int, wall: float, way: dict[str, float], interrupted: bool) -> Summary:
@@ -213,4 +275,24 @@ def _summary(sim: Simulation, steps: int, wall: float, way: dict[str, float], in
         platform=fingerprint(),
         interrupted=interrupted,
         boats=boats,
+        task=_task_summary(sim),
+    )
+
+
+def _task_summary(sim: Simulation) -> TaskSummary | None:
+    task = sim.task
+    if task is None:
+        return None
+    meaning = MEANINGS[task["type"]]
+    return TaskSummary(
+        type=task["type"],
+        name=task["name"],
+        state=task["state"],
+        score=task["score"],
+        unit=meaning.unit,
+        better=meaning.better,
+        elapsed=task["elapsed_time"],
+        timed_out=task["timed_out"],
+        num_collisions=task["num_collisions"],
+        events=sim.task_events,
     )

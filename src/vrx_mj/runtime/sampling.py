@@ -1,10 +1,13 @@
 """Rows that the compiled loop copies while it runs, for recorders."""
 
 import math
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from vrx_mj.tasks.frame import Message
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,13 +21,16 @@ class Listener(Protocol):
     """What a recorder offers to a simulation."""
 
     def rows(self, block: FloatArray) -> None:
-        """Take sampled rows: [time, wind speed, thrusts, steering angles, qpos, qvel]."""
+        """Take sampled rows: [time, wind speed, thrusts, steering angles, qpos, qvel, displays' marks]."""
 
     def state(self, time: float, blob: bytes) -> None:
         """Take a saved state, once per simulated second."""
 
     def event(self, time: float, text: str, level: str) -> None:
         """Take a line of the log."""
+
+    def frame(self, time: float, row: FloatArray, messages: Sequence[Message]) -> None:
+        """Take a frame that the referee of the world's task looked at, as `tasks.layout` has it."""
 
 
 class Sampler:

@@ -29,6 +29,8 @@ from vrx_mj.sensors.truth import truth
 
 __all__ = ["Readings", "Sensing"]
 
+AT_REST = ("vrx", "vrx3")
+"""Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
 BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 """`base_link` itself."""
 
@@ -89,6 +91,11 @@ class Sensing:
         """
         return tuple(self._of(boat))
 
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats."""
+        return tuple(self._boats)
+
     def begin(self, seed: int) -> None:
         """The state was set, by a reset or from a saved one."""
         self._seed = seed
@@ -120,7 +127,7 @@ class Sensing:
             return kept
         draw = Draw(self._seed, boat, name, now.index, sensor.config.rate)
         data = self._maker(sensor.config.type)(sensor, now, before, draw)
-        reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data)
+        reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
         self._kept[boat, name] = reading
         return reading
 
@@ -146,7 +153,7 @@ class Sensing:
     @property
     def inherits(self) -> bool:
         """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return str(self._world.parameters["profile"]) != "vrx"
+        return str(self._world.parameters["profile"]) not in AT_REST
 
     # Inside
 

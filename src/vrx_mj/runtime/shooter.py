@@ -31,6 +31,7 @@ def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> b
 
 def _launch(rig: Rig, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
     """Put the ball to the muzzle, with the launcher's axes, and let it go along their x."""
+    assert sensor.ball is not None, f"{sensor.name} has no ball"
     data, ball, mount = rig.data, rig.floats[sensor.ball], sensor.mount
     muzzle = Mount(mount.position + mount.rotation @ sensor.config.muzzle, mount.rotation, mount.orientation)
     place = sensor.place(data.qpos, data.qvel, muzzle)
@@ -40,8 +41,7 @@ def _launch(rig: Rig, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
     qpos, dof = int(ball["qpos"]), int(ball["dof"])
     data.qpos[qpos : qpos + 3], data.qpos[qpos + 3 : qpos + 7] = place.position, place.orientation
     data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, 0.0
-    state = rig.float_state[sensor.ball]
-    state["held"], state["height"] = 0, sea.height(place.position[0], place.position[1], data.time)
+    rig.set_afloat(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
 
 
 def _chosen(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounted:

@@ -1,8 +1,10 @@
 """What cameras and lidars see: the drawing model, posed as the world was at a moment."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import mujoco
+import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.runtime.moments import Moment
@@ -10,12 +12,13 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.camera import Cameras
+from vrx_mj.sensors.displays import Display
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.lidar import Lidar, Water
 from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
 
-__all__ = ["Sights"]
+__all__ = ["Sights", "painted"]
 
 
 class Sights:
@@ -34,6 +37,8 @@ class Sights:
             self._cameras = Cameras(model, self._world.parameters)
         place = sensor.place(now.qpos, now.qvel)
         data = self._scene(model, now)
+        if self._rig.displays:
+            self._cameras.paint(painted(model, self._rig.displays, self._rig.shown(now.marks), now.time))
         return self._cameras.image(sensor.config, data, place.position, place.rotation, now.time, draw.key, draw.index)
 
     def scan(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> PointCloud | Scan:
@@ -55,3 +60,15 @@ class Sights:
         self._data.qpos[:] = now.qpos
         mujoco.mj_kinematics(model, self._data)
         return self._data
+
+
+def painted(
+    model: mujoco.MjModel, displays: Sequence[Display], marks: npt.NDArray[np.float64], time: float
+) -> dict[int, tuple[float, ...]]:
+    """Colours of lights and placards by the numbers of their geoms in a model, by their marks at a time [s]."""
+    now = np.array([time])
+    colors: dict[int, tuple[float, ...]] = {}
+    for display in displays:
+        parts = display.colors(int(display.codes(marks[None], now)[0]))
+        colors |= {int(model.geom(name).id): parts[part] for part in parts for name in display.parts[part]}
+    return colors

@@ -5,6 +5,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,22 +15,25 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.bodies import FreeBodies, check_name
 from vrx_mj.runtime.commands import Commands, Helm
+from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
 from vrx_mj.runtime.durations import steps_to_second, whole_steps
 from vrx_mj.runtime.forces import Forces, boat_forces
+from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
-from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.officiating import Officiating, TaskObservation
 from vrx_mj.runtime.rig import Rig, drawing_model, stepping_models
 from vrx_mj.runtime.sampling import Listener, Sampler
-from vrx_mj.runtime.sensing import Readings, Sensing
-from vrx_mj.runtime.shooter import fire
+from vrx_mj.runtime.sensing import Sensing
+from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
+from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.thrusters import thrusters
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.sensors.readings import Reading
+from vrx_mj.tasks.frame import Message
 
-Observation = dict[str, BoatObservation]
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
 DRAIN = 0.5
@@ -39,7 +43,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation:
+class Simulation(Instruments, Signals):
     """One world, moving.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -53,15 +57,17 @@ class Simulation:
         self._data = mujoco.MjData(self._model)
         self._rig = Rig(world, self._model, quiet, self._data)
         self._helm = Helm(world.boats, world.parameters["thrusters"])
+        self._thrusters = {boat: thrusters(self._rig, rows) for boat, rows in self._helm.thrusters.items()}
         self._bodies = FreeBodies(world, self._rig)
-        columns = 2 + 2 * len(self._rig.thrusters) + self._model.nq + self._model.nv
-        self._sampler = Sampler(columns, self._rig.timestep)
+        self._sampler = Sampler(self._rig.columns, self._rig.timestep)
         self._pace, self._drained = 1e-5, 0.0
         self._drawing = cache(partial(drawing_model, world))
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
         self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
+        self._officiating = Officiating(world, self._rig, self._bodies.stand)
+        self._deeds = Deeds(self)
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
@@ -124,7 +130,7 @@ class Simulation:
         return self._wind
 
     def command_names(self, boat: str) -> tuple[str, ...]:
-        """The commands a boat takes: thrusters in [-1, 1], their `_angle` in rad; UnknownNameError: no such boat."""
+        """The commands a boat takes, thrusters and their `_angle` [rad]; UnknownNameError: no such boat."""
         return self._helm.names(boat)
 
     # Running
@@ -136,6 +142,7 @@ class Simulation:
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()
+        self._officiating.reset()
         self._settle()
         self._sampler.restart()
         return self.observe()
@@ -143,8 +150,9 @@ class Simulation:
     def command(self, boat: str, **commands: float) -> None:
         """Command a boat's thrusters as VRX's topics do: each thrust lasts for the thruster's timeout.
 
-        Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. Angles are in
-        rad, clamped to the thruster's limit, and do not time out. Errors are those of `command_all`.
+        Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. In worlds of profile
+        `vrx3` they are forces [N], clamped to the thruster's limits, and last until the next. Angles are in rad,
+        clamped to the thruster's limit, and do not time out. Errors are those of `command_all`.
         """
         self.command_all({boat: commands})
 
@@ -180,10 +188,12 @@ class Simulation:
         """Advance by a number of physics steps under the commands that stand; DivergedError as `step`."""
         self._subscriptions.check_idle("advance")
         left = steps
+        self._officiating.look(self.time, self._deeds)
         self._subscriptions.deliver(self.time)
         while left > 0:
             second = steps_to_second(self.time, self.timestep)
-            count = min(left, second, max(1, int(SLICE / self._pace)), self._subscriptions.steps(self.time))
+            heard = min(self._subscriptions.steps(self.time), self._officiating.steps(self.time))
+            count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
@@ -194,6 +204,7 @@ class Simulation:
             if done < count or begun - self._drained > DRAIN:
                 self._sampler.drain()
                 self._drained = begun
+            self._officiating.look(self.time, self._deeds)
             if done == second:
                 self._keep()
             self._subscriptions.deliver(self.time)
@@ -201,15 +212,20 @@ class Simulation:
     # State
 
     def observe(self) -> Observation:
-        """What every boat's controller sees now."""
-        return {boat: self._bodies.observe(boat) for boat in self.boats}
+        """What every boat's controller sees now; as `obs["task"]`, in a world with one, what its task tells."""
+        boats = (
+            (boat, self._bodies.observe(boat, sensors=self.sense(boat), thrusters=self._thrusters[boat]))
+            for boat in self.boats
+        )
+        return Observation(boats, self.task)
 
     def get_state(self) -> State:
         """The whole state: continued from it, a run equals the uninterrupted one bit for bit."""
         size = mujoco.mj_stateSize(self._model, SIGNATURE)
         flat = np.empty(size)
         mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
-        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, self._rig.pack(), self._rig.moving)
+        ours, moving, task = self._rig.pack(), self._rig.moving, self._officiating.dump()
+        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, ours, moving, task)
 
     def set_state(self, state: State) -> Observation:
         """Go to a state that `get_state` gave, here or in another process.
@@ -223,6 +239,7 @@ class Simulation:
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)
+        self._officiating.load(state.task)
         self._seed = state.seed
         self._rig.key(state.seed)
         self._wind.forget()
@@ -249,8 +266,15 @@ class Simulation:
             CommandError: not six finite numbers.
         """
         check_name("boat", name, self.boats)
+        if pose is not None:
+            self.release(name)
         self._bodies.put(name, pose, velocity)
         self._derive()
+
+    def release(self, boat: str) -> None:
+        """Let go of a boat that its task holds, as `set_boat` with a pose does; nothing happens to one that is free."""
+        check_name("boat", boat, self.boats)
+        self._rig.release(boat)
 
     def set_object(
         self,
@@ -259,22 +283,23 @@ class Simulation:
         pose: Sequence[float] | None = None,
         velocity: Sequence[float] | None = None,
     ) -> None:
-        """The same as `set_boat`, for a floating object.
+        """The same as `set_boat`, for a floating object, or for the frame of a floating dock.
 
         Raises:
-            UnknownNameError: no floating object has that name.
+            UnknownNameError: no floating object or dock has that name.
             CommandError: not six finite numbers.
         """
-        check_name("floating object", name, self._bodies.objects)
+        check_name("floating object", name, self._bodies.afloat)
         self._bodies.put(name, pose, velocity)
-        x, y, _ = self._bodies.observe(name).position
-        row = self._bodies.objects.index(name)
-        self._rig.float_state[row] = (self.sea.height(x, y, self.time), 0)
         self._derive()
+        self._bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
 
     def observe_object(self, name: str) -> BoatObservation:
-        """Pose and velocity of a floating object's link; UnknownNameError if none has that name."""
-        check_name("floating object", name, self._bodies.objects)
+        """Pose and velocity of a floating object's link, or of a floating dock's frame, that of its drawing.
+
+        UnknownNameError if none has that name.
+        """
+        check_name("floating object", name, self._bodies.afloat)
         return self._bodies.observe(name)
 
     def forces(self, boat: str) -> Forces:
@@ -287,61 +312,30 @@ class Simulation:
         check_name("boat", boat, self.boats)
         return boat_forces(self._rig, self.boats.index(boat), self.time)
 
-    # Sensors
+    # Its task
 
-    def sensors(self, boat: str) -> tuple[str, ...]:
-        """Names of a boat's sensors; UnknownNameError if no boat has that name."""
-        return self._sensing.names(boat)
+    @property
+    def task(self) -> TaskObservation | None:
+        """Phase, times, score and outputs of the world's task; None where there is none."""
+        return self._officiating.observe() if self._officiating.referee else None
 
-    def sense(self, boat: str) -> Readings:
-        """What a boat's sensors last measured, each at its own rate: a mapping of names to readings.
+    @property
+    def task_is_over(self) -> bool:
+        """Whether the world's task is finished; never where there is none."""
+        return self._officiating.referee is not None and self._officiating.over
 
-        A sensor measures when it is looked up for the first time, and at its rate from then on.
+    @property
+    def task_events(self) -> tuple[tuple[float, str, str], ...]:
+        """What the referee said so far: simulated time [s], text and level."""
+        return self._officiating.events
 
-        Raises:
-            UnknownNameError: no boat has that name; when looking up, no sensor.
-            SensorError: when looking up: it cannot measure here, as a GPS in a world without georeference.
-        """
-        return self._sensing.readings(boat)
-
-    def subscribe(
-        self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
-    ) -> Subscription:
-        """Have `callback(reading)` called for every measurement of a sensor, or for `rate` of them per second.
-
-        It is called from within `advance`, at the step of the measurement, and may do all but advance, reset or set
-        the state. A reading that is due now comes as soon as the simulation advances.
+    def send(self, topic: str, content: Any) -> None:
+        """Send something to the task, as a landmark that was found; it arrives at the referee's next look.
 
         Raises:
-            UnknownNameError: no such boat, or no such sensor on it.
-            CommandError: the rate is not above 0, or above the sensor's own.
+            CommandError: the world has no task, or the task takes no such message.
         """
-        check_name("boat", boat, self.boats)
-        return self._subscriptions.add(boat, sensor, callback, rate, self.time)
-
-    def unsubscribe(self, subscription: Subscription) -> None:
-        """End what `subscribe` began."""
-        self._subscriptions.remove(subscription)
-
-    def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
-        """Put the beacon that a receiver hears at (x, y, z) [m, ENU]; until then it is at the world's origin.
-
-        Raises:
-            UnknownNameError: no such boat, or no such receiver on it.
-            CommandError: not three finite numbers.
-        """
-        self._sensing.set_beacon(boat, sensor, position)
-
-    def fire(self, boat: str, sensor: str | None = None) -> bool:
-        """Shoot a ball; tells whether there was a shot left. The sensor's name may be left out if there is one only.
-
-        Raises:
-            UnknownNameError: no such boat, or no such ball shooter on it.
-            CommandError: the boat has no ball shooter, or several and none is named.
-        """
-        fired = fire(self._sensing, self._rig, self._sea, boat, sensor)
-        self._derive()
-        return fired
+        self._officiating.send(topic, content)
 
     # Recorders
 
@@ -361,6 +355,11 @@ class Simulation:
     def row(self) -> npt.NDArray[np.float64]:
         """The row of the present moment, as listeners get them."""
         return self._rig.row(self.time)
+
+    def frame(self, row: npt.NDArray[np.float64], messages: Sequence[Message]) -> None:
+        """Have the recordings keep a frame that the referee looked at."""
+        for listener in self._sampler.listeners:
+            listener.frame(self.time, row, messages)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a line into the recordings, at the present time."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vrx_mj.errors import StateError
 
-STATE_VERSION = 2
+STATE_VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,8 @@ class State:
     """Gusts, commands, servos, wave memory, shots, beacons and sensors' moments: the compiled loop's state."""
     moving: int
     """How many of these bytes bear on the motion; the rest are the sensors' moments."""
+    task: str = ""
+    """The referee's sheet and memory as JSON; empty where the world has no task."""
 
     @property
     def sha256(self) -> str:
@@ -40,6 +42,7 @@ class State:
         digest.update(np.float64(self.time).tobytes())
         digest.update(self.mujoco.tobytes())
         digest.update(self.ours[: self.moving])
+        digest.update(self.task.encode())
         return digest.hexdigest()
 
     def check(self, world: str) -> None:
@@ -63,6 +66,7 @@ class State:
             "time": self.time.hex(),
             "mujoco": len(self.mujoco),
             "moving": self.moving,
+            "task": self.task,
         }
         return json.dumps(header).encode() + b"\n" + self.mujoco.astype("<f8").tobytes() + self.ours
 
@@ -79,13 +83,13 @@ class State:
             version = header["version"]
             size = 8 * header["mujoco"]
             fields = (header["world"], header["seed"], float.fromhex(header["time"]))
-            moving = int(header["moving"])
+            moving, task = int(header["moving"]), str(header["task"])
         except (ValueError, TypeError, KeyError) as error:
             raise StateError(f"these {len(block)} bytes are no saved state: {error}") from error
         check_version(version)
         if len(body) < size:
             raise StateError(f"the saved state is cut off: {len(body)} of {size} bytes")
-        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving)
+        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving, task)
 
     def save(self, path: str | Path) -> None:
         """Write the state to a file."""

@@ -1,7 +1,7 @@
 """Cameras: pictures of a moment of the world, drawn without a screen."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -75,6 +75,11 @@ class Cameras:
         else:
             copy_flipped(self._drawn, rgb)
         return Image(rgb=rgb, info=intrinsics(config))
+
+    def paint(self, colors: Mapping[int, Sequence[float]]) -> None:
+        """Give geoms of the drawing model, by number, another colour: red, green, blue and alpha, 0 to 1."""
+        for geom, rgba in colors.items():
+            self._model.geom_rgba[geom] = rgba
 
     def close(self) -> None:
         """Free the drawing context; the next picture makes a new one."""

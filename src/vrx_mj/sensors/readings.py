@@ -1,10 +1,12 @@
 """What a sensor gives: data with the time and the frame that they belong to."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from vrx_mj.sensors.places import Mount
 
 __all__ = ["CameraInfo", "Fix", "Image", "Inertia", "PointCloud", "Reading", "Scan", "Shooter", "Sound", "Truth"]
 
@@ -136,3 +138,6 @@ class Reading:
     """ROS frame of `data`: the boat's name, a slash, and the sensor's own."""
     data: Any
     """Image, PointCloud, Scan, Fix, Inertia, Truth, Sound or Shooter."""
+    mount: Mount | None = field(default=None, repr=False, compare=False)
+    """Where the sensor's link is on the boat, as ROS's static transforms tell: of a camera x forward and z up. None in
+    what a recording kept."""

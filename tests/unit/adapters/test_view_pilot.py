@@ -188,3 +188,15 @@ def test_the_pace_doubles_and_halves_within_bounds():
         for _ in range(20):
             pacer.change(factor)
         assert pacer.pace == bound
+
+
+def test_where_commands_are_newtons_full_power_is_the_largest_force():
+    strong = Engine("bow", 1.0, 0.0, False, 0.0, ahead=2000.0, astern=1000.0)
+    assert engine_commands([strong], Wheel(0.5)) == {"bow": 1000.0}
+    assert engine_commands([strong], Wheel(-0.5)) == {"bow": -500.0}
+
+
+def test_the_keys_drive_a_boat_of_vrx_3_in_newtons():
+    world = compile_world({"physics": {"profile": "vrx3"}, "spawn": {"thrusters": "H", "sensors": "none"}})
+    found = {engine.name: (engine.ahead, engine.astern) for engine in engines_of(world, "wamv")}
+    assert found == dict.fromkeys(("left", "right"), (2353.53383668, 1000.0))

@@ -1,8 +1,9 @@
 import pytest
 
-from vrx_mj.cli.files import NEW_KINDS, TASKS
+from vrx_mj.cli.files import NEW_KINDS
 from vrx_mj.compiler.compile import compile_world
-from vrx_mj.config.search import KINDS
+from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.config.tasks import TASKS
 from vrx_mj.resources import root
 
 SOME = {
@@ -11,7 +12,7 @@ SOME = {
     "robots": {"wamv"},
     "objects": {"mb_marker_buoy_red", "robotx_light_buoy"},
     "docks": {"dock_2016", "dock_2018", "dock_2022"},
-    "tasks": set(TASKS),
+    "tasks": {"wildlife: time less bonuses, in s; lower is better"},
 }
 
 
@@ -44,6 +45,49 @@ def test_list_says_what_each_is_when_asked(cli, folder):
     lines = cli("list", "robots", "--verbose").out.splitlines()
     assert "skiff: Skiff, a 2.4 m monohull of 60 kg with one propeller and a rudder" in lines
     assert f"mine: a boat of ours  ({place / 'robot.yaml'})" in lines
+
+
+def test_list_has_a_line_for_each_type_of_task_and_its_keys_when_asked(cli):
+    lines = cli("list", "tasks").out.splitlines()
+    assert [line.partition(":")[0] for line in lines] == list(TASKS)
+    more = cli("list", "tasks", "--verbose").out.splitlines()
+    assert set(lines) < set(more)
+    assert "  goal_tolerance: Distance at which it is reached, in space [m]." in more
+    assert more.index("all tasks") < more.index("  boat: The boat that is scored; by default the fleet's first.")
+
+
+def test_list_puts_worlds_in_folders_under_headings(cli):
+    lines = cli("list", "worlds").out.splitlines()
+    top, *groups = "\n".join(lines).split("\n\n")
+    assert {"ocean", "stationkeeping_task", "wildlife_task"} <= set(top.split())
+    headings = [group.splitlines()[0] for group in groups]
+    assert headings == sorted(headings, key=lambda heading: heading.partition(":")[0])
+    assert {"# vrx2019/phase2: 36", "# vrx2022/practice: 18", "# vrx2023/phase2: 48"} <= set(headings)
+    for group in groups:
+        heading, *names = group.splitlines()
+        folder, _, count = heading.removeprefix("# ").partition(": ")
+        assert len(names) == int(count)
+        assert {name.rpartition("/")[0] for name in names} == {folder}
+    names = [line for line in lines if line and not line.startswith("#")]
+    assert sorted(names) == list(catalogue("worlds"))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "names"),
+    [
+        ("vrx2019/practice/dock?", [f"vrx2019/practice/dock{i}" for i in range(3)]),
+        ("vrx2022/*/gymkhana2", ["vrx2022/phase2/gymkhana2", "vrx2022/practice/gymkhana2"]),
+        ("ocean", ["ocean"]),
+    ],
+)
+def test_list_shows_only_names_like_a_pattern(cli, pattern, names):
+    said = cli("list", "worlds", pattern)
+    assert [line for line in said.out.splitlines() if line and not line.startswith("#")] == names
+
+
+def test_list_of_a_pattern_that_nothing_fits_is_an_error(cli):
+    said = cli("list", "fleets", "duo*")
+    assert (said.code, said.out, said.err.strip()) == (2, "", "no fleet named 'duo*'; known: trio, usv_config")
 
 
 def test_list_shows_a_file_that_cannot_be_read_without_a_description(cli, folder):

@@ -2,9 +2,11 @@
 
 import pytest
 
+from vrx_mj.config.search import catalogue
+
 WORLDS = (
-    "known: buoyancy_plugin_demo, example_course, my_course, ocean, ocean_buoys, sand_island, stationkeeping_task, "
-    "sydney_regatta, vrx2019/example_course, wayfinding_task"
+    "known: base/vrx2023, buoyancy_plugin_demo, example_course, gymkhana, marina, my_course, no_gravity, ocean, "
+    f"ocean_buoys, ocean_docks, ocean_wamv, perception_task and {len(catalogue('worlds')) - 12} more"
 )
 FORM = "is no name=number, as in left=0.5,right=0.5"
 

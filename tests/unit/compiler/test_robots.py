@@ -246,12 +246,7 @@ def test_hull_row_has_vrxs_numbers():
     assert row == {
         "body": "wamv1/base_link",
         "joint": "wamv1/free",
-        "length": 4.9,
-        "beam": 2.4,
-        "radius": 0.213,
-        "stations": 2,
         "density": 997.8,
-        "gravity": 9.815,
         "level": 0.0,
         "added_mass": [0.0, 0.0, 0.1, 0.1, 0.1, 0.0],
         "drag_linear": [51.3, 40.0, 500.0, 50.0, 50.0, 400.0],

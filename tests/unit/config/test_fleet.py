@@ -140,6 +140,8 @@ WINDY = ["wamv", "wamv1", "buoy", "ball", "wamv2"]
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 def test_every_shipped_fleet_fits_every_shipped_world(name):
     for place in catalogue("worlds"):
+        if "/phase2/" in place or "/practice/" in place:  # many, and in the same places as the others
+            continue
         world = load_world(place)
         assert load_fleet(name, world).resolve(world)
 

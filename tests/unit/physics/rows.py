@@ -80,7 +80,7 @@ def sea_of(name):
 def hull(**changes):
     """A WAM-V without thrusters."""
     row = {
-        "body": 1, "qpos": 0, "dof": 0, "length": 4.9, "beam": 2.4, "radius": 0.213, "stations": 2,
+        "body": 1, "qpos": 0, "dof": 0, "profile": tables.VRX, "station_start": 0, "station_count": 4,
         "density": 997.8, "gravity": 9.815, "level": 0.0,
         "added_mass": (0.0, 0.0, 0.1, 0.1, 0.1, 0.0),
         "drag_linear": (51.3, 40.0, 500.0, 50.0, 50.0, 400.0),
@@ -91,14 +91,24 @@ def hull(**changes):
     return table(tables.HULL, [row | changes])[0]
 
 
+def lines(length=4.9, beam=2.4, radius=0.213, count=2):
+    """The stations of two floats, starboard first: VRX classic's places."""
+    piece = length / count
+    places = [((j + 0.5) * piece - 0.5 * length, side * beam, 0.0) for side in (-0.5, 0.5) for j in range(count)]
+    return table(tables.STATION, [{"position": place, "radius": radius, "length": piece} for place in places])
+
+
+def lines_of(name):
+    """The stations of a hull of the oracle."""
+    row = next(row for row in oracle("dynamics_sets") if row["dyn_set"] == name)
+    return lines(row["boatLength"], row["boatWidth"], row["hullRadius"], int(row["length_n"]))
+
+
 def hull_of(name):
     """A hull of the oracle."""
     row = next(row for row in oracle("dynamics_sets") if row["dyn_set"] == name)
     return hull(
-        length=row["boatLength"],
-        beam=row["boatWidth"],
-        radius=row["hullRadius"],
-        stations=int(row["length_n"]),
+        station_count=2 * int(row["length_n"]),
         density=row["waterDensity"],
         level=row["waterLevel"],
         added_mass=[row[key] for key in ("xDotU", "yDotV", "zDotW", "kDotP", "mDotQ", "nDotR")],
@@ -144,7 +154,8 @@ def floating(elements, **changes):
     row = {
         "body": 1, "qpos": 0, "dof": 0, "mass": 20.0, "com": (0.0, 0.0, -2.0),
         "inertia": (1.0, 1.0, 0.1, 0.0, 0.0, 0.0), "density": 1000.0, "gravity": 9.8, "level": 0.0,
-        "linear_drag": 25.0, "angular_drag": 2.0, "element_start": 0, "element_count": len(elements),
+        "linear_drag": 25.0, "angular_drag": 2.0, "profile": tables.VRX, "follower": -1,
+        "element_start": 0, "element_count": len(elements),
         "wind": (0.0, 0.0, 0.0),
     }  # fmt: skip
     return table(tables.FLOAT, [row | changes])[0], table(tables.ELEMENT, elements)

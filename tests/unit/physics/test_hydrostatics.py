@@ -13,6 +13,8 @@ from unit.physics.rows import (
     hull,
     hull_of,
     in_body_axes,
+    lines,
+    lines_of,
     matrix,
     moving,
     moving_row,
@@ -39,13 +41,13 @@ POSE = ((-532.0, 162.0, -0.1), (0.02, -0.03, 1.0))
 
 
 def level_lift(depth):
-    return hydrostatics(hull(), *sea_of("none"), moving((0, 0, -depth)), 1.0)
+    return hydrostatics(hull(), lines(), *sea_of("none"), moving((0, 0, -depth)), 1.0)
 
 
 @pytest.mark.parametrize(("depth", "area", "force"), SECTIONS)
 def test_a_station_lifts_with_its_wet_section(depth, area, force):
     assert section_area(0.213, depth) == pytest.approx(area, rel=NINE_DIGITS)
-    assert station_force(hull(), depth) == pytest.approx(force, rel=NINE_DIGITS)
+    assert station_force(hull(), lines()[0], depth) == pytest.approx(force, rel=NINE_DIGITS)
 
 
 def test_half_a_circle_is_the_most():
@@ -69,7 +71,7 @@ def test_a_level_boat_floats_at_vrx_s_draft(mass, draft):
 def test_the_trim_of_a_boat_at_rest_balances_its_weight():
     """Two thrusters aft, calm water: the whole boat's centre of mass is behind and above that of its link."""
     body = moving((0, 0, -0.101863530), (0, -0.0138729080, 0))
-    wrench = hydrostatics(hull(), *sea_of("none"), body, 1.0)
+    wrench = hydrostatics(hull(), lines(), *sea_of("none"), body, 1.0)
     lever = matrix(body) @ (np.array([0, 0, 0.12422907]) - (-0.28629927, 0, 0.14556580))
     assert wrench.fz == pytest.approx(258 * 9.8, rel=1e-6)
     assert np.array(wrench[3:]) + np.cross(lever, wrench[:3]) == pytest.approx([0, 0, 0], abs=2e-3)
@@ -81,7 +83,7 @@ def test_waves_lift_each_station_as_they_reach_it():
         table(SEA, [{"tau": 2, "level": 0}])[0],
     )
     body = moving(*POSE)
-    wrench = hydrostatics(hull(), *water, body, 20.0)
+    wrench = hydrostatics(hull(), lines(), *water, body, 20.0)
     assert wrench.fz == pytest.approx(1897.25115, rel=NINE_DIGITS)
     assert wrench[3:] == pytest.approx((-1695.08920, 373.920713, 0), rel=NINE_DIGITS)
     expected = (-600.946646, 1628.43359, -14.5355977)
@@ -91,7 +93,7 @@ def test_waves_lift_each_station_as_they_reach_it():
 def test_a_station_in_a_trough_hangs_dry():
     waves = pms_components(3, 2.5, 0.4, 0.0, 0.7, 6, (0.4, 0.85))
     water = table(WAVE, waves), table(SEA, [{"tau": 2, "level": 0}])[0]
-    wrench = hydrostatics(hull(), *water, moving(*POSE), 20.0)
+    wrench = hydrostatics(hull(), lines(), *water, moving(*POSE), 20.0)
     assert wrench.fz == pytest.approx(2963.17746, rel=NINE_DIGITS)
     assert wrench[3:] == pytest.approx((-3348.83810, 1499.12413, 0), rel=NINE_DIGITS)
 
@@ -99,7 +101,8 @@ def test_a_station_in_a_trough_hangs_dry():
 @pytest.mark.parametrize("stations", [1, 2, 3, 10])
 def test_lift_is_the_sum_over_stations(stations):
     """A second, slow implementation; the hull's and the sea's levels both count."""
-    boat, (waves, water) = hull(stations=stations, level=0.05), sea_of("W04")
+    boat, (waves, water) = hull(station_count=2 * stations, level=0.05), sea_of("W04")
+    floats = lines(count=stations)
     water["level"] = -0.02
     body = moving((3.0, -4.0, -0.1), (0.1, -0.05, 2.0))
     total = np.zeros(6)
@@ -107,9 +110,9 @@ def test_lift_is_the_sum_over_stations(stations):
         for j in range(stations):
             lever = matrix(body) @ (((j + 0.5) / stations - 0.5) * 4.9, side * 1.2, 0)
             at = np.array(body[:3]) + lever
-            force = station_force(boat, 0.05 + surface_height(waves, water, at[0], at[1], 33.0) - at[2])
+            force = station_force(boat, floats[0], 0.05 + surface_height(waves, water, at[0], at[1], 33.0) - at[2])
             total += (*(0, 0, force), *np.cross(lever, (0, 0, force)))
-    assert hydrostatics(boat, waves, water, body, 33.0) == pytest.approx(total, rel=1e-12, abs=1e-9)
+    assert hydrostatics(boat, floats, waves, water, body, 33.0) == pytest.approx(total, rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["wamv", "dynA", "wamv_am1"])
@@ -120,7 +123,7 @@ def test_the_wrench_on_a_hull_is_vrx_s(name):
         body = moving_row(row)
         now = np.array(body[12:])
         before = np.array([row[f"{axis}_prev"] for axis in "uvwpqr"])
-        lift = hydrostatics(boat, *sea_of(row["wave_set"]), body, row["t_s"])
+        lift = hydrostatics(boat, lines_of(name), *sea_of(row["wave_set"]), body, row["t_s"])
         hydro = in_body_axes(body, drag(boat, body)) - boat["added_mass"] * (now - before) / row["dt_s"]
         total = in_body_axes(body, lift) + hydro
         axes = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
@@ -138,4 +141,5 @@ def test_the_lift_of_every_station_is_vrx_s():
         for point in points[row["case"]]:
             at = np.array(body[:3]) + matrix(body) @ (point["px_m"], point["py_m"], point["pz_m"])
             depth = boat["level"] + surface_height(waves, water, at[0], at[1], row["t_s"]) - at[2]
-            assert station_force(boat, depth) == pytest.approx(point["fz_N"], rel=1e-6, abs=FORCE_ERROR)
+            force = station_force(boat, lines_of(row["dyn_set"])[0], depth)
+            assert force == pytest.approx(point["fz_N"], rel=1e-6, abs=FORCE_ERROR)

@@ -26,6 +26,7 @@ def blowing(**values):
         "mean": 0.0,
         "gain": 0.0,
         "time_constant": 2.0,
+        "first_step": 0.0,
         "key": stream_key(1, "wind"),
     }
     return table(WIND, [row | values])[0]

@@ -52,7 +52,7 @@ def test_the_state_of_another_world_is_refused(sim, state):
 
 def test_a_state_of_another_version_is_refused(sim, state):
     newer = dataclasses.replace(state, version=99)
-    message = "^the state has version 99; this version of vrx_mj reads 2$"
+    message = "^the state has version 99; this version of vrx_mj reads 3$"
     with pytest.raises(StateError, match=message):
         sim.set_state(newer)
     with pytest.raises(StateError, match=message):
@@ -106,7 +106,7 @@ def test_everything_that_changes_is_in_the_fingerprint(sim, state):
 def test_a_saved_world_of_another_version_is_refused(sim, tmp_path):
     file = sim.world.save(tmp_path).with_suffix(".json")
     file.write_text(file.read_text(encoding="utf-8").replace('"format": 2', '"format": 9'), encoding="utf-8")
-    with pytest.raises(StateError, match=rf"^{re.escape(str(file))} has format 9; this version reads 2$"):
+    with pytest.raises(StateError, match=rf"^{re.escape(str(file))} has format 9; this version reads 3$"):
         vrx_mj.Simulation.load(tmp_path)
 
 

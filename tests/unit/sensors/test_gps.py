@@ -42,7 +42,8 @@ def test_a_fix_leads_back_to_where_it_was_taken(earth, point):
 def test_a_fix_is_where_pymap3d_says():
     found = fix(CONFIG, at((100.0, 200.0, 3.0)), SYDNEY, DRAW)
     expected = pymap3d.enu2geodetic(100.0, 200.0, 3.0, SYDNEY.latitude, SYDNEY.longitude, 0.0)
-    assert (found.latitude, found.longitude, found.altitude) == pytest.approx(expected, abs=1e-12)
+    assert (found.latitude, found.longitude) == pytest.approx(expected[:2], abs=1e-12)
+    assert found.altitude == pytest.approx(expected[2], abs=1e-8)
 
 
 def test_along_the_x_axis_of_a_turned_world_is_its_heading():

@@ -74,9 +74,9 @@ def draw_plan(axes: Any, scene: "MapScene", view: Box) -> None:
 def _docks(axes: Any, scene: "MapScene") -> None:
     from matplotlib.patches import Polygon
 
-    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     for dock in scene.docks:
-        turn = _turn(dock.yaw)
+        square, turn = dock.block * corners, _turn(dock.yaw)
         for cell in dock.cells:
             patch = Polygon(square @ turn.T + cell, facecolor="#9aa3ab", edgecolor="#5d666e", linewidth=0.6, zorder=2)
             axes.add_patch(patch)

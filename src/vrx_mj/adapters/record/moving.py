@@ -14,8 +14,9 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.adapters.record.hinged import part_poses
 from vrx_mj.adapters.record.rows import pack_rows
-from vrx_mj.adapters.record.scene import PARKED, MovingBody, RecordedThruster, RecordScene
+from vrx_mj.adapters.record.scene import PARKED, MovingBody, RecordedDisplay, RecordedThruster, RecordScene
 from vrx_mj.adapters.record.sea import SIDE, sea_patch
 from vrx_mj.physics.motion import rotation_matrix
 
@@ -92,12 +93,15 @@ class MovingChunks:
         self._trail_end: FloatArray | None = None
         self._heading: FloatArray | None = None
         self._angle = np.full(len(scene.thrusters), np.nan)
+        self._codes = [-1] * len(scene.displays)
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
         yield exact_rows(rows)
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         yield from self._poses(rows)
+        yield from self._parts(rows)
+        yield from self._displays(rows)
         if self._boats:
             yield from self._fleet(rows)
             yield from self._trails(rows[self._trail(rows[:, 0])])
@@ -112,6 +116,22 @@ class MovingChunks:
                 yield from flights(self._paths[body.name], rows[:, 0], pose[:, :3])
             else:
                 yield transforms(self._paths[body.name], rows[:, 0], pose[:, :3], pose[:, [4, 5, 6, 3]])
+
+    def _parts(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Blocks of docks, relative to those that they hang on."""
+        for part in self._scene.parts:
+            if part.qpos is not None:
+                position, turn = part_poses(part, rows[:, self._layout.qpos.start + part.qpos])
+                yield transforms(part.path, rows[:, 0], position, turn[:, [1, 2, 3, 0]])
+
+    def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Lights and placards where they changed."""
+        for i, shown in enumerate(self._scene.displays):
+            codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
+            changed = np.diff(codes, prepend=self._codes[i]) != 0
+            self._codes[i] = int(codes[-1])
+            if changed.any():
+                yield from repainted(shown, rows[changed, 0], codes[changed])
 
     def _fleet(self, rows: FloatArray) -> Iterator[Chunk]:
         """The fleet's middle at the mean water level: what the camera follows."""
@@ -224,6 +244,15 @@ def flights(path: str, time: FloatArray, position: FloatArray) -> Iterator[Chunk
     if shot.any():
         columns = rr.Points3D.columns(positions=position[shot].astype(np.float32))
         yield Chunk.from_columns(path, [times(time[shot])], columns)
+
+
+def repainted(shown: RecordedDisplay, time: FloatArray, codes: npt.NDArray[np.int64]) -> Iterator[Chunk]:
+    """The colours of every part of a light or placard that shows `codes` (n,) from times (n,) [s] on."""
+    colors = [shown.display.colors(int(code)) for code in codes]
+    for part, surfaces in shown.surfaces.items():
+        if surfaces:
+            rgba = np.round(255.0 * np.array([color[part] for color in colors])).astype(np.uint8)
+            yield Chunk.from_columns(shown.part_path(part), [times(time)], rr.Mesh3D.columns(albedo_factor=rgba))
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:

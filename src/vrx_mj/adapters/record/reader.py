@@ -17,10 +17,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.record.officiated import FRAMES, read_frames
 from vrx_mj.adapters.record.readings import RecordedReadings
 from vrx_mj.adapters.record.rows import unpack_rows
 from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RecordedSensor, RowLayout
 from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.tasks.frame import Message
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
 
@@ -89,6 +91,8 @@ class Record:
     """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
     states: tuple[SavedState, ...]
+    frames: tuple[tuple[FloatArray, tuple[Message, ...]], ...]
+    """What the referee of the world's task looked at, a row of `tasks.layout` each, and what was sent with it."""
     layout: RowLayout
     rows: FloatArray
     """(n, columns): everything recorded, as it was; `layout.names()` names the columns."""
@@ -143,6 +147,7 @@ def read_record(path: str | Path) -> Record:
         sensors=tuple(RecordedSensor.from_json(tree) for tree in head.get("sensors", ())),
         events=all_events(parts.get("/events", [])),
         states=all_states(parts.get("/record/states", [])),
+        frames=read_frames(parts.get(FRAMES, [])),
         layout=layout,
         rows=rows,
         views=run["views"][0][0],
@@ -150,7 +155,7 @@ def read_record(path: str | Path) -> Record:
     )
 
 
-OURS = ("/record/run", "/record/rows", "/record/states", "/events")
+OURS = ("/record/run", "/record/rows", "/record/states", "/events", FRAMES)
 """Entities that are read; all others are for looking at."""
 
 

@@ -13,12 +13,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.sensors.displays import Display
+
 __all__ = [
     "FORMAT",
     "PARKED",
     "MovingBody",
     "RecordScene",
     "RecordedBody",
+    "RecordedDisplay",
+    "RecordedPart",
     "RecordedSensor",
     "RecordedThruster",
     "RowLayout",
@@ -60,19 +64,38 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class RecordedBody:
-    """A boat, a floating object, a shooter's ball, or something that stands still: a dock, a post, the terrain."""
+    """A boat, a floating object or dock, a shooter's ball, or what stands still: a fixed dock, a post, the terrain."""
 
     name: str
     path: str
     """Entity path in the recording, for example `/world/boats/wamv1` or `/world/objects/red_0`."""
     kind: str
-    """`boat`, `object`, `ball`, or `fixed`."""
+    """`boat`, `object`, `ball`, `dock` if it floats, or `fixed`."""
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     """Position [m] and quaternion (w, x, y, z) when recording starts; for a fixed body, always."""
     qpos: int | None = None
     """First of the free joint's 7 numbers in qpos; None for a fixed body."""
     dof: int | None = None
     """First of the free joint's 6 numbers in qvel; None for a fixed body."""
+    surfaces: tuple[Surface, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedPart:
+    """What hangs on another body: a block of a floating dock on its hinge, or a placard on its block."""
+
+    path: str
+    """Its entity, under that of what it hangs on."""
+    position: Vec3
+    """Of its frame in the frame of what it hangs on [m], at the hinge's angle 0."""
+    quaternion: tuple[float, ...]
+    """(w, x, y, z), likewise."""
+    anchor: Vec3
+    """Of the hinge [m], in its own frame."""
+    axis: Vec3
+    """Of the hinge, unit vector."""
+    qpos: int | None
+    """The hinge's number in qpos; None: it is fixed."""
     surfaces: tuple[Surface, ...] = ()
 
 
@@ -90,6 +113,21 @@ class RecordedThruster:
     """Of the force, unit vector in the engine's frame."""
     surfaces: tuple[Surface, ...] = ()
     """The engine's looks, in its own frame: they turn with the steering angle."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedDisplay:
+    """A light or a placard, whose colours change."""
+
+    display: Display
+    path: str
+    """The entity of the body that carries it."""
+    surfaces: Mapping[str, tuple[Surface, ...]]
+    """Looks of its parts, in the body's frame."""
+
+    def part_path(self, part: str) -> str:
+        """The entity of a part."""
+        return f"{self.path}/{self.display.kind}/{part}"
 
 
 @dataclass(frozen=True)
@@ -158,6 +196,8 @@ class RecordScene:
     """Closed polygons, (n, 2) [m]."""
     waypoints: tuple[Waypoint, ...] = ()
     sensors: tuple[RecordedSensor, ...] = ()
+    displays: tuple[RecordedDisplay, ...] = ()
+    parts: tuple[RecordedPart, ...] = ()
     to_world: ToWorld | None = None
     """None: the world has no place on Earth."""
 
@@ -177,7 +217,8 @@ class RecordScene:
             if body.qpos is not None and body.dof is not None
         )
         thrusters = tuple((thruster.boat, thruster.name) for thruster in self.thrusters)
-        return RowLayout(self.nq, self.nv, thrusters, tuple(moving))
+        marks = sum(len(shown.display.start) for shown in self.displays)
+        return RowLayout(self.nq, self.nv, thrusters, tuple(moving), marks)
 
 
 @dataclass(frozen=True)
@@ -192,18 +233,20 @@ class MovingBody:
 
 @dataclass(frozen=True)
 class RowLayout:
-    """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel."""
+    """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel, marks of lights and placards."""
 
     nq: int
     nv: int
     thrusters: tuple[tuple[str, str], ...]
     """(boat, thruster) in the order of their columns."""
     bodies: tuple[MovingBody, ...]
+    display_marks: int = 0
+    """How many numbers tell what lights and placards show."""
 
     @property
     def width(self) -> int:
         """Number of columns."""
-        return 2 + 2 * len(self.thrusters) + self.nq + self.nv
+        return int(self.marks.stop)
 
     @property
     def thrust(self) -> slice:
@@ -225,6 +268,11 @@ class RowLayout:
         """Velocities, as MuJoCo has them: a free joint's are world linear [m/s], body angular [rad/s]."""
         return slice(self.qpos.stop, self.qpos.stop + self.nv)
 
+    @property
+    def marks(self) -> slice:
+        """What lights and placards show, as `sensors.displays` has it."""
+        return slice(self.qvel.stop, self.qvel.stop + self.display_marks)
+
     def pose(self, body: MovingBody) -> slice:
         """The 7 columns of a body's position and quaternion."""
         start = self.qpos.start + body.qpos
@@ -241,6 +289,7 @@ class RowLayout:
         names += [f"{boat} {name} thrust" for boat, name in self.thrusters]
         names += [f"{boat} {name} angle" for boat, name in self.thrusters]
         names += [f"qpos[{i}]" for i in range(self.nq)] + [f"qvel[{i}]" for i in range(self.nv)]
+        names += [f"display[{i}]" for i in range(self.display_marks)]
         for column, name in self._body_names():
             names[column] = name
         return tuple(names)
@@ -260,4 +309,5 @@ class RowLayout:
     def from_json(cls, tree: Mapping[str, Any]) -> RowLayout:
         """The layout that `to_json` wrote."""
         thrusters = tuple((boat, name) for boat, name in tree["thrusters"])
-        return cls(tree["nq"], tree["nv"], thrusters, tuple(MovingBody(**body) for body in tree["bodies"]))
+        bodies = tuple(MovingBody(**body) for body in tree["bodies"])
+        return cls(tree["nq"], tree["nv"], thrusters, bodies, tree.get("display_marks", 0))

@@ -16,16 +16,19 @@ import numpy as np
 import trimesh
 
 from vrx_mj.adapters.record.choice import Choice, chosen
+from vrx_mj.adapters.record.hinged import part_paths, parts_of
 from vrx_mj.adapters.record.listening import recorded_sensors, sensor_rates, taker
 from vrx_mj.adapters.record.reader import Record, read_record
 from vrx_mj.adapters.record.scene import (
     RecordedBody,
+    RecordedDisplay,
     RecordedThruster,
     RecordScene,
     Surface,
     Waypoint,
 )
 from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
@@ -33,6 +36,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
+from vrx_mj.sensors.displays import displays_of
 
 __all__ = ["POSE_RATE", "record", "resume", "scene_of"]
 
@@ -131,6 +135,8 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
             for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
         ),
         sensors=tuple(recorded_sensors(world, choices)),
+        displays=tuple(_displays(world, looks, part_paths(world, model))),
+        parts=tuple(parts_of(world, model, looks)),
         to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
     )
 
@@ -147,28 +153,52 @@ def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Ite
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
-    boats = [("boat", boat["name"], hull["body"]) for boat, hull in _pairs(world)]
-    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
-    objects = [
-        ("ball" if item["name"] in balls else "object", item["name"], item["body"])
-        for item in world.parameters["objects"]
-    ]
-    docks = [("fixed", dock["name"], f"{dock['name']}/dock") for dock in world.parameters["docks"]]
-    for kind, name, body_name in (*boats, *objects, *docks):
+    for kind, name, body_name in _entries(world):
         body = model.body(body_name).id
         joint = int(model.body_jntadr[body]) if model.body_jntnum[body] else None
         pose = (*data.xpos[body], *data.xquat[body])
         yield RecordedBody(
             name=name,
-            path=f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}",
+            path=_path(kind, name),
             kind=kind if joint is not None else "fixed",
             pose=tuple(float(value) for value in pose),
             qpos=None if joint is None else int(model.jnt_qposadr[joint]),
             dof=None if joint is None else int(model.jnt_dofadr[joint]),
             surfaces=tuple(looks.get(body_name, ())),
         )
+    if MARKER in looks:
+        yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
     if world.parameters["terrain"]:
         yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=tuple(looks.get("world", ())))
+
+
+def _entries(world: World) -> Iterator[tuple[str, str, str]]:
+    """Kind, name and MuJoCo's body of everything that has an entity of its own."""
+    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
+    for boat, hull in _pairs(world):
+        yield "boat", boat["name"], hull["body"]
+    for item in world.parameters["objects"]:
+        yield "ball" if item["name"] in balls else "object", item["name"], item["body"]
+    for dock in world.parameters["docks"]:
+        yield "dock" if dock["dynamic"] else "fixed", dock["name"], dock["bodies"][0]
+        if not dock["dynamic"]:
+            yield from (("fixed", body.rpartition("/")[0], body) for body in dock["placards"])
+
+
+def _path(kind: str, name: str) -> str:
+    return f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}"
+
+
+def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[RecordedDisplay]:
+    """Lights and placards, each on the entity of the body that carries it; `hung` are those of floating docks."""
+    paths = {body: _path(kind, name) for kind, name, body in _entries(world)} | hung
+    for display in displays_of(world.parameters):
+        parts = {
+            part: tuple(surface for name in names for surface in looks.get(name, ()))
+            for part, names in display.parts.items()
+        }
+        if display.body in paths:
+            yield RecordedDisplay(display, paths[display.body], parts)
 
 
 def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
@@ -189,7 +219,12 @@ def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
 
 
 def _looks(world: World, model: mujoco.MjModel) -> Looks:
-    """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge."""
+    """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
+
+    What lights and placards show goes by the names of their geoms, all markers by the one of markers.
+    """
+    shown = {name for display in displays_of(world.parameters) for names in display.parts.values() for name in names}
+    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
     engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.parameters["thrusters"]}
     shapes: dict[Any, trimesh.Trimesh] = {}
     seen: Looks = {}
@@ -207,6 +242,7 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
             if owner == engines[part]["body"] and engines[part]["joint"] is None:
                 place = np.linalg.inv(_placed(engines[part]["position"], _mount(engines[part]))) @ place
             owner = part
+        owner = named.get(model.geom(geom).name, owner)
         rgba = tuple(float(value) for value in model.geom_rgba[geom])
         seen.setdefault(owner, []).append(_surface(shapes[key], place, rgba))
     return seen

@@ -6,7 +6,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.adapters.record.moving import WIND_HEIGHT
-from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordScene, Surface, Waypoint
+from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
 from vrx_mj.adapters.record.sea import sea_triangles
 
 __all__ = ["boat_colors", "static", "still_chunks"]
@@ -36,6 +36,7 @@ WIND_COLOR = (235, 245, 255)
 THRUST_COLOR = (255, 84, 48)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
+WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
@@ -59,6 +60,9 @@ def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
     for body in scene.bodies:
         yield from body_chunks(body)
     yield from engine_chunks(scene)
+    for part in scene.parts:
+        yield from part_chunks(part)
+    yield from display_chunks(scene)
     yield from boat_chunks(scene)
     yield from place_chunks(scene)
     yield from series_chunks(scene)
@@ -115,16 +119,24 @@ def archive(files: Mapping[str, bytes]) -> bytes:
 def body_chunks(body: RecordedBody) -> Iterator[Chunk]:
     """A body's looks, and its first pose until rows move it."""
     if body.qpos is None:
-        yield static(body.path, pose(body))
+        yield static(body.path, pose(body.pose))
     if body.kind == "ball":
         yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
     elif body.surfaces:
         yield static(f"{body.path}/shape", mesh(body.surfaces))
 
 
-def pose(body: RecordedBody) -> rr.Transform3D:
-    """Where a body is when recording starts."""
-    x, y, z, qw, qx, qy, qz = body.pose
+def part_chunks(part: RecordedPart) -> Iterator[Chunk]:
+    """The looks of what hangs on a body, and its place if it is fixed there."""
+    if part.qpos is None:
+        yield static(part.path, pose((*part.position, *part.quaternion)))
+    if part.surfaces:
+        yield static(f"{part.path}/shape", mesh(part.surfaces))
+
+
+def pose(numbers: Sequence[float]) -> rr.Transform3D:
+    """Position [m] and quaternion (w, x, y, z)."""
+    x, y, z, qw, qx, qy, qz = numbers
     return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
 
 
@@ -169,6 +181,14 @@ def engine_chunks(scene: RecordScene) -> Iterator[Chunk]:
     for thruster in scene.thrusters:
         if thruster.surfaces:
             yield static(f"{paths[thruster.boat]}/{thruster.name}/shape", mesh(thruster.surfaces))
+
+
+def display_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Shapes of lights and placards; their colours come with the rows."""
+    for shown in scene.displays:
+        for part, surfaces in shown.surfaces.items():
+            if surfaces:
+                yield static(shown.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
 def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:

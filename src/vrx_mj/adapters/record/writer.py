@@ -16,7 +16,7 @@ import time
 import uuid
 import warnings
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -28,6 +28,7 @@ from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import RecordScene
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 from vrx_mj.sensors.readings import Reading
+from vrx_mj.tasks.frame import Message
 
 __all__ = ["APPLICATION", "RecordWriter"]
 
@@ -69,6 +70,11 @@ class RecordWriter:
     def event(self, t: float, text: str, level: str = "INFO") -> None:
         """Record that something happened at simulated time `t` [s]."""
         self._put(("event", (float(t), text, level)))
+
+    def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
+        """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
+        sent = [[message.topic, message.content] for message in messages]
+        self._put(("frame", (float(t), np.array(row, np.float64), sent)))
 
     def state(self, t: float, blob: bytes) -> None:
         """Record a state at simulated time `t` [s] from which the run can go on."""
@@ -175,6 +181,7 @@ class Work:
 
     def _all_chunks(self) -> Iterator[Any]:
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
+        from vrx_mj.adapters.record.officiated import frame_chunk
         from vrx_mj.adapters.record.sensed import SensedChunks, sensor_chunks
         from vrx_mj.adapters.record.still import still_chunks
 
@@ -189,12 +196,14 @@ class Work:
             yield from sensed(batch["reading"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
+            if batch["frame"]:
+                yield frame_chunk(batch["frame"])
 
     def _batches(self) -> Iterator[dict[str, list[Any]]]:
         """What came in since the last flush, by kind, until the end."""
         going = True
         while going:
-            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": [], "reading": []}
+            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": [], "reading": [], "frame": []}
             going = self._gather(batch)
             yield batch
 

@@ -9,7 +9,7 @@ from operator import mul
 from typing import Any
 
 from vrx_mj.compiler.world import World
-from vrx_mj.physics.tables import RUDDER
+from vrx_mj.physics.tables import NEWTONS, RUDDER
 
 __all__ = ["Engine", "Wheel", "engine_commands", "engines_of"]
 
@@ -48,6 +48,10 @@ class Engine:
     """Largest steering angle [rad]."""
     rudder: bool = False
     """Whether it has no propeller."""
+    ahead: float = 1.0
+    """Command of full power ahead: 1, or a force [N] where commands are newtons."""
+    astern: float = 1.0
+    """The same astern, above 0."""
 
 
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
@@ -63,11 +67,12 @@ def _engine(row: Mapping[str, Any], centre: Sequence[float]) -> Engine:
     forward, left, _ = (sum(map(mul, line, row["direction"])) for line in row["rotation"])
     if row["mapping"] == RUDDER:
         return Engine(row["name"], 0.0, 0.0, x < 0.0, row["max_angle"], rudder=True)
-    return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"])
+    full = (row["max_forward"], abs(row["max_reverse"])) if row["mapping"] == NEWTONS else (1.0, 1.0)
+    return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"], False, *full)
 
 
 def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]:
-    """Commands of the engines: thrusts in [-1, 1], and their `_angle` in rad.
+    """Commands of the engines: thrusts in [-1, 1], or in newtons, and their `_angle` in rad.
 
     Thrusts turn the boat where they have an arm: for two engines side by side, left is power minus turn and right
     is power plus turn, as in VRX's twist2thrust. Else the engines turn to steer. A rudder always does.
@@ -78,7 +83,8 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
         by_angle = engine.rudder or reach <= SHORT_ARM
         if not engine.rudder:
             turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
-            commands[engine.name] = _within(_sign(engine.forward) * wheel.power + turn, 1.0)
+            share = _within(_sign(engine.forward) * wheel.power + turn, 1.0)
+            commands[engine.name] = share * (engine.ahead if share > 0.0 else engine.astern)
         if engine.max_angle > 0.0:
             steer = (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn if by_angle else 0.0
             commands[f"{engine.name}_angle"] = _within(steer + wheel.angle, engine.max_angle)

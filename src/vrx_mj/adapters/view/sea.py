@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.scene import SeaHeight
+from vrx_mj.compiler.drawing import add_signs
 from vrx_mj.compiler.world import World
 
 __all__ = ["SIDE", "SeaMesh", "sea_lines", "sea_of", "sea_points", "window_model"]
@@ -35,6 +36,7 @@ def window_model(world: World) -> mujoco.MjModel:
     """The model that MuJoCo's window draws: everything visible, and a sea that can move in the place of flat water."""
     spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
     spec.visual.quality.shadowsize = 2048
+    add_signs(spec, world)
     water = spec.geom(WATER)
     if water is None:
         return spec.compile()

@@ -98,6 +98,7 @@ class Window:
         if self._sea is not None:
             self._sea.follow(data, (float(place[0]), float(place[1])), sim.time)
         with self._handle.lock():
+            sim.paint(model)
             self._handle.cam.lookat[:] = (*place[:2], 0.5)
             self._keep_flags()
         self._handle.set_texts(_texts(session))

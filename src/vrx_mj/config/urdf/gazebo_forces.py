@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.urdf.elements import Node
 from vrx_mj.config.urdf.gazebo_scope import Scope
 from vrx_mj.config.urdf.model import Urdf, UrdfThruster
@@ -77,7 +77,7 @@ def read_newer_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
         "max_angle": min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2,
     }
     config = node.configured(ThrusterConfig, drive)
-    scope.warn(node, "commands are shares of the largest thrust, -1 to 1, not newtons")
+    scope.warn(node, "commands are newtons in worlds of profile vrx3 alone, else shares of the largest thrust, -1 to 1")
     own = node.text("name") or topic.rpartition("/")[2] or scope.local(joint.child).removesuffix("_propeller_link")
     return [UrdfThruster(own, joint.child, name, engine, config, line=node.line)] if config else []
 
@@ -96,25 +96,41 @@ def read_hydrodynamics(node: Node, scope: Scope) -> HydrodynamicsConfig | None:
     return node.configured(HydrodynamicsConfig, values)
 
 
-def read_newer_hydrodynamics(drag: Node, hulls: list[Node], scope: Scope) -> HydrodynamicsConfig | None:
-    """Newer VRX's drag and hulls, two of them alike; their points are spread over the length as in the older plugin."""
-    points = [_point(point) for hull in hulls for point in hull.element.iterfind("points/point")]
-    if len(hulls) != 2 or not points or None in points:
-        scope.warn(drag, f"expected two hulls (Surface) with points, got {len(hulls)}; the water does not carry it")
+def read_newer_hydrodynamics(drag: Node, surfaces: list[Node], scope: Scope) -> HydrodynamicsConfig | None:
+    """Newer VRX's drag, and its hulls with their points: one Surface plugin each, in water of one level and density."""
+    hulls = [hull for node in surfaces if (hull := _hull(node, scope)) is not None]
+    if not hulls:
+        scope.warn(drag, "there is no hull (Surface) with points beside it; the water does not carry it")
         return None
     _check_body(drag, "link_name", scope)
-    count = len(points) // 2
-    length, width = hulls[0].value("hull_length", 1.0, above=0), 2 * max(abs(point[1]) for point in points if point)
-    scope.warn(hulls[0], f"buoyancy acts at {count} points of each hull, spread evenly over hull_length")
+    waters = [
+        (node.value("fluid_level", 0.0), node.value("fluid_density", WATER_DENSITY, above=0)) for node in surfaces
+    ]
+    if len(set(waters)) > 1:
+        scope.warn(surfaces[0], "the fluid_level and fluid_density of this hull hold for all of them")
+    beam = 2 * max(abs(point[1]) for hull in hulls for point in hull.points)
     values = _coefficients(drag) | {
-        "water_level": hulls[0].value("fluid_level", 0.0),
-        "water_density": hulls[0].value("fluid_density", WATER_DENSITY, above=0),
-        "hull_radius": hulls[0].value("hull_radius", 1.0, above=0),
-        "boat_width": width,
-        "boat_length": length,
-        "length_n": max(count, 1),
+        "water_level": waters[0][0],
+        "water_density": waters[0][1],
+        "hull_radius": hulls[0].radius,
+        "boat_width": beam or 2 * hulls[0].radius,
+        "boat_length": hulls[0].length,
+        "hulls": tuple(hulls),
     }
     return drag.configured(HydrodynamicsConfig, values)
+
+
+def _hull(node: Node, scope: Scope) -> HullConfig | None:
+    points = [_point(point) for point in node.element.iterfind("points/point")]
+    if not points or None in points:
+        scope.warn(node, "its <points> are no numbers, three each; this hull carries nothing")
+        return None
+    values = {
+        "length": node.value("hull_length", 4.9, above=0),
+        "radius": node.value("hull_radius", 0.213, above=0),
+        "points": tuple(points),
+    }
+    return node.configured(HullConfig, values)
 
 
 def read_wind(node: Node, scope: Scope) -> tuple[float, float, float] | None:

@@ -302,17 +302,56 @@ def test_newer_vrxs_forces_are_read(newer):
     assert (thruster.drive.max_force_forward, thruster.drive.max_force_reverse) == (2353.5, -1000)
     assert thruster.drive.timeout == 0
     water = newer.hydrodynamics
-    assert (water.boat_width, water.boat_length, water.length_n, water.hull_radius) == (2.06, 4.9, 2, 0.213)
+    assert (water.boat_width, water.boat_length, water.hull_radius) == (2.06, 4.9, 0.213)
+    assert [(hull.length, hull.radius) for hull in water.hulls] == [(4.9, 0.213)] * 2
+    assert [hull.points for hull in water.hulls] == [
+        ((0.6, side * 1.03, 0), (-1.4, side * 1.03, 0)) for side in (1, -1)
+    ]
     assert water.drag_linear == (100, 100, 500, 300, 900, 800)
     assert water.drag_quadratic == (150, 100, 0, 600, 900, 800)
     assert newer.warnings == (
         (
-            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are shares of the largest thrust, "
-            "-1 to 1, not newtons"
+            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons in worlds of profile vrx3 "
+            "alone, else shares of the largest thrust, -1 to 1"
+        ),
+    )
+
+
+SURFACE = """<gazebo><plugin filename="libSurface.so" name="vrx::Surface">{}</plugin></gazebo>"""
+DRAG = """<gazebo><plugin filename="libSimpleHydrodynamics.so" name="vrx::SimpleHydrodynamics"/></gazebo>"""
+
+
+def test_newer_vrxs_hulls_need_not_be_alike():
+    """RoboBoat's trimaran, with the plugin's defaults for what the middle hull leaves out."""
+    middle = SURFACE.format("<points><point>0.94 0 0.1</point></points><fluid_level>0.1</fluid_level>")
+    side = SURFACE.format(
+        "<hull_length>0.8</hull_length><hull_radius>0.075</hull_radius><points><point>0 0.4 0</point></points>"
+    )
+    found = gazebo(middle + side + DRAG)
+    assert [(hull.length, hull.radius, hull.points) for hull in found.hydrodynamics.hulls] == [
+        (4.9, 0.213, ((0.94, 0, 0.1),)),
+        (0.8, 0.075, ((0, 0.4, 0),)),
+    ]
+    assert (found.hydrodynamics.water_level, found.hydrodynamics.water_density) == (0.1, 997.7735)
+    assert found.warnings == (
+        (
+            "boat.urdf:3: gazebo / plugin 'vrx::Surface': the fluid_level and fluid_density of this hull hold for all "
+            "of them"
+        ),
+    )
+
+
+def test_a_newer_hull_without_points_carries_nothing():
+    found = gazebo(SURFACE.format("<points><point>0.94 0</point></points>") + DRAG)
+    assert found.hydrodynamics is None
+    assert found.warnings == (
+        (
+            "boat.urdf:3: gazebo / plugin 'vrx::Surface': its <points> are no numbers, three each; this hull carries "
+            "nothing"
         ),
         (
-            "boat.urdf:9: gazebo / plugin 'vrx::Surface': buoyancy acts at 2 points of each hull, spread evenly over "
-            "hull_length"
+            "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': there is no hull (Surface) with points beside "
+            "it; the water does not carry it"
         ),
     )
 

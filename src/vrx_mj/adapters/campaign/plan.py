@@ -1,0 +1,127 @@
+"""What a campaign is to sail: every controller in every world with every seed."""
+
+import fnmatch
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from itertools import product
+from pathlib import Path
+
+from vrx_mj.config.search import catalogue, find, is_path
+from vrx_mj.errors import CommandError
+
+__all__ = ["Cell", "Plan", "choose_worlds", "folder_name", "parse_seeds"]
+
+MOST_SEEDS = 100_000
+GLOB = re.compile(r"[*?\[]")
+PLAIN = (re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"), re.compile(r"\w+(\.\w+)*:\w+", re.ASCII))
+"""Names of worlds and of controllers that stay readable, and apart, with a dot for every slash and colon."""
+SERIES = "#"
+"""Between the path of a series of worlds and the number of one of them."""
+
+
+@dataclass(frozen=True, order=True)
+class Cell:
+    """One trial of a campaign."""
+
+    controller: str
+    """As `my_boat:controller`."""
+    world: str
+    """Name, or path of a file."""
+    seed: int
+
+    @property
+    def folder(self) -> str:
+        """Its folder in that of the campaign, with slashes; no two cells have the same."""
+        return f"cells/{folder_name(self.controller)}/{folder_name(self.world)}/seed_{self.seed}"
+
+    def __str__(self) -> str:
+        return f"{self.controller} in {self.world}, seed {self.seed}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All cells, and how each of them is sailed."""
+
+    controllers: tuple[str, ...]
+    worlds: tuple[str, ...]
+    seeds: tuple[int, ...]
+    fleet: str | None = None
+    duration: float | None = None
+    """Simulated time of a trial [s]; None: until its task is over."""
+    timeout: float | None = None
+    """Wall time of a trial [s]; None: by its duration."""
+    record: bool = False
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Every cell, world by world."""
+        return tuple(
+            Cell(controller, world, seed)
+            for world, seed, controller in product(self.worlds, self.seeds, self.controllers)
+        )
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Seeds from `5`, `0,3,7`, `0..9`, or a mixture of them; each once, in their order.
+
+    Raises:
+        CommandError: it is not of that form.
+    """
+    seeds: dict[int, None] = {}
+    for part in text.split(","):
+        found = re.fullmatch(r"\s*(\d{1,9})\s*(?:\.\.\s*(\d{1,9})\s*)?", part)
+        if found is None:
+            raise CommandError(f"--seeds '{text}': '{part}' is no seed: write numbers from 0, as in 0..9 or 0,3,7")
+        first, last = int(found[1]), int(found[2] or found[1])
+        if last < first:
+            raise CommandError(f"--seeds '{text}': the range {first}..{last} is empty; the smaller number comes first")
+        if last - first >= MOST_SEEDS:
+            raise CommandError(f"--seeds '{text}': {last - first + 1} seeds are too many; at most {MOST_SEEDS}")
+        seeds |= dict.fromkeys(range(first, last + 1))
+    return tuple(seeds)
+
+
+def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
+    """The worlds that names, paths and patterns mean, each once; `*` stands for any characters, slashes too.
+
+    Raises:
+        CommandError: a pattern matches no world, or a file is not there.
+        UnknownNameError: no world has that name.
+    """
+    chosen: dict[str, None] = {}
+    for pattern in patterns:
+        chosen |= dict.fromkeys(_worlds(pattern.strip()))
+    return tuple(chosen)
+
+
+def _worlds(pattern: str) -> Sequence[str]:
+    source, _, _ = pattern.partition(SERIES)
+    if is_path(source):
+        if not Path(source).is_file():
+            raise CommandError(f"--worlds '{pattern}': there is no file '{source}'")
+        return [pattern]
+    known = catalogue("worlds")
+    if not GLOB.search(pattern):
+        if source not in known:
+            find("worlds", source)
+        return [pattern]
+    found = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
+    if not found:
+        folders = sorted({f"{name.partition('/')[0]}/*" for name in known if "/" in name})
+        hint = f"; folders of worlds: {', '.join(folders)}" if folders else ""
+        raise CommandError(f"--worlds '{pattern}' matches none of {len(known)} worlds{hint}")
+    return found
+
+
+def folder_name(name: str) -> str:
+    """A name as that of one folder, on any system: `vrx2022/gymkhana` becomes `vrx2022.gymkhana`.
+
+    A name of a world with other characters than small letters, digits, `-`, `_` and slashes, and any that is long, gets
+    a hash at its end.
+    """
+    if len(name) <= 80 and any(form.fullmatch(name) for form in PLAIN):
+        return re.sub(r"[/:]", ".", name)
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
+    return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"

@@ -1,0 +1,69 @@
+"""What a campaign's results depend on: the code of the simulator, and the files of the controllers."""
+
+import sys
+from functools import cache
+from hashlib import sha256
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+import vrx_mj
+from vrx_mj.errors import VrxError
+
+__all__ = ["code_version", "controller_hash", "controller_hashes"]
+
+
+@cache
+def code_version() -> str:
+    """The version of vrx_mj with a digest of its modules: what changes a score without a new version shows too."""
+    folder = Path(vrx_mj.__file__).resolve().parent
+    return f"{vrx_mj.__version__} {_digest(folder, sorted(folder.rglob('*.py')))[:12]}"
+
+
+def controller_hashes(controllers: tuple[str, ...]) -> dict[str, str]:
+    """The digest of each controller's files; errors are those of `controller_hash`."""
+    return {name: controller_hash(name) for name in controllers}
+
+
+def controller_hash(name: str) -> str:
+    """Digest of the files of a controller `module:function`: its module, or all modules of the package that holds it.
+
+    Nothing of it is run. Looked for in the current folder first.
+
+    Raises:
+        VrxError: the name is not of that form, or there is no such module.
+    """
+    module, _, attribute = name.partition(":")
+    if not (attribute.isidentifier() and all(part.isidentifier() or part[:1].isdigit() for part in module.split("."))):
+        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+    found = _sources(module)
+    if found is None:
+        raise VrxError(f"no module named '{module}' for the controller '{name}'")
+    return _digest(*found)
+
+
+def _sources(module: str) -> tuple[Path, list[Path]] | None:
+    """A folder and the files in it that a module is made of, without importing it; None where it is not found."""
+    top, *inner = module.split(".")
+    PathFinder.invalidate_caches()
+    spec = PathFinder.find_spec(top, [str(Path.cwd()), *sys.path])
+    if spec is None:
+        return None
+    for place in map(Path, spec.submodule_search_locations or ()):
+        if not inner or _within(place, inner):
+            return place, sorted(place.rglob("*.py"))
+    if inner or spec.origin is None:
+        return None
+    return Path(spec.origin).parent, [Path(spec.origin)]
+
+
+def _within(package: Path, inner: list[str]) -> bool:
+    """Whether a package's folder has this module, as a file or as a package."""
+    place = package.joinpath(*inner)
+    return place.is_dir() or place.with_suffix(".py").is_file()
+
+
+def _digest(folder: Path, files: list[Path]) -> str:
+    digest = sha256()
+    for file in files:
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()

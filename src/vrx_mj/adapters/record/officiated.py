@@ -1,0 +1,126 @@
+"""What a referee looked at, in a recording: frames to the last bit, and the score once more from them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.record.rows import pack_rows, unpack_rows
+from vrx_mj.errors import RecordError, StateError
+from vrx_mj.runtime.state import State
+from vrx_mj.tasks.frame import Frame, Message
+from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.sheet import Sheet
+
+if TYPE_CHECKING:
+    from rerun.chunk import Chunk
+
+    from vrx_mj.adapters.record.reader import Record
+
+__all__ = ["FRAMES", "Scored", "frame_chunk", "read_frames", "rescore"]
+
+FRAMES = "/record/frames"
+FloatArray = npt.NDArray[np.float64]
+Seen = tuple[float, FloatArray, list[list[Any]]]
+"""Simulated time [s], the frame's row, and its messages, each as topic and content."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A task as a recording has it."""
+
+    referee: Referee
+    """After the last frame."""
+    events: tuple[tuple[float, str, str], ...]
+    """Of all the recording: time [s], text, level."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Phase, times, collisions and score at the end."""
+        return self.referee.sheet
+
+
+def frame_chunk(frames: Sequence[Seen]) -> Chunk:
+    """Frames as one block, and what was sent with them as JSON."""
+    import rerun as rr
+    from rerun.chunk import Chunk
+
+    from vrx_mj.adapters.record.moving import times
+
+    block = pack_rows(np.array([row for _, row, _ in frames]))
+    sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
+    columns = rr.AnyValues.columns(block=[block], sent=[sent])
+    return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
+
+
+def read_frames(parts: Sequence[Mapping[str, Any]]) -> tuple[tuple[FloatArray, tuple[Message, ...]], ...]:
+    """Rows and messages of all frames, in the order of time."""
+    found = [
+        pair
+        for part in parts
+        for blob, sent in zip(part["block"], part["sent"], strict=True)
+        for pair in _unpacked(blob[0], sent[0])
+    ]
+    return tuple(sorted(found, key=lambda pair: float(pair[0][0])))
+
+
+def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
+    messages = {
+        number: tuple(Message(topic, content) for topic, content in several) for number, several in json.loads(sent)
+    }
+    for number, row in enumerate(unpack_rows(blob)):
+        yield row, messages.get(number, ())
+
+
+def rescore(source: str | Path | Record) -> Scored:
+    """Have a task's referee look at a recording: the score is that of the run, to the last bit.
+
+    A recording that began in the middle of a run goes on from the sheet that the run had then.
+
+    Raises:
+        RecordError: the file is no recording, or one of a world without a task.
+    """
+    from vrx_mj.adapters.record.reader import Record, read_record
+
+    recorded = source if isinstance(source, Record) else read_record(source)
+    task = parameters_of(recorded).get("task")
+    if task is None:
+        raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties['world']}, has no task")
+    referee, begun = make_referee(task), -1.0
+    if recorded.states and recorded.states[0].time > 0.0:
+        begun = _resumed(referee, recorded)
+    layout = FrameLayout.of(task, referee.watched)
+    events: list[tuple[float, str, str]] = []
+    for frame in frames_of(recorded, layout):
+        if frame.time > begun + 1e-9:
+            events += [(frame.time, *line) for line in referee.look(frame).lines]
+    return Scored(referee, tuple(events))
+
+
+def frames_of(recorded: Record, layout: FrameLayout) -> Iterator[Frame]:
+    """The frames of a recording."""
+    for row, messages in recorded.frames:
+        yield layout.frame(row.tolist(), messages)
+
+
+def parameters_of(recorded: Record) -> Mapping[str, Any]:
+    """The parameters of the recorded world."""
+    return json.loads(recorded.files["scene.json"])  # type: ignore[no-any-return]
+
+
+def _resumed(referee: Referee, recorded: Record) -> float:
+    """Bring the referee to the first recorded state; returns its time [s]."""
+    first = recorded.states[0]
+    try:
+        referee.load(json.loads(State.from_bytes(first.blob).task))
+    except ValueError as error:
+        raise StateError(f"'{recorded.path}' begins with a state without a task: {error}") from error
+    return first.time

@@ -1,0 +1,140 @@
+"""`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
+
+import contextlib
+import signal
+from collections.abc import Generator, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vrx_mj.cli.files import look_in, writing
+from vrx_mj.cli.limits import core_share
+from vrx_mj.errors import CommandError
+
+if TYPE_CHECKING:
+    from vrx_mj.adapters.campaign.manifest import Campaign
+    from vrx_mj.adapters.campaign.plan import Plan
+    from vrx_mj.adapters.campaign.results import Result
+    from vrx_mj.adapters.campaign.trial import Trial
+    from vrx_mj.cli.campaign_screen import Watch
+
+__all__ = ["campaign"]
+
+
+def campaign(
+    controllers: Annotated[
+        list[str], typer.Argument(metavar="CONTROLLER...", help="module:function(obs, t), or a class; several compete.")
+    ],
+    worlds: Annotated[
+        list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results; goes on where it stopped.")],
+    seeds: Annotated[str, typer.Option(help="As in 0..9 or 0,3,7.")] = "0",
+    jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
+    against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
+    fleet: Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")
+    ] = None,
+    timeout: Annotated[
+        float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
+    ] = None,
+    record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial, for rerun.")] = False,
+    ray: Annotated[bool, typer.Option("--ray", help="On a Ray cluster: RAY_ADDRESS, or this machine.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Forget what the folder holds, and do all anew.")] = False,
+    package_path: Annotated[
+        list[Path] | None,
+        typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+    ] = None,
+) -> None:
+    """Sail every controller in every world with every seed, and compare the scores; failed trials are tried again.
+
+    What a controller does cannot harm the others: each trial has a process of its own. Ctrl-C keeps what is finished.
+
+    Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
+    """
+    from vrx_mj.adapters.campaign.compare import compare
+    from vrx_mj.adapters.campaign.manifest import begin, read_campaign
+    from vrx_mj.adapters.campaign.report import refreshed, write_report
+
+    for name, value in (("--duration", duration), ("--timeout", timeout)):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise CommandError(f"{name} {value:g}: a number of seconds above 0 is needed")
+    plan = _plan(controllers, worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record)
+    earlier = read_campaign(against) if against is not None else None
+    with writing("the campaign", output):
+        begun = begin(output, plan, restart=restart)
+        stopped = _carry_out(begun, jobs, ray=ray)
+        now = refreshed(begun)
+        comparison = compare(now, earlier) if earlier is not None else None
+        page = write_report(now, comparison)
+    _conclude(now, comparison, page, stopped=stopped)
+
+
+def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
+    from vrx_mj.adapters.campaign.plan import Plan, choose_worlds, parse_seeds
+
+    for name in controllers:
+        if controllers.count(name) > 1:
+            raise CommandError(f"the controller {name} is named twice")
+    return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
+
+
+def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
+    """Sail what is left; whether it was stopped before its end."""
+    from vrx_mj.adapters.campaign.trial import Trial
+    from vrx_mj.cli.campaign_screen import watching
+
+    plan, left = begun.manifest.plan, begun.left
+    if len(left) < len(plan.cells):
+        typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
+    trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record) for cell in left]
+    with _ended_by_signals(), watching(len(trials)) as watch:
+        sailed = _sailed(trials, begun.folder, jobs, watch, ray=ray)
+        try:
+            for result in sailed:
+                watch.finished(result)
+        except KeyboardInterrupt:
+            return True
+        finally:
+            sailed.close()
+    return False
+
+
+def _sailed(
+    trials: "Sequence[Trial]", folder: Path, jobs: int | None, watch: "Watch", *, ray: bool
+) -> "Generator[Result, None, None]":
+    if ray:
+        from vrx_mj.adapters.campaign.ray_pool import sail_on_ray
+
+        return sail_on_ray(trials, folder, jobs, running=watch.running)
+    from vrx_mj.adapters.campaign.pool import sail_all
+
+    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)
+
+
+def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) -> None:
+    """Tell how it went; exit code 1 if it was stopped, or if nothing worked."""
+    from vrx_mj.cli.campaign_screen import print_tables
+
+    print_tables(now, comparison)
+    cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())
+    told = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
+    typer.echo(f"{told}; page: {page}")
+    if stopped:
+        typer.echo("stopped; the same command goes on from here", err=True)
+    if stopped or failed == len(cells):
+        raise SystemExit(1)
+
+
+@contextlib.contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let the signals that end a process do so as Ctrl-C does, so that no trial sails on."""
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {name: signal.signal(getattr(signal, name), signal.default_int_handler) for name in names}
+    try:
+        yield
+    finally:
+        for name, handler in before.items():
+            signal.signal(getattr(signal, name), handler)

@@ -1,0 +1,39 @@
+"""`vrx-mj score`, and the task's lines of a run."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vrx_mj.cli.screen import score_line
+
+if TYPE_CHECKING:
+    from vrx_mj.adapters.record.officiated import Scored
+
+__all__ = ["score"]
+
+
+def score(
+    recording: Annotated[Path, typer.Argument(help="A recording (.rrd) of a world with a task.")],
+    events: Annotated[bool, typer.Option("--events", help="What the referee said, too.")] = False,
+) -> None:
+    """Score a recording: the same referee looks at it again, and comes to the score of the run.
+
+    Example: vrx-mj score run.rrd
+    """
+    from vrx_mj.adapters.record.officiated import rescore
+
+    scored = rescore(recording)
+    for time, text, level in scored.events if events else ():
+        typer.echo(f"{time:8.2f} s  {level:5}  {text}")
+    typer.echo(_told(scored))
+
+
+def _told(scored: "Scored") -> str:
+    from vrx_mj.tasks.meaning import MEANINGS
+
+    referee, sheet = scored.referee, scored.sheet
+    meaning = MEANINGS[referee.type]
+    return score_line(
+        referee.name, sheet.phase, sheet.score, meaning.unit, meaning.better, sheet.collisions, sheet.timed_out
+    )

@@ -1,0 +1,52 @@
+"""Markers of goals and waypoints: cylinders in the model that is drawn, which the one that steps never has."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import mujoco
+
+from vrx_mj.config.markers import MarkersConfig
+
+__all__ = ["MARKER", "add_markers", "marker_names", "marker_rows"]
+
+MARKER = "vrx_mj/marker"
+"""What names of their geoms start with."""
+AHEAD = 1.0
+"""Of the upright cylinder lies the middle of the other [m]. VRX: waypoint_markers.cc."""
+GROUP = 1
+"""Of their geoms, as of the water: cameras see them, lidars do not."""
+
+
+def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> list[dict[str, Any]]:
+    """The cylinders of a world's markers, two for each place: those of `goals` [x, y, yaw] come first."""
+    diameter, _, length = config.scaling
+    middle = config.height + length / 2.0
+    rows: list[dict[str, Any]] = []
+    for x, y, yaw in (*(goals if config.task else ()), *config.places):
+        along = [math.cos(yaw), math.sin(yaw), 0.0]
+        looks = {"radius": diameter / 2.0, "length": length, "color": list(config.color)}
+        rows.append({"position": [x, y, middle], "axis": [0.0, 0.0, 1.0], **looks})
+        rows.append({"position": [x + AHEAD * along[0], y + AHEAD * along[1], middle], "axis": along, **looks})
+    return rows
+
+
+def marker_names(parameters: Mapping[str, Any]) -> list[str]:
+    """Names of the geoms that `add_markers` makes."""
+    return [f"{MARKER}_{number}" for number in range(len(parameters.get("markers", ())))]
+
+
+def add_markers(spec: mujoco.MjSpec, parameters: Mapping[str, Any]) -> None:
+    """Put the markers of a compiled world into a model in the making."""
+    for name, row in zip(marker_names(parameters), parameters.get("markers", ()), strict=True):
+        middle, half = row["position"], [0.5 * row["length"] * part for part in row["axis"]]
+        spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            fromto=[m + side * h for side in (-1.0, 1.0) for m, h in zip(middle, half, strict=True)],
+            size=[row["radius"], 0.0, 0.0],
+            rgba=row["color"],
+            group=GROUP,
+            contype=0,
+            conaffinity=0,
+        )

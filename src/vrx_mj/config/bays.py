@@ -1,0 +1,235 @@
+"""Bays of docks: where a drawing has them, and what a file says about them, their placards and their holes.
+
+All places are in the dock's frame [m]: x down the page, y to the right, z up from the water.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Pose, Positive, Vec3, numbers
+from vrx_mj.config.displays import SYMBOLS
+from vrx_mj.config.docks import Cell
+from vrx_mj.config.poses import apply, rotation
+from vrx_mj.config.task_parts import Symbol
+
+__all__ = [
+    "BLOCKS",
+    "FIRST_SYMBOL",
+    "Bay",
+    "BayConfig",
+    "Box",
+    "HoleConfig",
+    "MooringConfig",
+    "PlacardConfig",
+    "bay_zones",
+    "board",
+    "board_holes",
+    "find_bays",
+]
+
+Board = Literal["placard", "placard_2022"]
+"""Objects that placards are made of."""
+FIRST_SYMBOL = SYMBOLS[0]
+"""What a placard shows until it is told otherwise."""
+
+Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
+
+BLOCKS = (0.5, 1.0, 1.5, 2.0)
+"""Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
+MOUTH_GAP = 2.5
+"""From a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
+ZONE_DEPTH = 1.5
+"""Of the zone outside, along the way out [m]; VRX: dock_2018, dock_2022."""
+ZONE_SPILL = 1.5
+"""By how much the zone outside is wider than the bay [m]; VRX: dock_2022."""
+BOAT_WIDTH = 2.5
+"""By how much the zone inside is narrower than the bay [m]: a WAM-V's width, as in VRX's dock_2022."""
+ZONE_HEIGHT, ZONE_CENTER = 2.0, 0.25
+"""Height of zones and of their middle over the dock's origin [m]; VRX: dock_2022."""
+BOARD_SETBACK = 0.95
+"""From a bay's inner end to the middle of its board [m], at most half a block; VRX: dock_2022."""
+BOARD_CENTER = 1.75
+"""Height of a board's middle over the dock's origin [m]; VRX: dock_2016, dock_2022."""
+SYMBOLS_ON = {"placard": (0.07, 2.25), "placard_2022": (0.27, 1.5)}
+"""How far before the middle of a board, and how high over the dock's origin, its symbol is [m]; VRX's static docks."""
+Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
+HOLES: tuple[Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
+"""Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
+HOLE_HEIGHT = 1.08
+"""Of the holes over the middle of the board [m]."""
+
+
+class Box(Config):
+    """A box along the dock's axes."""
+
+    center: Vec3
+    """Centre [m]."""
+    size: Size
+    """Edges along x, y and z [m]."""
+
+
+class BayConfig(Config):
+    """A bay. Its zones come from the drawing's bay of the same number, unless both are given."""
+
+    name: Name | None = None
+    """By default bay1, bay2 and so on."""
+    symbol: Symbol | None = None
+    """What its placard shows at the start; by default a blue circle."""
+    placard: Literal["placard", "placard_2022", "none"] = "placard"
+    """A board of 2 by 3 m, the one of 2022 with two holes, or none. Not used where the dock lists its `placards`."""
+    internal: Box | None = None
+    """Where the boat's origin has to stay."""
+    external: Box | None = None
+    """Through which it has to leave."""
+
+
+class PlacardConfig(Config):
+    """A board with a symbol on it, at a place of its own."""
+
+    name: Name
+    model: Board = "placard"
+    pose: Pose
+    """Of the board."""
+    symbol_pose: Pose
+    """Of the symbol."""
+    symbol: Symbol = FIRST_SYMBOL
+    """What it shows at the start."""
+    shapes: Annotated[tuple[Literal["circle", "cross", "triangle", "rectangle"], ...], NotEmpty] = (
+        "circle",
+        "cross",
+        "triangle",
+        "rectangle",
+    )
+    """Shapes that it can show; any other shows nothing."""
+    block: Annotated[tuple[int, int], numbers("row column")] | None = None
+    """Which block of a dynamic dock carries it, counted from 0; by default the nearest."""
+
+
+class HoleConfig(Config):
+    """A hole for a ball."""
+
+    bay: Annotated[int, Field(ge=1)]
+    """Number of the bay, from 1."""
+    size: Literal["big", "small"]
+    center: Vec3
+    """Centre [m]."""
+    box: Size
+    """Edges of the box in which a ball is in the hole [m]."""
+
+
+class MooringConfig(Config):
+    """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
+
+    stiffness: NonNegative = 2000.0
+    """Of one line [N/m]."""
+    damping: NonNegative = 2000.0
+    """Of one line [N s/m]."""
+
+
+@dataclass(frozen=True)
+class Bay:
+    """A rectangle of water with blocks on three sides."""
+
+    first: Cell
+    """Row and column of its corner with the least of both, from 0."""
+    last: Cell
+    """Of the opposite corner."""
+    opens: tuple[int, int]
+    """Toward which neighbour its mouth is: (-1, 0), (1, 0), (0, -1) or (0, 1), as rows and columns, thus as x and y."""
+
+
+def find_bays(cells: Iterable[Cell]) -> tuple[Bay, ...]:
+    """The bays of a dock's blocks: open to one side, straight through to open water. In reading order."""
+    blocks = frozenset(cells)
+    found = [bay for opens in ((-1, 0), (1, 0), (0, -1), (0, 1)) for bay in _bays_toward(blocks, opens)]
+    return tuple(sorted(found, key=lambda bay: (bay.first, bay.opens)))
+
+
+def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
+    """Bays that open one way, found with rows that count inward and columns across."""
+    (di, dj), (pi, pj) = opens, (abs(opens[1]), abs(opens[0]))
+    turned = sorted((-i * di - j * dj, i * pi + j * pj) for i, j in blocks)
+    there = frozenset(turned)
+    for (row, left), (same, right) in pairwise(turned):
+        inside = range(left + 1, right)
+        if row != same or not inside or any((row + 1, column) not in there for column in inside):
+            continue
+        outer = row
+        while {(outer - 1, left), (outer - 1, right)} <= there and (outer - 1, left, right) in _gaps(turned):
+            outer -= 1
+        if not any(near < outer and column in inside for near, column in turned):
+            corners = [(-u * di + v * pi, -u * dj + v * pj) for u in (outer, row) for v in (left + 1, right - 1)]
+            yield Bay(min(corners), max(corners), opens)
+
+
+def _gaps(cells: Sequence[Cell]) -> frozenset[tuple[int, int, int]]:
+    """Water between two blocks of a row: row, and the columns of the blocks. Cells are sorted."""
+    return frozenset((row, left, right) for (row, left), (same, right) in pairwise(cells) if row == same)
+
+
+def bay_zones(bay: Bay, block: float) -> tuple[Box, Box]:
+    """The zones inside and outside a bay of a dock with blocks of edge `block` [m].
+
+    In proportion to VRX's dock_2022, whose bays are 4 m wide and 6 m deep: inside, the boat's origin has the middle of
+    the bay from 1/12 of its depth to 3/4; outside, a strip 1.5 m deep whose middle is 2.5 m from the mouth.
+    """
+    depth, width = _depth_and_width(bay, block)
+    inner = max(width - BOAT_WIDTH, 0.375 * width)
+    internal = _zone(bay, block, -5.0 / 12.0 * depth, 2.0 / 3.0 * depth, inner)
+    return internal, _zone(bay, block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
+
+
+def board(bay: Bay, block: float, name: str, model: Board, symbol: Symbol) -> PlacardConfig:
+    """The board at the inner end of a bay, which faces out of it."""
+    depth, _ = _depth_and_width(bay, block)
+    dx, dy = bay.opens
+    x, y = _on_axis(bay, block, -depth - min(BOARD_SETBACK, block / 2.0))
+    before, height = SYMBOLS_ON[model]
+    yaw = math.atan2(dx, -dy)
+    return PlacardConfig(
+        name=name,
+        model=model,
+        pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
+        symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
+        symbol=symbol,
+    )
+
+
+def board_holes(bay: int, placard: PlacardConfig) -> tuple[HoleConfig, ...]:
+    """The holes in the board of a bay, counted from 1: a `placard_2022` has two."""
+    if placard.model != "placard_2022":
+        return ()
+    turn = rotation(*placard.pose[3:])
+    found = []
+    for size, x, box in HOLES:
+        px, py, pz = (a + b for a, b in zip(placard.pose, apply(turn, (x, 0.0, HOLE_HEIGHT)), strict=False))
+        ex, ey, ez = (abs(edge) for edge in apply(turn, box))
+        found.append(HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez)))
+    return tuple(found)
+
+
+def _depth_and_width(bay: Bay, block: float) -> tuple[float, float]:
+    """Of a bay [m]."""
+    rows, columns = bay.last[0] - bay.first[0] + 1, bay.last[1] - bay.first[1] + 1
+    depth, width = (rows, columns) if bay.opens[0] else (columns, rows)
+    return depth * block, width * block
+
+
+def _on_axis(bay: Bay, block: float, out: float) -> tuple[float, float]:
+    """Where on a bay's axis, as x and y [m], the point `out` [m] beyond its mouth is."""
+    depth, _ = _depth_and_width(bay, block)
+    x, y = (block * (a + b) / 2.0 for a, b in zip(bay.first, bay.last, strict=True))
+    way = depth / 2.0 + out
+    return x + way * bay.opens[0], y + way * bay.opens[1]
+
+
+def _zone(bay: Bay, block: float, out: float, deep: float, wide: float) -> Box:
+    """A box across the axis of a bay, its middle `out` [m] beyond the mouth."""
+    x, y = _on_axis(bay, block, out)
+    size = (deep, wide, ZONE_HEIGHT) if bay.opens[0] else (wide, deep, ZONE_HEIGHT)
+    return Box(center=(x, y, ZONE_CENTER), size=size)

@@ -1,0 +1,36 @@
+"""The profiles of physics: VRX classic's and VRX 3's, and what a world of each has where its file says nothing."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+__all__ = ["CLASSIC", "Profile", "physics_of_profile", "world_of_profile"]
+
+Profile = Literal["vrx", "vrx3"]
+"""VRX classic (Gazebo 11, ROS 1), and VRX 3 (gz-sim, ROS 2), the one of 2023."""
+
+CLASSIC: Profile = "vrx"
+
+PHYSICS: Mapping[str, Mapping[str, Any]] = {"vrx3": {"timestep": 0.004, "at_base_link": ("pinger",)}}
+"""What a profile has instead of the defaults of `PhysicsConfig`; VRX 3's GPS and IMU are links of their own."""
+SEA: Mapping[str, Mapping[str, Any]] = {"vrx3": {"scale": 1.1}}
+"""The same for `SeaConfig`; VRX 3's Wavefield.cc."""
+
+
+def physics_of_profile(data: Any) -> Any:
+    """A world's `physics` with its profile's values where it gives none."""
+    return _on_top(PHYSICS, data.get("profile"), data) if isinstance(data, Mapping) else data
+
+
+def world_of_profile(data: Any) -> Any:
+    """A world's file with its profile's sea where it says nothing of it."""
+    if not isinstance(data, Mapping) or not isinstance(data.get("physics"), Mapping):
+        return data
+    sea, profile = data.get("sea"), data["physics"].get("profile")
+    if profile not in SEA or not (sea is None or isinstance(sea, Mapping)):
+        return data
+    return {**data, "sea": _on_top(SEA, profile, sea or {})}
+
+
+def _on_top(defaults: Mapping[str, Mapping[str, Any]], profile: Any, data: Mapping[str, Any]) -> Mapping[str, Any]:
+    own = defaults.get(profile, {}) if isinstance(profile, str) else {}
+    return {**own, **data} if own else data

@@ -1,0 +1,330 @@
+"""Tasks: what a world asks of a boat and how it is scored, with VRX's values where a file gives none."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+
+from pydantic import BeforeValidator, PrivateAttr, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
+
+from vrx_mj.config.base import Config, NonNegative, NotEmpty, Positive, Switch, Vec3, fault, faults
+from vrx_mj.config.task_parts import (
+    AnimalConfig,
+    BaySign,
+    Cartesian,
+    ChannelConfig,
+    Color,
+    Geodetic,
+    GymkhanaChannel,
+    ShownObject,
+    TargetConfig,
+)
+from vrx_mj.config.tree import Section
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import nearest
+
+__all__ = [
+    "TASKS",
+    "AcousticPerceptionTask",
+    "AcousticTrackingTask",
+    "DockTask",
+    "FollowPathTask",
+    "GymkhanaTask",
+    "NavigationTask",
+    "PerceptionTask",
+    "StationkeepingTask",
+    "Task",
+    "TaskConfig",
+    "WayfindingTask",
+    "WildlifeTask",
+]
+
+
+class TaskConfig(Config):
+    """What all tasks have."""
+
+    scores: ClassVar[str]
+    """What the score is, in a line."""
+    type: str
+    """Which task this is."""
+    name: str = ""
+    """VRX's task_name; by default the type."""
+    boat: str | None = None
+    """The boat that is scored; by default the fleet's first."""
+    initial_state_duration: NonNegative = 10.0
+    """How long the boat is held at the start [s]."""
+    ready_state_duration: NonNegative = 10.0
+    """How long it is free before the run counts [s]."""
+    running_state_duration: NonNegative = 300.0
+    """How long the run may take [s]."""
+    collision_buffer: NonNegative = 3.0
+    """Dead time after a counted collision [s]."""
+    locked: Switch = True
+    """Whether the boat is held in surge, sway and yaw until the task is ready."""
+
+    _section: Section | None = PrivateAttr(default=None)
+
+    @property
+    def section(self) -> Section:
+        """What the file says, where it says it."""
+        assert self._section is not None, "not read by read_task"
+        return self._section
+
+    @property
+    def geodetic(self) -> tuple[str, ...]:
+        """Keys that were given in latitude and longitude."""
+        return ()
+
+
+class StationkeepingTask(TaskConfig):
+    """Hold a pose."""
+
+    scores: ClassVar[str] = "mean error of the pose, in m; lower is better"
+    type: Literal["stationkeeping", "station_keeping"]
+    goal: Geodetic | None = None
+    """Latitude, longitude [degrees] and yaw [rad] to hold."""
+    goal_cart: Cartesian | None = None
+    """The same as x, y [m] and yaw [rad] in the world frame."""
+    heading: Switch = True
+    """Whether the yaw counts."""
+
+    @model_validator(mode="after")
+    def _has_one_goal(self) -> Self:
+        _one_of(self, "goal", "goal_cart")
+        return self
+
+    @property
+    def geodetic(self) -> tuple[str, ...]:
+        """The goal, if it was given so."""
+        return ("goal",) if self.goal else ()
+
+
+class WayfindingTask(TaskConfig):
+    """Visit poses, in any order."""
+
+    scores: ClassVar[str] = "mean of the least errors at the waypoints, in m; lower is better"
+    type: Literal["wayfinding"]
+    waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
+    """Latitude, longitude [degrees] and yaw [rad] of each."""
+    waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
+    """The same as x, y [m] and yaw [rad] in the world frame."""
+
+    @model_validator(mode="after")
+    def _has_waypoints(self) -> Self:
+        _one_of(self, "waypoints", "waypoints_cart")
+        return self
+
+    @property
+    def geodetic(self) -> tuple[str, ...]:
+        """The waypoints, if they were given so."""
+        return ("waypoints",) if self.waypoints else ()
+
+
+class PerceptionTask(TaskConfig):
+    """Locate and name objects that show up before the boat, which is held throughout."""
+
+    scores: ClassVar[str] = "mean error of the reported places, in m, 10 for a missed object; lower is better"
+    type: Literal["perception"]
+    objects: Annotated[tuple[ShownObject, ...], NotEmpty]
+    """What shows up: time, duration, type, name and pose of each."""
+    loop_forever: Switch = False
+    """Whether the sequence starts anew when all objects are gone."""
+
+
+class NavigationTask(TaskConfig, ChannelConfig):
+    """Pass the gates of a channel in order."""
+
+    scores: ClassVar[str] = "time per gate with penalties, in s, 200 for a failure; lower is better"
+    type: Literal["navigation_course"]
+    collision_buffer: NonNegative = 10.0
+    """Dead time after a counted collision [s]."""
+    obstacle_penalty: NonNegative = 10.0
+    """For a collision [s]."""
+
+
+class FollowPathTask(TaskConfig, ChannelConfig):
+    """Pass the gates of a channel; some may be left out."""
+
+    scores: ClassVar[str] = "points of gates, less those of collisions; higher is better"
+    type: Literal["follow_path"]
+    collision_buffer: NonNegative = 10.0
+    """Dead time after a counted collision [s]."""
+    points_per_gate_crossed: NonNegative = 10.0
+    """Points for a gate."""
+    bonus: NonNegative = 1.0
+    """Points for a gate right after the one before it, and for the last."""
+    obstacle_penalty: NonNegative = 3.0
+    """Points that a collision costs."""
+
+
+class DockTask(TaskConfig):
+    """Dock, as the light buoy and the placards tell; deliver balls through holes."""
+
+    scores: ClassVar[str] = "points of the colours, the docking and the balls; higher is better"
+    type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
+    dock: str
+    """Name of the dock: of an object or of an entry of `docks`."""
+    bays: Annotated[tuple[BaySign, ...], NotEmpty]
+    """The dock's bays in its order: name, symbol and dock_allowed of each."""
+    light_buoy: str | None = None
+    """Name of the light buoy."""
+    color_sequence: tuple[Color, Color, Color] = ("red", "green", "blue")
+    """What the light buoy shows, and what is to be reported."""
+    color_bonus_points: NonNegative = 10.0
+    """For the right report of the colours."""
+    dock_bonus_points: NonNegative = 10.0
+    """For docking; by default 15 in scan_dock_deliver."""
+    correct_dock_bonus_points: NonNegative = 10.0
+    """More, for docking in the correct bay; by default 5 in scan_dock_deliver."""
+    enable_color_checker: Switch = True
+    """Whether a report of the colours is taken; by default not in dock."""
+    min_dock_time: NonNegative = 10.0
+    """How long to stay in the bay [s]."""
+    targets: tuple[TargetConfig, ...] | None = None
+    """By default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small one."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults_of_its_type(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        return {**_DOCKS.get(data.get("type", ""), {}), **data}
+
+    @field_validator("color_sequence", mode="before")
+    @classmethod
+    def _has_three(cls, value: Any) -> Any:
+        if not isinstance(value, tuple | list) or len(value) != 3:
+            raise fault(f"expected three colours of {', '.join(get_args(Color))}, got {shown(value)}")
+        return tuple(value)
+
+
+_DOCKS: dict[str, dict[str, Any]] = {
+    "dock": {"enable_color_checker": False},
+    "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0},
+}
+
+
+class WildlifeTask(TaskConfig):
+    """Keep away from some animals and circle others."""
+
+    scores: ClassVar[str] = "time less bonuses, in s; lower is better"
+    type: Literal["wildlife"]
+    collision_buffer: NonNegative = 10.0
+    """Dead time after a counted collision [s]."""
+    animals: tuple[AnimalConfig, ...] = ()
+    """Name and goal of each; by default all animals of the world."""
+    engagement_distance: Positive = 10.0
+    """Within which an animal is engaged [m]."""
+    time_bonus: NonNegative = 30.0
+    """For each animal that was dealt with as it should be [s]."""
+    publication_rate: Positive | None = None
+    """At which the animals' places are told [Hz]; by default at every look."""
+
+
+class GymkhanaTask(TaskConfig):
+    """Pass a channel, then find a beacon behind obstacles."""
+
+    scores: ClassVar[str] = "mean distance to the beacon with penalties, in m, 200 without the channel; lower is better"
+    type: Literal["gymkhana"]
+    collision_buffer: NonNegative = 10.0
+    """Dead time after a counted collision [s]."""
+    channel: GymkhanaChannel
+    """Its course, gates, obstacle_penalty and collision_buffer."""
+    pinger: Vec3
+    """x, y, z of the beacon [m]."""
+    obstacle_penalty: NonNegative = 1.0
+    """For a collision [m]."""
+
+
+class AcousticPerceptionTask(TaskConfig):
+    """Reach a beacon under water."""
+
+    scores: ClassVar[str] = "time until the beacon is reached, in s; lower is better"
+    type: Literal["acoustic_perception"]
+    pinger: Vec3
+    """x, y, z of the beacon [m]."""
+    goal_tolerance: Positive = 3.0
+    """Distance at which it is reached, in space [m]."""
+
+
+class AcousticTrackingTask(TaskConfig):
+    """Follow a moving beacon."""
+
+    scores: ClassVar[str] = "mean horizontal distance to the beacon with penalties, in m; lower is better"
+    type: Literal["acoustic_tracking"]
+    pinger: str
+    """Name of the object that carries the beacon."""
+    pinger_depth: float = 2.0
+    """z of the beacon that receivers hear [m]; VRX's is above the water."""
+    obstacle_penalty: NonNegative = 1.0
+    """For a collision [m]."""
+
+
+ALIASES = {"station_keeping": "stationkeeping"}
+"""Other names of types."""
+_MODELS: tuple[type[TaskConfig], ...] = (
+    StationkeepingTask,
+    WayfindingTask,
+    PerceptionTask,
+    NavigationTask,
+    FollowPathTask,
+    DockTask,
+    WildlifeTask,
+    GymkhanaTask,
+    AcousticPerceptionTask,
+    AcousticTrackingTask,
+)
+
+
+TASKS: Mapping[str, type[TaskConfig]] = {
+    name: model for model in _MODELS for name in get_args(model.model_fields["type"].annotation) if name not in ALIASES
+}
+"""Models of the tasks, by type."""
+
+
+def read_task(value: Any, info: ValidationInfo) -> Any:
+    """The task of a file's section, by its type."""
+    if value is None or isinstance(value, TaskConfig):
+        return value
+    if not isinstance(value, Mapping):
+        raise fault(f"expected keys and values, got {shown(value)}")
+    if "type" not in value:
+        raise faults((("type",), "required, but missing"))
+    kind = value["type"]
+    model = TASKS.get(ALIASES.get(kind, kind)) if isinstance(kind, str) else None
+    if model is None:
+        raise faults((("type",), _unknown(kind)))
+    task = model.model_validate(value, context=info.context)
+    task._section = value if isinstance(value, Section) else None
+    return task
+
+
+def _unknown(kind: Any) -> str:
+    close = nearest(kind, TASKS) if isinstance(kind, str) else None
+    hint = f"did you mean '{close}'?" if close else f"known: {', '.join(TASKS)}"
+    return f"unknown task type {shown(kind)}; {hint}"
+
+
+def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> None:
+    """Demands a place in one of two ways."""
+    given = [key for key in (geodetic, cartesian) if getattr(task, key) is not None]
+    if not given:
+        raise faults(((geodetic,), f"a {task.type} task needs it, or {cartesian}"))
+    if len(given) > 1:
+        raise faults(((cartesian,), f"{geodetic} is given already; give one of the two"))
+
+
+Task = Annotated[
+    StationkeepingTask
+    | WayfindingTask
+    | PerceptionTask
+    | NavigationTask
+    | FollowPathTask
+    | DockTask
+    | WildlifeTask
+    | GymkhanaTask
+    | AcousticPerceptionTask
+    | AcousticTrackingTask
+    | None,
+    BeforeValidator(read_task),
+]
+"""A task of any type."""

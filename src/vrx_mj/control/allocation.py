@@ -1,0 +1,169 @@
+"""Thrust allocation: from a wanted force and moment on the hull to commands of thrusters and steering angles.
+
+Every thruster pushes along its line; one that steers counts as two, along the hull and across it (the extended thrust
+representation: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 11.2). The least forces that
+add up to what is wanted come from the pseudoinverse; what is too much for a thruster is given up, the moment last.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Allocation", "Propeller", "Thrust", "pushes_every_way"]
+
+FloatArray = npt.NDArray[np.float64]
+STEERING = math.radians(60.0)
+"""A thruster that turns this far either way can push across the hull."""
+IDLE = 2.0
+"""Below this force [N] a thruster that steers keeps straight, so that it does not turn about nothing."""
+INDEPENDENT = 0.1
+"""Least singular value of a set of thrusters, over the largest, that can push every way: the WAM-V's have 0.2 or more."""
+HALVINGS = 12
+"""Of the interval in which a share is sought: to 1/4096."""
+
+
+class Propeller(Protocol):
+    """What an allocation has to know of a thruster: `obs[boat].thrusters` holds such."""
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """Where it pushes [m], body frame."""
+
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """Of a positive force, unit vector, body frame."""
+
+    @property
+    def max_angle(self) -> float:
+        """Largest steering angle either way [rad]."""
+
+    @property
+    def max_forward(self) -> float:
+        """Largest force ahead [N]."""
+
+    @property
+    def max_reverse(self) -> float:
+        """Largest force astern [N]."""
+
+    def command(self, force: float) -> float:
+        """The command that gives a force [N]."""
+
+
+@dataclass(frozen=True)
+class Thrust:
+    """Commands, and what they give."""
+
+    commands: dict[str, float]
+    surge: float
+    """Force ahead [N]."""
+    sway: float
+    """Force to port [N]."""
+    yaw: float
+    """Moment to port about `base_link` [N m]."""
+
+
+class Allocation:
+    """Shares out forces among the thrusters of one boat."""
+
+    def __init__(self, thrusters: Mapping[str, Propeller], *, steer: Sequence[str] | bool | None = None) -> None:
+        """`steer`: which of those that can steer shall, all or none; by default none, unless the boat needs it.
+
+        A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
+        """
+        self._thrusters = dict(thrusters)
+        if steer is None:
+            steer = not pushes_every_way(_columns(self._thrusters, ()))
+        chosen = self._thrusters if steer is True else steer or ()
+        able = [name for name in chosen if self._thrusters[name].max_angle >= STEERING]
+        self._matrix = _columns(self._thrusters, able)
+        self._inverse: FloatArray = np.linalg.pinv(self._matrix, rcond=1e-3)
+        self._slices: list[tuple[str, slice]] = []
+        for name in self._thrusters:
+            start = self._slices[-1][1].stop if self._slices else 0
+            self._slices.append((name, slice(start, start + (2 if name in able else 1))))
+
+    @property
+    def every_way(self) -> bool:
+        """Whether it can push ahead, across and around at will."""
+        return pushes_every_way(self._matrix)
+
+    def __call__(self, surge: float, sway: float, yaw: float) -> Thrust:
+        """Commands for a force [N] ahead and to port and a moment [N m] to port, about `base_link`.
+
+        What is too much is made less: first the force, whose direction is kept, then the moment.
+        """
+        turning, pushing = self._inverse @ [0.0, 0.0, yaw], self._inverse @ [surge, sway, 0.0]
+        turning = turning * self._share(np.zeros_like(turning), turning)
+        forces = turning + pushing * self._share(turning, pushing)
+        given = self._matrix @ forces
+        return Thrust(self._commands(forces), float(given[0]), float(given[1]), float(given[2]))
+
+    def _share(self, base: FloatArray, more: FloatArray) -> float:
+        """How much of `more` the thrusters can give besides `base`, 0 to 1."""
+        if self._can(base + more):
+            return 1.0
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._can(base + middle * more) else (low, middle)
+        return low
+
+    def _can(self, forces: FloatArray) -> bool:
+        return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
+
+    def _commands(self, forces: FloatArray) -> dict[str, float]:
+        commands = {}
+        for name, own in self._slices:
+            thruster, (along, *across) = self._thrusters[name], forces[own].tolist()
+            if across:
+                angle, along = _turned(along, across[0], thruster.max_angle)
+                commands[f"{name}_angle"] = angle
+            commands[name] = thruster.command(along)
+        return commands
+
+
+def pushes_every_way(matrix: FloatArray) -> bool:
+    """Whether the columns of surge, sway and yaw, (3, n), span all three well enough."""
+    if matrix.shape[1] < 3:
+        return False
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return bool(sizes[-1] > INDEPENDENT * sizes[0])
+
+
+def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str]) -> FloatArray:
+    """(3, n): surge, sway and yaw of a unit force of each thruster; one that steers has a second column, across."""
+    columns: list[list[float]] = []
+    for name, thruster in thrusters.items():
+        (x, y, _), (ahead, left, _) = thruster.position, thruster.direction
+        columns.append([ahead, left, x * left - y * ahead])
+        if name in steered:
+            columns.append([-left, ahead, x * ahead + y * left])
+    return np.array(columns).reshape(-1, 3).T
+
+
+def _within(force: Sequence[float], thruster: Propeller) -> bool:
+    """Whether a thruster can give a force [N] along its line, or along and across it."""
+    slack = 1e-9
+    if len(force) == 1:
+        return -thruster.max_reverse - slack <= force[0] <= thruster.max_forward + slack
+    angle, along = _turned(force[0], force[1], thruster.max_angle)
+    in_reach = abs(angle) <= thruster.max_angle + slack
+    return in_reach and -thruster.max_reverse - slack <= along <= thruster.max_forward + slack
+
+
+def _turned(along: float, across: float, reach: float) -> tuple[float, float]:
+    """Steering angle [rad] and force [N] of a thruster that is to push ahead and to port and turns by `reach` [rad].
+
+    It pushes astern where it turns less far for it, or cannot turn far enough; in between, it goes on ahead.
+    """
+    force = math.hypot(along, across)
+    if force < IDLE:
+        return 0.0, along
+    angle = math.atan2(across, along)
+    if abs(angle) <= min(reach, math.pi / 2):
+        return angle, force
+    return angle - math.copysign(math.pi, angle), -force

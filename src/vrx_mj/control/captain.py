@@ -1,0 +1,40 @@
+"""The captain: one controller for every task, who leaves the helm to the one that knows it."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from vrx_mj.control.skipper import Skipper, task_of
+from vrx_mj.control.stationkeeping import StationKeeper
+from vrx_mj.control.wayfinding import WaypointFollower
+
+__all__ = ["SKIPPERS", "Captain"]
+
+SKIPPERS: dict[str, Callable[[], Skipper]] = {
+    "stationkeeping": StationKeeper,
+    "wayfinding": WaypointFollower,
+}
+"""Who knows a task, by its type."""
+
+
+class Captain:
+    """Steers whatever the world's task is: `vrx-mj campaign vrx_mj.control:Captain --worlds 'vrx2022/*'`.
+
+    In a world without a task, or with one that nobody knows, the boat holds its pose.
+    """
+
+    def __init__(self) -> None:
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Before a new run."""
+        self._seed, self._skipper = seed, None
+
+    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+        """What the one at the helm commands."""
+        if self._skipper is None:
+            make = SKIPPERS.get(str(task_of(obs).get("type")), StationKeeper)
+            self._skipper = make()
+            self._skipper.reset(self._seed)
+        return self._skipper(obs, t)
+
+    _skipper: Skipper | None

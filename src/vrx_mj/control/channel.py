@@ -1,0 +1,196 @@
+"""Channels: buoyed gates crossed in their order, found with lidar and camera; and what the gymkhana adds to that."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.control.avoidance import clear_course
+from vrx_mj.control.gates import Gate, gate_of, next_gate, opening, paired, wall
+from vrx_mj.control.guidance import Point, wrapped
+from vrx_mj.control.lookout import Lookout
+from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.skipper import Commands, Skipper
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import BoatObservation
+
+__all__ = ["Channel", "Gymkhana"]
+
+CRUISE = 0.9
+"""Speed, as a share of the top speed: what is left is for wind and turning."""
+FASTEST = 3.0
+"""Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
+BERTH = 2.7
+"""How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
+REACH = 16.0
+"""From how far a buoy is steered clear of [m]: time for a turn of 60 degrees at 2 m/s."""
+RUN_UP = 9.0
+"""How far before a gate to be lined up with it [m]."""
+RUN_OUT = 7.0
+"""How far behind it to steer for [m]: the crossing counts for the boat's origin."""
+OLD = 4.0
+"""A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
+SWEEP = 0.55
+"""Turning rate of looking around [rad/s]."""
+PATIENCE = 14.0
+"""How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
+EXIT = ("blue", "black")
+"""Partners of the last gate's red buoy."""
+PARTNERS = ("green", "white", *EXIT)
+
+
+class Channel(Skipper):
+    """Crosses the gates of a channel, red to starboard, and keeps clear of all buoys.
+
+    Perception (`Lookout`): the lidar twice a second tells where buoys are, the camera ahead of what kind those are that
+    are new. Two buoys that are each other's nearest, one of them red, are a gate (`gates.paired`); the next is the one
+    with the least way and turning, the first is the one with a white buoy. Guidance: to a point `RUN_UP` before the
+    gate's opening and straight on, on the course nearest to that which is clear (`avoidance.clear_course`). Gates whose
+    turn has not come are walls. Where nothing is known the boat goes on for a while, goes to see what it cannot tell
+    yet, or turns to look around.
+
+    With a chart, the gates' buoys [m, as red and partner by gate], nothing is to be found: `chart` is in the frame of
+    the world's map, x and y, or {latitude, longitude}; obstacles still come from the lidar.
+    """
+
+    def __init__(self, chart: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]] | None = None) -> None:
+        self._chart = chart
+        super().__init__()
+
+    def begin(self) -> None:
+        """Forget the buoys and the gates."""
+        self.lookout = Lookout(period=0.5)
+        self._done: list[Gate] = []
+        self._gate: Gate | None = None
+        self._side = ""
+        self._since = math.nan
+        self._start: tuple[Point, float] | None = None
+        self._course: float | None = None
+
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+        """Cross the gate that is next, or look for it."""
+        if self._start is None:
+            self._start, self._since = ((seen.x, seen.y), seen.heading), t
+        if self.lookout.look(boat, seen, t) or self._gate is None:
+            self._gate = self._choose(t)
+        if task.get("state") != "running":
+            return self._look_around(seen, t)
+        if self._gate is None:
+            return self._search(seen, t)
+        return self._cross(self._gate, seen, t)
+
+    # Which gate
+
+    def _choose(self, t: float) -> Gate | None:
+        """The gate that is next, of those known now."""
+        gates = self._known()
+        if self._done:
+            last = self._done[-1]
+            return next_gate(last.middle, last.course, gates)
+        assert self._start is not None, "before the first call"
+        if self._chart is None and t - self._since < PATIENCE:
+            white = [buoy.place for buoy in self.lookout.map.of("white")]
+            gates = [gate for gate in gates if gate.partner in white]
+        return next_gate(self._start[0], None, gates)
+
+    def _known(self) -> list[Gate]:
+        """The gates that are not crossed yet, as far as they are known."""
+        if self._chart is not None:
+            places = self.navigator.place
+            return [gate_of(places(red), places(other)) for red, other in self._chart[len(self._done) :][:1]]
+        seen = self.lookout.map
+        reds, partners = seen.of("red"), seen.of(*PARTNERS)
+        return paired([b.place for b in reds if self._new(b.place)], [b.place for b in partners if self._new(b.place)])
+
+    def _new(self, place: Point) -> bool:
+        """Whether a buoy is of no gate that was crossed."""
+        return all(math.dist(place, old) > OLD for gate in self._done for old in (gate.red, gate.partner))
+
+    # How to go
+
+    def _cross(self, gate: Gate, seen: Estimate, t: float) -> Commands:
+        """Line up with a gate and go through."""
+        buoys = [buoy.place for buoy in self.lookout.map.buoys]
+        middle = opening(gate, buoys, BERTH)
+        cos, sin = math.cos(gate.course), math.sin(gate.course)
+        along = (seen.x - middle[0]) * cos + (seen.y - middle[1]) * sin
+        across = (seen.y - middle[1]) * cos - (seen.x - middle[0]) * sin
+        self._note(gate, seen, t)
+        lined_up = along < 0.0 and abs(across) < 1.0 - 0.6 * along
+        ahead = RUN_OUT if lined_up else -RUN_UP
+        walls = [point for other in self._known() if other != gate for point in wall(other)]
+        if along > -1.5 and not lined_up:
+            walls += wall(gate)
+        return self.go(seen, t, (middle[0] + ahead * cos, middle[1] + ahead * sin), walls)
+
+    def _note(self, gate: Gate, seen: Estimate, t: float) -> None:
+        """See whether the gate was crossed."""
+        cos, sin = math.cos(gate.course), math.sin(gate.course)
+        east, north = seen.x - gate.middle[0], seen.y - gate.middle[1]
+        inside = abs(north * cos - east * sin) < gate.width / 2.0
+        side = ("after" if east * cos + north * sin >= 0.0 else "before") if inside else ""
+        if self._side == "before" and side == "after":
+            self._done.append(gate)
+            self._gate, self._side, self._since = self._choose(t), "", t
+        else:
+            self._side = side
+
+    def go(self, seen: Estimate, t: float, place: Point, walls: Sequence[Point] = (), *, share: float = 1.0) -> Commands:
+        """Commands toward a place [m], clear of buoys and walls, at a share of the cruising speed."""
+        distance, bearing = seen.to(*place)
+        discs = [(buoy.place, BERTH) for buoy in self.lookout.map.buoys]
+        discs = [disc for disc in discs if math.dist(disc[0], place) > 1.0] + [(point, BERTH) for point in walls]
+        reach = min(REACH, distance + BERTH)
+        course = clear_course((seen.x, seen.y), bearing, discs, reach=reach, before=self._course)
+        self._course = course
+        off = wrapped(course - seen.heading)
+        speed = share * min(CRUISE * self.pilot.top_speed, FASTEST) * max(0.12, math.cos(off) ** 3)
+        return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
+
+    # Where nothing is known
+
+    def _search(self, seen: Estimate, t: float) -> Commands:
+        """Go to see what is not known yet; a while ahead; and then look around."""
+        strange = self._strange(seen)
+        if strange is not None:
+            return self.go(seen, t, strange, self._walls(), share=0.7)
+        if self._done and t - self._since < 8.0:
+            last = self._done[-1]
+            ahead = (last.middle[0] + 40.0 * math.cos(last.course), last.middle[1] + 40.0 * math.sin(last.course))
+            return self.go(seen, t, ahead, self._walls(), share=0.6)
+        return self._look_around(seen, t)
+
+    def _walls(self) -> list[Point]:
+        return [point for gate in self._known() for point in wall(gate)]
+
+    def _strange(self, seen: Estimate) -> Point | None:
+        """A place from which to see what is known by half: a buoy without a kind, or half a gate."""
+        known = self.lookout.map
+        halves = [buoy for buoy in known.sure if buoy.seen > 3 and not buoy.kind and sum(buoy.votes.values()) < 8]
+        halves = [buoy for buoy in halves if self._new(buoy.place) and seen.to(*buoy.place)[0] < 70.0]
+        if not halves:
+            return None
+        return min(halves, key=lambda buoy: self._trouble(seen, buoy.place)).place
+
+    def _trouble(self, seen: Estimate, place: Point) -> float:
+        distance, bearing = seen.to(*place)
+        return distance + 8.0 * abs(wrapped(bearing - seen.heading))
+
+    def _look_around(self, seen: Estimate, t: float) -> Commands:
+        """Turn on the spot."""
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP, turn=0.0)
+
+
+class Gymkhana(Channel):
+    """The channel, then to the black box, whose place the task tells, through the obstacles, and stay there."""
+
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+        """Cross the gates until the channel is finished, then go to the goal and hold it."""
+        if task.get("channel", {}).get("state") != "finished" or "goal" not in task:
+            return super().steer(boat, seen, task, t)
+        self.lookout.look(boat, seen, t)
+        place = self.navigator.place(task["goal"])
+        distance, _ = seen.to(*place)
+        if distance > 4.0:
+            return self.go(seen, t, place)
+        return self.pilot.hold(seen, t, *place, seen.heading)

@@ -1,0 +1,92 @@
+"""The lookout: once a second through the lidar, and through the camera when there is something new to be seen.
+
+A picture costs tens of milliseconds of computing, so none is taken unless a buoy of unknown kind is where the camera
+tells reliably, from 6 m (nearer, the waves around it are as large as it) to 45 m (8 pixels).
+"""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.control.buoy_map import Buoy, BuoyMap, kind_of
+from vrx_mj.control.clusters import Cluster, clusters, leveled
+from vrx_mj.control.navigation import Estimate, sensor_named
+from vrx_mj.control.pictures import look_at, project
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import BoatObservation
+
+__all__ = ["Lookout"]
+
+FloatArray = npt.NDArray[np.float64]
+PERIOD = 1.0
+"""Between two looks [s]."""
+REACH = 80.0
+"""How far the lidar's returns are taken [m]."""
+NEAREST, FARTHEST = 6.0, 45.0
+"""From where to where a buoy is looked at through the camera [m]."""
+ENOUGH = 4
+"""So many votes settle a kind."""
+WINDOW = (1.4, 2.4)
+"""What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
+FIELD = 0.62
+"""Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
+
+
+class Lookout:
+    """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
+
+    def __init__(self, *, camera: str = "front_left", period: float = PERIOD) -> None:
+        """`camera` is a part of the name of the camera that looks ahead."""
+        self.map = BuoyMap()
+        self.clusters: list[Cluster] = []
+        """Of the last look, relative to where the boat was."""
+        self._camera, self._period = camera, period
+        self._next = -math.inf
+
+    def look(self, boat: "BoatObservation", seen: Estimate, t: float) -> bool:
+        """Look, if it is time to; tells whether it was."""
+        lidar = sensor_named(boat, "lidar")
+        if t < self._next - 1e-6 or lidar is None:
+            return False
+        self._next = t + self._period
+        reading = boat.sensors[lidar]
+        if not hasattr(reading.data, "points"):
+            return False
+        points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
+        self.clusters = clusters(points)
+        self.map.see((seen.x, seen.y), self.clusters, t)
+        self._color(boat, seen, t)
+        return True
+
+    def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
+        """Look through the camera at those buoys in view whose kind is not settled."""
+        camera = sensor_named(boat, self._camera)
+        strange = [buoy for buoy in self.map.sure if buoy.last == t and self._wanted(buoy, seen)]
+        if camera is None or not strange:
+            return
+        reading = boat.sensors[camera]
+        mount, matrix = _mount(reading), np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
+        for buoy in strange:
+            point = np.array([buoy.x - seen.x, buoy.y - seen.y, buoy.z])
+            where = project(point, mount, seen.rotation, matrix)
+            if where is None:
+                continue
+            column, row, ahead = where
+            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=WINDOW)
+            kind = kind_of(look) if look else ""
+            if kind:
+                buoy.votes[kind] += 1
+
+    @staticmethod
+    def _wanted(buoy: Buoy, seen: Estimate) -> bool:
+        distance, bearing = seen.to(buoy.x, buoy.y)
+        settled = bool(buoy.kind) and max(buoy.votes.values()) >= ENOUGH
+        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < FIELD
+        return not settled and ahead and NEAREST < distance < FARTHEST
+
+
+def _mount(reading: Any) -> tuple[FloatArray, FloatArray]:
+    return np.asarray(reading.mount.position), np.asarray(reading.mount.rotation)

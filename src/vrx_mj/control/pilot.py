@@ -1,0 +1,131 @@
+"""The pilot: motion control, from where the boat shall go to what its thrusters do.
+
+One law does all, in the manner of dynamic positioning (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
+2nd ed., 15.3): a wanted velocity over ground is held by a proportional law with the drag fed forward, and an observer tells
+what else pushes (wind, waves, what the model does not know). A position is held by wanting a velocity toward it.
+"""
+
+import math
+from collections.abc import Mapping
+
+from vrx_mj.control.allocation import Allocation, Propeller, Thrust
+from vrx_mj.control.craft import Craft, craft_of
+from vrx_mj.control.guidance import approach_speed, wrapped
+from vrx_mj.control.navigation import Estimate
+
+__all__ = ["Pilot"]
+
+VELOCITY_RATE = 1.8
+"""How fast an error of velocity dies [1/s]: crossover of the speed loop, below what sensing and calls at 10 Hz allow."""
+POSITION_RATE = 0.7
+"""How fast an error of position dies [1/s]: 0.4 of the above, which makes the pair damped well (damping ratio 0.8)."""
+TURN_RATE = 3.0
+"""How fast an error of turning rate dies [1/s]."""
+HEADING_RATE = 1.2
+"""How fast an error of heading dies [1/s]."""
+FASTEST_TURN = 0.8
+"""Turning rate wanted at most [rad/s]."""
+OBSERVER_RATE = 1.0
+"""How fast the observer follows what pushes [rad/s]: gusts of 2 s are followed, noise of 2 cm/s makes 10 N."""
+REACH = 0.25
+"""Share of the brakes that an approach relies on: full astern, with as much again from drag, and a margin for wind."""
+GENTLE = 1.0
+"""Deceleration that an approach relies on at most [m/s2]."""
+
+
+class Pilot:
+    """Steers one boat: what it wants, in forces, and their allocation."""
+
+    def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft | None = None) -> None:
+        """`craft` tells the boat's figures; by default they are the WAM-V's."""
+        self.craft = craft or craft_of(thrusters)
+        self._allocation = Allocation(thrusters)
+        ahead = sum(max(0.0, _ahead(thruster)) for thruster in thrusters.values())
+        astern = sum(max(0.0, _astern(thruster)) for thruster in thrusters.values())
+        self.top_speed = self.craft.top_speed(ahead)
+        """Full ahead in calm water [m/s]."""
+        self.braking = min(GENTLE, REACH * (astern + ahead) / self.craft.mass)
+        """Deceleration to rely on [m/s2]."""
+        self.every_way = self._allocation.every_way
+        """Whether the boat can push sideways, too."""
+        self._observed = (0.0, 0.0, 0.0)
+        self._expected: tuple[float, float, float] | None = None
+        self._then = 0.0
+
+    def hold(
+        self, seen: Estimate, t: float, x: float, y: float, heading: float, *, speed: float = math.inf
+    ) -> dict[str, float]:
+        """Commands to be at a place [m] with a heading [rad], and stay; on the way there at most at a `speed` [m/s]."""
+        distance, bearing = seen.to(x, y)
+        wanted = min(approach_speed(distance, POSITION_RATE, self.braking), speed, self.top_speed)
+        return self.sail(seen, t, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
+
+    def sail(
+        self,
+        seen: Estimate,
+        t: float,
+        vx: float,
+        vy: float,
+        heading: float,
+        *,
+        turn: float = 0.0,
+        acceleration: tuple[float, float] = (0.0, 0.0),
+    ) -> dict[str, float]:
+        """Commands for a velocity over ground [m/s, east and north] with a heading [rad].
+
+        `turn` [rad/s] is how fast that heading turns, `acceleration` [m/s2] how fast the velocity changes.
+        """
+        self._observe(seen, t)
+        cos, sin = math.cos(seen.heading), math.sin(seen.heading)
+        ax = acceleration[0] + VELOCITY_RATE * (vx - seen.vx)
+        ay = acceleration[1] + VELOCITY_RATE * (vy - seen.vy)
+        fx, fy = self.craft.mass * ax - self._observed[0], self.craft.mass * ay - self._observed[1]
+        drag = self.craft.drag(vx * cos + vy * sin, vy * cos - vx * sin)
+        surge, sway = fx * cos + fy * sin + drag[0], fy * cos - fx * sin + drag[1]
+        moment = self._moment(seen, heading, turn)
+        thrust = self._allocation(surge, sway, moment + self.craft.centre * sway)
+        self._expect(seen, t, thrust)
+        return thrust.commands
+
+    def _moment(self, seen: Estimate, heading: float, turn: float) -> float:
+        """About the centre of mass [N m]."""
+        wanted = turn + HEADING_RATE * wrapped(heading - seen.heading)
+        wanted = max(-FASTEST_TURN, min(FASTEST_TURN, wanted))
+        push = self.craft.inertia * TURN_RATE * (wanted - seen.turn)
+        return push + self.craft.turning_drag(wanted) - self._observed[2]
+
+    def _expect(self, seen: Estimate, t: float, thrust: Thrust) -> None:
+        """What accelerations the thrust should make [m/s2, rad/s2], as far as the model goes."""
+        cos, sin = math.cos(seen.heading), math.sin(seen.heading)
+        drag = self.craft.drag(seen.surge, seen.sway)
+        surge, sway = (thrust.surge - drag[0]) / self.craft.mass, (thrust.sway - drag[1]) / self.craft.mass
+        moment = thrust.yaw - self.craft.centre * thrust.sway - self.craft.turning_drag(seen.turn)
+        self._expected = (surge * cos - sway * sin, surge * sin + sway * cos, moment / self.craft.inertia)
+        self._before = (seen.vx, seen.vy, seen.turn)
+        self._then = t
+
+    def _observe(self, seen: Estimate, t: float) -> None:
+        """Take what the boat does otherwise than expected for a push [N, N m], filtered."""
+        interval = t - self._then
+        if self._expected is None or not 0.0 < interval < 1.0:
+            return
+        now, weights = (seen.vx, seen.vy, seen.turn), (self.craft.mass, self.craft.mass, self.craft.inertia)
+        share = 1.0 - math.exp(-OBSERVER_RATE * interval)
+        rows = zip(now, self._before, self._expected, weights, self._observed, strict=True)
+        x, y, z = (
+            push + share * (weight * ((v - before) / interval - expected) - push)
+            for v, before, expected, weight, push in rows
+        )
+        self._observed = (x, y, z)
+
+
+def _ahead(thruster: Propeller) -> float:
+    """What a thruster pushes the boat ahead with [N]."""
+    cos = thruster.direction[0]
+    return cos * (thruster.max_forward if cos > 0.0 else -thruster.max_reverse)
+
+
+def _astern(thruster: Propeller) -> float:
+    """What a thruster pushes the boat astern with [N]."""
+    cos = thruster.direction[0]
+    return cos * (thruster.max_reverse if cos > 0.0 else -thruster.max_forward)

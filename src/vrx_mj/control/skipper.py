@@ -1,0 +1,69 @@
+"""What all controllers have in common: one boat, its navigation, its pilot, and what the task says."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.control.navigation import Estimate, Navigator
+from vrx_mj.control.pilot import Pilot
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import BoatObservation
+
+__all__ = ["Commands", "Skipper", "task_of"]
+
+Commands = dict[str, Any]
+"""Of one boat, by thruster."""
+
+
+def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What the world's task says; nothing where there is no task."""
+    try:
+        task: Mapping[str, Any] = obs["task"]
+    except KeyError:
+        return {}
+    return task
+
+
+class Skipper:
+    """A controller of the first boat there is; subclasses say in `steer` what it does.
+
+    Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no place of
+    it or of anything else is taken from the simulation, except as `Navigator` tells.
+    """
+
+    def __init__(self) -> None:
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Forget all, before a new run; nothing here is random, so the seed does nothing."""
+        self.navigator = Navigator()
+        self._pilot: Pilot | None = None
+        self.messages: dict[str, Any] = {}
+        """To the task, sent with the next commands."""
+        self.begin()
+
+    @property
+    def pilot(self) -> Pilot:
+        """Of the boat."""
+        assert self._pilot is not None, "no boat was seen yet"
+        return self._pilot
+
+    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+        """Commands for the first boat, and messages to the task."""
+        name = next(iter(obs))
+        boat, task = obs[name], task_of(obs)
+        if self._pilot is None:
+            self._pilot = Pilot(boat.thrusters)
+        seen = self.navigator(boat, t)
+        commands = {} if task.get("state") == "initial" else self.steer(boat, seen, task, t)
+        sent: dict[str, Any] = {name: commands}
+        if self.messages:
+            sent["task"], self.messages = self.messages, {}
+        return sent
+
+    def begin(self) -> None:
+        """Forget what a subclass knows."""
+
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+        """The boat's commands, from the task's phase `ready` on."""
+        raise NotImplementedError

@@ -1,0 +1,82 @@
+"""Wayfinding: come near to every waypoint, with its heading."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.control.guidance import Point, best_order, wrapped
+from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.stationkeeping import Berth
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import BoatObservation
+
+__all__ = ["WaypointFollower", "waypoint_error"]
+
+GOOD = 0.08
+"""An error [m] good enough to go on to the next waypoint: 5 cm and 2 degrees."""
+FAIR = 0.25
+"""An error [m] with which a waypoint need not be visited again."""
+PATIENCE = 12.0
+"""How long a waypoint is tried for, once near [s]: a half turn takes 7 s."""
+CLOSE = 4.0
+"""From this distance [m] on that patience runs out."""
+
+
+def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
+    """The error [m] that wayfinding keeps the least of: e = d + 0.75^d h of the distance d [m] and heading error h."""
+    distance, _ = seen.to(*place)
+    return distance + 0.75**distance * abs(wrapped(heading - seen.heading))
+
+
+class WaypointFollower(Skipper):
+    """Visits all waypoints on the shortest way and stops at each, since what counts is the least error at each.
+
+    A waypoint is done with when the error is below `GOOD`, or after `PATIENCE`. What is left of the time goes to those
+    that came out worst. The way is `Berth`'s: bow first, then the heading; speed is limited by what the boat can brake.
+    """
+
+    def begin(self) -> None:
+        """Forget the waypoints."""
+        self._berth = Berth()
+        self._poses: list[tuple[Point, float]] = []
+        self._least: list[float] = []
+        self._order: list[int] = []
+        self._since = math.inf
+
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+        """Go on to the waypoint that is next."""
+        if not self._poses:
+            self._plan(seen, task)
+        if not self._poses:
+            return {}
+        if task.get("state") == "running":
+            self._look(seen, t)
+        (place, heading) = self._poses[self._order[0]]
+        return self._berth.hold(self, seen, t, place, heading)
+
+    def _plan(self, seen: Estimate, task: Mapping[str, Any]) -> None:
+        waypoints = task.get("waypoints", ())
+        self._poses = [(self.navigator.place(waypoint), wrapped(float(waypoint["yaw"]))) for waypoint in waypoints]
+        self._least = [math.inf] * len(self._poses)
+        self._order = best_order((seen.x, seen.y), [place for place, _ in self._poses])
+
+    def _look(self, seen: Estimate, t: float) -> None:
+        """Take the errors of now, and see whether it is time to go on."""
+        errors = [waypoint_error(seen, *pose) for pose in self._poses]
+        self._least = list(map(min, self._least, errors))
+        here = self._order[0]
+        if seen.to(*self._poses[here][0])[0] < CLOSE:
+            self._since = min(self._since, t)
+        if errors[here] < GOOD or t - self._since > PATIENCE:
+            self._go_on(here)
+
+    def _go_on(self, here: int) -> None:
+        """To the next waypoint, or to the worst; if that is fair, stay."""
+        if len(self._order) > 1:
+            self._order.pop(0)
+        else:
+            worst = max(range(len(self._poses)), key=lambda number: self._least[number])
+            self._order = [worst if self._least[worst] > FAIR else here]
+        self._since, self._berth = math.inf, Berth()

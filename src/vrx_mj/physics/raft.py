@@ -1,0 +1,261 @@
+"""Floating docks: blocks that hang together by hinges, each afloat on its own. A raft is the tree of a dock's blocks.
+
+Every block has VRX's buoyancy and drag (`flotation`). Its drag, up to 1000 1/s, is too stiff for an explicit force,
+and what a block feels at the end of a step depends on all hinges and contacts. So it is implicit in MuJoCo's own
+equation of motion: with D = J^T diag(k, k, k_z, kappa, kappa, kappa) J, where J gives a block's velocity and angular
+velocity,
+    (M + dt D) (v' - v) = dt (f - D v),      the same as      M (v' - v) = dt (f - D v'),
+whatever else f holds. `block_load` gives buoyancy and drag at v, `raft_drag` the entries of dt D. Only the small
+torque of drag whose centre is not the block's own stays explicit. The springs of a mooring are implicit likewise, with
+c + dt s for damping c and stiffness s.
+
+Poses come from `qpos` and `qvel` by forward kinematics. Vectors are in world axes; D is that of motions about the
+origin of the root's frame, a velocity and an angular velocity: block matrices simply add up there.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate
+from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.waves import surface_height
+from vrx_mj.physics.wind import wind_load
+
+__all__ = ["RAFT_WORK", "block_load", "moor", "raft_drag"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.integer]
+
+_f = np.float64
+RAFT_WORK = np.dtype(
+    [
+        ("frame", _f, (18,)),  # the block's frame and how that moves: a Motion
+        ("axis", _f, (6,)),  # velocity of what hangs on the hinge at 1 rad/s: linear at the root's origin, angular
+        ("drag", _f, (6, 6)),  # dt D of the block and of all that hangs on it
+    ],
+    align=True,
+)
+"""What one step has to know of a block between its kernels; nothing of it is kept for the next."""
+
+
+@kernel
+def block_load(
+    index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
+    waves: Table, sea: Record, air: tuple[float, float], qpos: Floats, qvel: Floats, time: float, dt: float,
+) -> Wrench:  # fmt: skip
+    """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
+
+    The blocks that it hangs on come before it. Its row of `work` gets its frame, its hinge's axis and its own drag.
+    """
+    block = blocks[index]
+    root = _root(blocks, index)
+    frame = _frame(index, blocks, work, qpos, qvel)
+    for k in range(18):
+        work[index].frame[k] = frame[k]
+    o = block.offset
+    body = _moved(frame, o[0], o[1], o[2])
+    height = surface_height(waves, sea, body.x, body.y, time)
+    rise = water_rise(states[index], height, dt)
+    velocity = rotate(body, body.u, body.v, body.w)
+    sums = _sums_of_step(block, elements, water, body, height, velocity[2] - rise, dt)
+    own = work[index].drag
+    own[:, :] = 0.0
+    origin = work[root].frame
+    here = (body.x - origin[0], body.y - origin[1], body.z - origin[2])
+    _add_drag(own, here, dt * sums.k, dt * sums.kz)
+    for k in range(3, 6):
+        own[k, k] += dt * sums.kappa
+    slip = (velocity[0], velocity[1], velocity[2] - rise)
+    return add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, air))
+
+
+@kernel
+def moor(line: Record, blocks: Table, work: Table, dt: float) -> Wrench:
+    """Return the pull of a mooring line on its block, about the block's centre of mass, and add to the block's drag."""
+    block, own = blocks[line.block], work[line.block]
+    frame, p, o = _motion_of(own.frame), line.point, block.offset
+    end = _moved(frame, p[0], p[1], p[2])
+    velocity = rotate(end, end.u, end.v, end.w)
+    damping = line.damping + dt * line.stiffness
+    fx = -line.stiffness * (end.x - line.anchor[0]) - damping * velocity[0]
+    fy = -line.stiffness * (end.y - line.anchor[1]) - damping * velocity[1]
+    origin = work[_root(blocks, line.block)].frame
+    _add_drag(own.drag, (end.x - origin[0], end.y - origin[1], end.z - origin[2]), dt * damping, 0.0)
+    center = _moved(frame, o[0], o[1], o[2])
+    x, y, z = end.x - center.x, end.y - center.y, end.z - center.z
+    return Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx)
+
+
+@kernel
+def raft_drag(blocks: Table, work: Table, inertia: Floats, inertia_row: Ints) -> None:
+    """Add dt D to MuJoCo's sparse lower inertia.
+
+    The row of a degree of freedom holds the columns of those that it hangs on, in order: six of the root, then one for
+    each hinge on the way.
+    """
+    force = np.empty(6)
+    for index in range(blocks.size - 1, -1, -1):
+        block, drag = blocks[index], work[index].drag
+        if block.parent < 0:
+            _add_root(inertia, inertia_row, block.dof, drag, work[index].frame)
+            continue
+        above_it, axis = work[block.parent].drag, work[index].axis
+        for i in range(6):
+            force[i] = _dot(drag[i], axis)
+            for j in range(6):
+                above_it[i, j] += drag[i, j]
+        start = inertia_row[block.dof]
+        above = index
+        while blocks[above].parent >= 0:
+            inertia[start + 5 + blocks[above].depth] += _dot(work[above].axis, force)
+            above = blocks[above].parent
+        for k in range(3):
+            inertia[start + k] += force[k]
+            inertia[start + 3 + k] += _along(work[above].frame, k, force)
+
+
+@kernel
+def _add_root(inertia: Floats, inertia_row: Ints, dof: int, drag: Floats, frame: Floats) -> None:
+    """Add a matrix to the block of a free joint: three velocities in world axes, three rates in body axes."""
+    column = np.empty(6)
+    for i in range(3):
+        for j in range(i + 1):
+            inertia[inertia_row[dof + i] + j] += drag[i, j]
+        for k in range(6):
+            column[k] = drag[k, 3] * frame[3 + i] + drag[k, 4] * frame[6 + i] + drag[k, 5] * frame[9 + i]
+        for j in range(3):
+            inertia[inertia_row[dof + 3 + i] + j] += column[j]
+        for j in range(i + 1):
+            inertia[inertia_row[dof + 3 + i] + 3 + j] += _along(frame, j, column)
+
+
+@kernel
+def _along(frame: Floats, k: int, moment: Floats) -> float:
+    """Return the share of a moment, the last three of `moment`, about axis k of a frame."""
+    return float(frame[3 + k] * moment[3] + frame[6 + k] * moment[4] + frame[9 + k] * moment[5])
+
+
+@kernel
+def _dot(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+
+
+@kernel
+def _root(blocks: Table, index: int) -> int:
+    while blocks[index].parent >= 0:
+        index = blocks[index].parent
+    return index
+
+
+@kernel
+def _frame(index: int, blocks: Table, work: Table, qpos: Floats, qvel: Floats) -> Motion:
+    """Return the frame of a block and its motion; the hinge's axis goes to `work`."""
+    block = blocks[index]
+    if block.parent < 0:
+        return motion(qpos, qvel, block.qpos, block.dof)
+    parent = _motion_of(work[block.parent].frame)
+    angle, rate = qpos[block.qpos], qvel[block.dof]
+    a, b, p = block.axis, block.anchor, block.position
+    hinge = _moved(parent, p[0] + b[0], p[1] + b[1], p[2] + b[2])
+    turned = _turned(hinge, a, math.sin(angle), math.cos(angle), rate)
+    frame = _moved(turned, -b[0], -b[1], -b[2])
+    axis, origin = rotate(parent, a[0], a[1], a[2]), work[_root(blocks, index)].frame
+    x, y, z = hinge.x - origin[0], hinge.y - origin[1], hinge.z - origin[2]
+    column = work[index].axis
+    column[0], column[1], column[2] = y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]
+    column[3], column[4], column[5] = axis
+    return frame
+
+
+@kernel
+def _turned(hinge: Motion, axis: Floats, sin: float, cos: float, rate: float) -> Motion:
+    """Return a frame turned about one of its own axes, a unit vector: v cos + (a x v) sin + a (a.v) (1 - cos)."""
+    x, y, z = axis[0], axis[1], axis[2]
+    c = 1.0 - cos
+    first = rotate(hinge, cos + x * x * c, z * sin + x * y * c, -y * sin + x * z * c)
+    second = rotate(hinge, -z * sin + x * y * c, cos + y * y * c, x * sin + y * z * c)
+    third = rotate(hinge, y * sin + x * z * c, -x * sin + y * z * c, cos + z * z * c)
+    velocity = rotate(hinge, hinge.u, hinge.v, hinge.w)
+    spin = rotate(hinge, hinge.p + rate * x, hinge.q + rate * y, hinge.r + rate * z)
+    return Motion(
+        hinge.x, hinge.y, hinge.z,
+        first[0], second[0], third[0], first[1], second[1], third[1], first[2], second[2], third[2],
+        _product(first, velocity), _product(second, velocity), _product(third, velocity),
+        _product(first, spin), _product(second, spin), _product(third, spin),
+    )  # fmt: skip
+
+
+@kernel
+def _product(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def _moved(m: Motion, x: float, y: float, z: float) -> Motion:
+    """Return the motion of a frame's parallel at a point of it [m], body axes."""
+    way = rotate(m, x, y, z)
+    return Motion(
+        m.x + way[0], m.y + way[1], m.z + way[2],
+        m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
+        m.u + m.q * z - m.r * y, m.v + m.r * x - m.p * z, m.w + m.p * y - m.q * x, m.p, m.q, m.r,
+    )  # fmt: skip
+
+
+@kernel
+def _motion_of(frame: Floats) -> Motion:
+    f = frame
+    return Motion(
+        f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15], f[16],
+        f[17],
+    )  # fmt: skip
+
+
+@kernel
+def _sums_of_step(
+    block: Record, elements: Table, water: Table, body: Motion, height: float, slip: float, dt: float
+) -> Sums:
+    """Return what the wet elements add up to; those that would pull down at the end of the step, alone, let go.
+
+    `slip` is the block's upward velocity relative to the water [m/s].
+    """
+    lowest = -math.inf
+    center = (0.0, 0.0, 0.0)
+    for _ in range(block.element_count + 1):
+        sums = wet_sums(block, elements, water, body, center, height + block.level, lowest)
+        end = (slip + dt * (sums.lift / block.mass - block.gravity)) / (1.0 + dt * sums.kz / block.mass)
+        if end <= sums.limit:
+            break
+        lowest = sums.limit
+    return sums
+
+
+@kernel
+def _add_drag(matrix: Floats, point: Vector, k: float, kz: float) -> None:
+    """Add J^T diag(k, k, kz) J of a point's velocity to a matrix of motions about the origin."""
+    x, y, z = point
+    matrix[0, 0] += k
+    matrix[1, 1] += k
+    matrix[2, 2] += kz
+    _add_pair(matrix, 0, 4, k * z)
+    _add_pair(matrix, 0, 5, -k * y)
+    _add_pair(matrix, 1, 3, -k * z)
+    _add_pair(matrix, 1, 5, k * x)
+    _add_pair(matrix, 2, 3, kz * y)
+    _add_pair(matrix, 2, 4, -kz * x)
+    matrix[3, 3] += k * z * z + kz * y * y
+    matrix[4, 4] += k * z * z + kz * x * x
+    matrix[5, 5] += k * (x * x + y * y)
+    _add_pair(matrix, 3, 4, -kz * x * y)
+    _add_pair(matrix, 3, 5, -k * x * z)
+    _add_pair(matrix, 4, 5, -k * y * z)
+
+
+@kernel
+def _add_pair(matrix: Floats, i: int, j: int, value: float) -> None:
+    """Add to a symmetric matrix off its diagonal."""
+    matrix[i, j] += value
+    matrix[j, i] += value

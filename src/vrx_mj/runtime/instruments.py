@@ -1,0 +1,84 @@
+"""What a `Simulation` offers of its boats' sensors."""
+
+from collections.abc import Callable, Sequence
+
+from vrx_mj.runtime.bodies import check_name
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.sensing import Readings, Sensing
+from vrx_mj.runtime.shooter import fire
+from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
+from vrx_mj.runtime.weather import Sea
+from vrx_mj.sensors.readings import Reading
+
+__all__ = ["Instruments"]
+
+
+class Instruments:
+    """The part of a simulation that boats see, hear and shoot with."""
+
+    _sensing: Sensing
+    _subscriptions: Subscriptions
+    _rig: Rig
+    _sea: Sea
+
+    def sensors(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's sensors; UnknownNameError if no boat has that name."""
+        return self._sensing.names(boat)
+
+    def sense(self, boat: str) -> Readings:
+        """What a boat's sensors last measured, each at its own rate: a mapping of names to readings.
+
+        A sensor measures when it is looked up for the first time, and at its rate from then on.
+
+        Raises:
+            UnknownNameError: no boat has that name; when looking up, no sensor.
+            SensorError: when looking up: it cannot measure here, as a GPS in a world without georeference.
+        """
+        return self._sensing.readings(boat)
+
+    def subscribe(
+        self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
+    ) -> Subscription:
+        """Have `callback(reading)` called for every measurement of a sensor, or for `rate` of them per second.
+
+        It is called from within `advance`, at the step of the measurement, and may do all but advance, reset or set
+        the state. A reading that is due now comes as soon as the simulation advances.
+
+        Raises:
+            UnknownNameError: no such boat, or no such sensor on it.
+            CommandError: the rate is not above 0, or above the sensor's own.
+        """
+        check_name("boat", boat, self._sensing.boats)
+        return self._subscriptions.add(boat, sensor, callback, rate, float(self._rig.data.time))
+
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End what `subscribe` began."""
+        self._subscriptions.remove(subscription)
+
+    def receivers(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
+        return tuple(self._sensing.of_kind(boat, "pinger"))
+
+    def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
+        """Put the beacon that a receiver hears at (x, y, z) [m, ENU]; until then it is at the world's origin.
+
+        Raises:
+            UnknownNameError: no such boat, or no such receiver on it.
+            CommandError: not three finite numbers.
+        """
+        self._sensing.set_beacon(boat, sensor, position)
+
+    def fire(self, boat: str, sensor: str | None = None) -> bool:
+        """Shoot a ball; tells whether there was a shot left. The sensor's name may be left out if there is one only.
+
+        Raises:
+            UnknownNameError: no such boat, or no such ball shooter on it.
+            CommandError: the boat has no ball shooter, or several and none is named.
+        """
+        fired = fire(self._sensing, self._rig, self._sea, boat, sensor)
+        self._derive()
+        return fired
+
+    def _derive(self) -> None:
+        """Make what follows from the state follow it."""
+        raise NotImplementedError

@@ -1,0 +1,162 @@
+"""The task of a run: frames for its referee at a fixed rate, what the referee does to the world, and the score.
+
+Frames are taken at absolute steps, whoever records or steers, so that a score depends on the motion alone.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.config.world import Georeference
+from vrx_mj.errors import CommandError, StateError
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.tasks.actions import Action
+from vrx_mj.tasks.frame import Message
+from vrx_mj.tasks.layout import FrameLayout, frame_stride
+from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.registry import make_referee
+
+__all__ = ["Officiating", "TaskObservation"]
+
+FloatArray = npt.NDArray[np.float64]
+NEVER = 1 << 62
+"""Steps to the next frame where there is no task, or no more."""
+TaskObservation = Mapping[str, Any]
+"""Phase, times, score and outputs of a task, as a team sees them."""
+
+
+class Hands(Protocol):
+    """What does the referee's bidding, and hears of it."""
+
+    def act(self, action: Action) -> None:
+        """Do something to the world."""
+
+    def frame(self, row: FloatArray, messages: Sequence[Message]) -> None:
+        """A frame was looked at."""
+
+    def event(self, text: str, level: str = "INFO") -> None:
+        """Something that the log is to have."""
+
+
+class Officiating:
+    """The referee of a run, or nobody where the world has no task."""
+
+    def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
+        """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
+        task = world.parameters.get("task")
+        self.referee: Referee | None = None
+        self.layout = FrameLayout((), ())
+        if task:
+            self.referee = make_referee(task)
+            self.layout = FrameLayout.of(task, self.referee.watched)
+        self._rig, self._stand = rig, stand
+        earth = world.parameters["georeference"]
+        self._earth = Georeference(**earth) if earth else None
+        self._stride = frame_stride(rig.timestep)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._seen = -1
+        self._sent: list[Message] = []
+        self._record: list[tuple[float, str, str]] = []
+        if self.referee:
+            self.referee.restart()
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no task, or it is finished."""
+        return self.referee is None or self.referee.finished
+
+    def steps(self, time: float) -> int:
+        """Steps from `time` [s] to the next frame."""
+        if self.over:
+            return NEVER
+        return self._stride - round(time / self._rig.timestep) % self._stride
+
+    def look(self, time: float, hands: Hands) -> None:
+        """Have the referee look at the present, `time` [s], if a frame is due that was not looked at."""
+        step = round(time / self._rig.timestep)
+        if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
+            return
+        self._seen = step
+        row = np.concatenate(([time], *(self._stand(name) for name in self.layout.watched), self._rig.touches))
+        messages, self._sent = tuple(self._sent), []
+        verdict = self.referee.look(self.layout.frame(row.tolist(), messages))
+        hands.frame(row, messages)
+        for text, level in verdict.lines:
+            self._record.append((time, text, level))
+            hands.event(text, level)
+        for action in verdict.actions:
+            hands.act(action)
+
+    def send(self, topic: str, content: Any) -> None:
+        """Send something to the task; it arrives at the next frame.
+
+        Raises:
+            CommandError: there is no task, or it takes no such message.
+        """
+        if self.referee is None:
+            raise CommandError(f"'{topic}' cannot be sent: this world has no task")
+        try:
+            plain = json.loads(json.dumps(content, allow_nan=False))
+        except (TypeError, ValueError) as error:
+            raise CommandError(f"the message '{topic}' is not of plain finite data: {error}") from None
+        self._sent.append(self.referee.accept(topic, self._in_world(plain)))
+
+    def observe(self) -> TaskObservation:
+        """What the team sees of the task."""
+        assert self.referee is not None, "a world without a task"
+        return {**self.referee.info, **{topic: self._on_earth(told) for topic, told in self.referee.outputs.items()}}
+
+    @property
+    def events(self) -> tuple[tuple[float, str, str], ...]:
+        """What the referee said so far: time [s], text and level."""
+        return tuple(self._record)
+
+    def dump(self) -> str:
+        """All that changes, as JSON."""
+        if self.referee is None:
+            return ""
+        sent = [[message.topic, message.content] for message in self._sent]
+        return json.dumps({"seen": self._seen, "sent": sent, "lines": self._record, **self.referee.dump()})
+
+    def load(self, text: str) -> None:
+        """Go on from what `dump` gave.
+
+        Raises:
+            StateError: it is of another task.
+        """
+        if (self.referee is None) != (not text):
+            raise StateError("the state is of a run with a task, and this one has none, or the other way round")
+        if self.referee is None:
+            return
+        state = json.loads(text)
+        self.referee.load(state)
+        self._seen = int(state["seen"])
+        self._sent = [Message(topic, content) for topic, content in state["sent"]]
+        self._record = [(time, line, level) for time, line, level in state["lines"]]
+
+    def _on_earth(self, told: Any) -> Any:
+        """What is told, with latitude and longitude [degrees] where a moving thing's are left open."""
+        if isinstance(told, list):
+            return [self._on_earth(item) for item in told]
+        if self._earth is None or not isinstance(told, dict) or told.get("latitude", 0.0) is not None:
+            return told
+        latitude, longitude, _ = self._earth.to_geodetic(told["x"], told["y"], told.get("z", 0.0))
+        return {**told, "latitude": latitude, "longitude": longitude}
+
+    def _in_world(self, content: Any) -> Any:
+        """The content with x and y [m, ENU] instead of latitude and longitude [degrees]."""
+        if not isinstance(content, dict) or not {"latitude", "longitude"} <= content.keys() or self._earth is None:
+            return content
+        rest = {key: value for key, value in content.items() if key not in ("latitude", "longitude", "altitude")}
+        try:
+            x, y, _ = self._earth.to_enu(float(content["latitude"]), float(content["longitude"]))
+        except (TypeError, ValueError):
+            return content
+        return {**rest, "x": x, "y": y}

@@ -1,0 +1,84 @@
+"""What a `Simulation` offers of its world's lights and placards."""
+
+from collections.abc import Sequence
+
+import mujoco
+
+from vrx_mj.config.displays import LIGHT_COLORS, OFF, SYMBOLS
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.sensing import Sensing
+from vrx_mj.runtime.sights import painted
+from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
+
+__all__ = ["Signals"]
+
+
+class Signals:
+    """The part of a simulation that shows colours and symbols."""
+
+    _rig: Rig
+    _sensing: Sensing
+
+    @property
+    def lights(self) -> tuple[str, ...]:
+        """Names of the world's light buoys."""
+        return tuple(display.name for display in self._rig.displays if display.kind == "light")
+
+    @property
+    def placards(self) -> tuple[str, ...]:
+        """Names of the world's placards."""
+        return tuple(display.name for display in self._rig.displays if display.kind == "placard")
+
+    def showing(self, name: str) -> str:
+        """What a light (`red`, `off`) or a placard (`red_circle`) shows now; UnknownNameError if there is none."""
+        display = self._display("light or placard", name, ("light", "placard"))
+        return display.shows(self._rig.display_marks, float(self._rig.data.time))
+
+    def set_light(self, name: str, colors: Sequence[str]) -> None:
+        """Have a light show three colours in turn, a second each, from a second later on.
+
+        Raises:
+            UnknownNameError: no light has that name.
+            CommandError: not three such colours.
+        """
+        display = self._display("light", name, ("light",))
+        if isinstance(colors, str) or len(colors) != 3 or not {*colors} <= {*LIGHT_COLORS, OFF}:
+            known = ", ".join((*LIGHT_COLORS, OFF))
+            raise CommandError(f"the colours of {name} are {colors!r}: three of {known} are needed")
+        new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
+        self._sensing.renew()
+
+    def set_placard(self, name: str, symbol: str) -> None:
+        """Have a placard show a symbol, as `red_circle`.
+
+        Raises:
+            UnknownNameError: no placard has that name, or there is no such symbol.
+        """
+        display = self._display("placard", name, ("placard",))
+        if symbol not in SYMBOLS:
+            raise UnknownNameError("symbol", symbol, SYMBOLS)
+        self._rig.display_marks[display.marks] = symbol_mark(symbol)
+        self._sensing.renew()
+
+    def shuffle(self, name: str) -> None:
+        """Have a light or a placard show what comes next in VRX's order; UnknownNameError if there is none."""
+        display = self._display("light or placard", name, ("light", "placard"))
+        marks = self._rig.display_marks[display.marks]
+        if display.kind == "light":
+            next_pattern(marks, float(self._rig.data.time))
+        else:
+            next_symbol(marks)
+        self._sensing.renew()
+
+    def paint(self, model: mujoco.MjModel) -> None:
+        """Give a model that is drawn, as `visual_model`, the colours that lights and placards show now."""
+        marks, time = self._rig.display_marks, float(self._rig.data.time)
+        for geom, rgba in painted(model, self._rig.displays, marks, time).items():
+            model.geom_rgba[geom] = rgba
+
+    def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:
+        known = {display.name: display for display in self._rig.displays if display.kind in kinds}
+        if name not in known:
+            raise UnknownNameError(what, name, known)
+        return known[name]

@@ -1,0 +1,74 @@
+"""What a boat's thrusters are, as a controller's author knows them: where they push, how hard, and on what command."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.tables import RUDDER, Record
+from vrx_mj.physics.thrust import force_point, thrust_force
+from vrx_mj.runtime.rig import Rig
+
+__all__ = ["Thruster", "thrusters"]
+
+FloatArray = npt.NDArray[np.float64]
+SAMPLES = 401
+"""Commands at which the mapping is tabulated."""
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """A propeller that pushes along a line; the command `NAME_angle` turns that about the vertical."""
+
+    name: str
+    position: tuple[float, float, float]
+    """Where it pushes at zero steering [m], body frame."""
+    direction: tuple[float, float, float]
+    """Of a positive force at zero steering, unit vector, body frame."""
+    max_angle: float
+    """Largest steering angle either way [rad]; 0: fixed."""
+    max_forward: float
+    """Largest force ahead [N]."""
+    max_reverse: float
+    """Largest force astern [N], above 0."""
+    _commands: FloatArray = field(repr=False, compare=False)
+    _forces: FloatArray = field(repr=False, compare=False)
+
+    @property
+    def max_command(self) -> float:
+        """The command of the largest force ahead: 1, or that force [N] in a profile with commands in newtons."""
+        return float(self._commands[-1])
+
+    def command(self, force: float) -> float:
+        """The command that gives a force [N], or the nearest that it can give; 0 for 0."""
+        if force == 0.0:
+            return 0.0
+        return float(np.interp(force, self._forces, self._commands))
+
+
+def thrusters(rig: Rig, rows: dict[str, int]) -> dict[str, Thruster]:
+    """A boat's propellers by name; `rows` are those of its thrusters and rudders in the rig's table."""
+    return {name: _thruster(name, rig.thrusters[row]) for name, row in rows.items() if not _is_rudder(rig, row)}
+
+
+def _is_rudder(rig: Rig, row: int) -> bool:
+    return bool(rig.thrusters["mapping"][row] == RUDDER)
+
+
+def _thruster(name: str, row: Record) -> Thruster:
+    limit = float(row["max_command"])
+    commands = np.linspace(-limit, limit, SAMPLES)
+    forces = np.maximum.accumulate([thrust_force(row, float(command)) for command in commands])
+    spread = forces + 1e-9 * np.arange(SAMPLES)  # where the force does not change, the smallest command
+    toward = row["rotation"] @ row["direction"]
+    x, y, z = (float(value) for value in force_point(row, 0.0))
+    return Thruster(
+        name,
+        (x, y, z),
+        (float(toward[0]), float(toward[1]), float(toward[2])),
+        float(row["max_angle"]),
+        float(forces[-1]),
+        float(-forces[0]),
+        commands,
+        spread,
+    )

@@ -1,0 +1,135 @@
+"""What lights and placards show at a time: functions of their marks, which are part of a run's state."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
+
+__all__ = [
+    "Display", "display_marks", "displays_of", "light_codes", "new_pattern", "next_pattern", "next_symbol",
+    "symbol_mark",
+]  # fmt: skip
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+CODES = (*LIGHT_COLORS, OFF)
+"""What a light shows, by its number."""
+DARK = CODES.index(OFF)
+BEAT, BEATS = 1.0, 5
+"""Seconds of a colour, and how many of them make a sequence; the last two are dark. VRX: light_buoy_plugin.cc."""
+EARLY = 1e-6
+"""By how much a beat may come early [s]: time is a sum of rounded steps."""
+SINCE, HELD, UNTIL, NEXT = 3, 4, 5, 6
+"""A light's marks after the three colours: when the sequence began [s], what it shows until when [s] before the colours
+are looked at, and which pattern the next shuffle gives."""
+MARKS = {"light": 7, "placard": 1}
+
+
+@dataclass(frozen=True)
+class Display:
+    """A light or a placard of a world."""
+
+    name: str
+    kind: str
+    """`light` or `placard`."""
+    body: str
+    """The body that carries it."""
+    parts: Mapping[str, tuple[str, ...]]
+    """Names of the geoms of each part: a light's panels, a placard's shapes."""
+    start: tuple[float, ...]
+    """Its marks at the start of a run."""
+    marks: slice
+    """Where its marks are among those of all displays."""
+
+    def codes(self, marks: Floats, time: Floats) -> Ints:
+        """What it shows (n,), as a number, by rows of all displays' marks (n, m) at times (n,) [s]."""
+        own = marks[:, self.marks]
+        return light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
+
+    def colors(self, code: int) -> dict[str, tuple[float, float, float, float]]:
+        """Red, green, blue and alpha, 0 to 1, of every part; what is not seen has alpha 0."""
+        if self.kind == "light":
+            return dict.fromkeys(self.parts, (*RGB[CODES[code]], 1.0))
+        color, shape = SYMBOLS[code].split("_")
+        return {part: (*RGB[color], float(part == shape)) for part in self.parts}
+
+    def shows(self, marks: Floats, time: float) -> str:
+        """`red`, or `off`, or `red_circle`, by all displays' marks (m,) at a time [s]."""
+        code = int(self.codes(marks[None], np.array([time]))[0])
+        return CODES[code] if self.kind == "light" else SYMBOLS[code]
+
+
+def light_codes(marks: Floats, time: Floats) -> Ints:
+    """Numbers of the colours (n,) that a light shows, by rows of its marks (n, 7) at times (n,) [s].
+
+    Each of its three colours lasts a second, then it is dark for two.
+    """
+    beat = np.floor((time + EARLY - marks[:, SINCE]) / BEAT).astype(np.int64) % BEATS
+    colors = np.concatenate((marks[:, :3], np.full((len(marks), BEATS - 3), DARK)), axis=1)
+    shown = colors[np.arange(len(marks)), beat]
+    return np.where(time + EARLY < marks[:, UNTIL], marks[:, HELD], shown).astype(np.int64)
+
+
+def new_pattern(marks: Floats, colors: Sequence[str], time: float) -> None:
+    """Give a light's marks (7,) another pattern at a time [s]: its sequence begins a second later."""
+    held = light_codes(marks[None], np.array([time]))[0]
+    marks[:3] = [CODES.index(color) for color in colors]
+    marks[HELD], marks[SINCE], marks[UNTIL] = held, time + BEAT, time + BEAT
+
+
+def next_pattern(marks: Floats, time: float) -> None:
+    """Shuffle a light at a time [s]: it goes on with the next of VRX's patterns from the next beat on."""
+    if time + EARLY >= marks[UNTIL]:
+        marks[HELD] = light_codes(marks[None], np.array([time]))[0]
+        beats = np.floor((time + EARLY - marks[SINCE]) / BEAT)
+        marks[UNTIL] = marks[SINCE] + BEAT * (beats + 1.0)
+    number = int(marks[NEXT])
+    marks[:3] = [CODES.index(color) for color in LIGHT_PATTERNS[number]]
+    marks[NEXT] = (number + 1) % len(LIGHT_PATTERNS)
+
+
+def symbol_mark(symbol: str) -> float:
+    """A placard's mark that stands for a symbol."""
+    return float(SYMBOLS.index(symbol))
+
+
+def next_symbol(marks: Floats) -> None:
+    """Shuffle a placard's mark (1,)."""
+    marks[0] = (marks[0] + 1.0) % len(SYMBOLS)
+
+
+def displays_of(parameters: Mapping[str, Any]) -> tuple[Display, ...]:
+    """The lights and placards of a world, from its parameters."""
+    rows = [("light", row) for row in parameters.get("lights", ())]
+    rows += [("placard", row) for row in parameters.get("placards", ())]
+    found: list[Display] = []
+    first = 0
+    for kind, row in rows:
+        marks = slice(first, first + MARKS[kind])
+        found.append(Display(row["name"], kind, row["body"], _parts(kind, row), _start(kind, row), marks))
+        first = marks.stop
+    return tuple(found)
+
+
+def display_marks(displays: Sequence[Display]) -> list[float]:
+    """The marks of displays at the start of a run."""
+    return list(chain.from_iterable(display.start for display in displays))
+
+
+def _parts(kind: str, row: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    if kind == "light":
+        return {"panels": tuple(row["geoms"])}
+    return {shape: tuple(row["geoms"][shape]) for shape in SHAPES if shape in row["geoms"]}
+
+
+def _start(kind: str, row: Mapping[str, Any]) -> tuple[float, ...]:
+    if kind == "placard":
+        return (symbol_mark(row["symbol"]),)
+    colors = [float(CODES.index(color)) for color in row["pattern"]]
+    return (*colors, 0.0, float(DARK), 0.0, 0.0)

@@ -1,0 +1,113 @@
+"""Acoustics: find a beacon that lies still, or stay with one that swims.
+
+VRX 3's AcousticPerceptionScoringPlugin.cc and AcousticTrackingScoringPlugin.cc.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vrx_mj.tasks.actions import SetPinger
+from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
+from vrx_mj.tasks.sheet import Sheet
+
+__all__ = ["AcousticPerception", "AcousticTracking"]
+
+PINGER_PERIOD = 0.1
+"""Between two messages of where the moving beacon is, at least [s]; VRX's."""
+
+
+@dataclass
+class PerceptionState:
+    """What the boat has done so far."""
+
+    distance: float | None = None
+    """To the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
+
+
+class AcousticPerception(PlainRules):
+    """The score is the time until the boat is within `goal_tolerance` of the beacon; a run in vain has the full time.
+
+    As in VRX the distance is taken in space, so that a deep beacon leaves less room, and the task ends in any phase: a
+    boat that gets there before it runs has 0 s. The last VRX 3 also leaves a run in vain at 0 s, the best score of all;
+    here it is as it was before.
+    """
+
+    title = "acoustic perception"
+    state: PerceptionState
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self.state = PerceptionState()
+        self._boat, self._tolerance = task["boat"], float(task["goal_tolerance"])
+        pinger = task["pinger"]
+        self._pinger = (float(pinger["x"]), float(pinger["y"]), float(pinger["z"]))
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Look whether the boat is there."""
+        own = self.state
+        if own.distance is None:
+            desk.act(SetPinger(self._boat, self._pinger))
+        boat = frame.stands[self._boat]
+        own.distance = math.dist((boat.x, boat.y, boat.z), self._pinger)
+        desk.set_score(desk.sheet.elapsed)
+        if own.distance <= self._tolerance:
+            desk.tell(f"{self._boat} is {own.distance:.2f} m from the beacon: found after {desk.sheet.elapsed:.2f} s")
+            desk.finish()
+
+    def timeout_score(self, sheet: Sheet) -> float | None:
+        """The full time."""
+        return sheet.duration
+
+
+@dataclass
+class TrackingState:
+    """Sums over the frames since the run began."""
+
+    frames: int = 0
+    total: float = 0.0
+    """Of the distances [m]."""
+    error: float = 0.0
+    """The last distance [m]."""
+    due: float = 0.0
+    """When the receivers are told next where the beacon is [s]."""
+
+
+class AcousticTracking(PlainRules):
+    """The score is the mean horizontal distance to the beacon [m], at time-out with a penalty for every collision.
+
+    VRX's quirk is kept: receivers hear the beacon `pinger_depth` above the water, not below it.
+    """
+
+    title = "acoustic tracking"
+    state: TrackingState
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self.state = TrackingState()
+        self._boat, self._pinger = task["boat"], task["pinger"]
+        self._height, self._penalty = float(task["pinger_depth"]), float(task["obstacle_penalty"])
+        self.watched = (self._pinger,)
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Take the distance of a frame into the mean, and have the beacon sound from where it is."""
+        if desk.sheet.phase != "running":
+            return
+        own, boat, pinger = self.state, frame.stands[self._boat], frame.stands[self._pinger]
+        if frame.time >= own.due - EARLY:
+            own.due = frame.time + PINGER_PERIOD
+            desk.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
+        own.error = math.hypot(pinger.x - boat.x, pinger.y - boat.y)
+        own.frames, own.total = own.frames + 1, own.total + own.error
+        desk.set_score(own.total / own.frames)
+
+    def timeout_score(self, sheet: Sheet) -> float | None:
+        """The mean and the penalties, also those of collisions before the run began, as in VRX."""
+        return sheet.score + self._penalty * sheet.collisions
+
+    def outputs(self, sheet: Sheet) -> Outputs:
+        """The errors, once it runs."""
+        if not self.state.frames:
+            return {}
+        return {"pose_error": self.state.error, "mean_pose_error": self.state.total / self.state.frames}

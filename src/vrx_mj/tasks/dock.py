@@ -1,0 +1,260 @@
+"""Docking, also with a light buoy to read and balls to deliver (VRX scan_dock_scoring_plugin.cc).
+
+The points for docking come on backing out, through the zone before the bay, and end the task. Times are
+simulated in both profiles; VRX classic times the stay by the wall clock, which differs where it is not in real time.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from vrx_mj.errors import CommandError
+from vrx_mj.tasks.actions import LightUp, ShowSymbol
+from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
+from vrx_mj.tasks.sheet import Phase, Sheet
+from vrx_mj.tasks.zones import Box, relative
+
+__all__ = ["Docking"]
+
+TOPIC = "color_sequence"
+COLORS = ("red", "green", "blue", "yellow")
+FASTEST = 30.0
+"""Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
+
+
+class Bay(NamedTuple):
+    """Where a boat may dock. The zones are in the dock's frame, and for the boat's origin."""
+
+    name: str
+    placard: str | None
+    symbol: str
+    right: bool
+    """Whether it is one of those to dock in."""
+    internal: Box
+    """Stay here to dock."""
+    external: Box
+    """Back out to here for the points."""
+
+
+class Hole(NamedTuple):
+    """A hole to shoot through."""
+
+    bay: str
+    size: str
+    points: float
+    box: Box
+    """In the dock's frame, for the ball's centre."""
+
+
+@dataclass
+class State:
+    """Where the boat and its balls are in the dock, and what was earned."""
+
+    inside: dict[str, float] = field(default_factory=dict)
+    """Bays whose internal zone the boat is in, with the time [s] at which it came."""
+    docked: list[str] = field(default_factory=list)
+    """Bays in which it has stayed for long enough, at any time."""
+    bay: str = ""
+    """The bay it is in; empty if in none."""
+    time_in_bay: float = 0.0
+    """For how long it has been there [s]."""
+    left: str = ""
+    """The bay that it has backed out of, for the points."""
+    colors_open: bool = False
+    """Whether the colours may be sent."""
+    colors: list[str] = field(default_factory=list)
+    """Those sent."""
+    balls: dict[str, list[float]] = field(default_factory=dict)
+    """Where the balls were at the frame before, in the dock's frame [m]."""
+    seen: float = 0.0
+    """When that was [s]."""
+    hits: list[dict[str, Any]] = field(default_factory=list)
+    """Holes hit: time [s], ball, bay, size and points."""
+
+
+class Docking(PlainRules):
+    """The score is in points; none are lost when time is up.
+
+    VRX's quirks are kept: a boat docks once, and gets points also in a wrong bay; a ball counts in any placard's hole,
+    each time it comes in; of several holes hit at once the last counts; the colours can be sent once; zones of profile
+    `vrx` are watched from the start, so that a boat that backs out before the task runs has ended it without points,
+    those of `vrx3` while it runs.
+    """
+
+    title = "docking"
+    state: State
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self.state = State()
+        self._boat, self._anchor = task["boat"], task["anchor"]
+        self._balls = tuple(task["balls"])
+        self._bays = tuple(_bay(bay) for bay in task["bays"])
+        self._holes = tuple(_hole(hole) for hole in task["holes"] if hole["points"])
+        self._buoy, self._colors = task["light_buoy"], [str(color).lower() for color in task["color_sequence"] or ()]
+        self._asks_colors, self._color_points = bool(task["enable_color_checker"]), float(task["color_bonus_points"])
+        self._dock_points = float(task["dock_bonus_points"])
+        self._right_points = float(task["correct_dock_bonus_points"])
+        self._stay = float(task["min_dock_time"])
+        self._early_zones = self._announces = task["profile"] != "vrx3"
+        self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.right), None)
+        self.watched = (self._anchor, *self._balls)
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """The bay the boat is in and for how long, those it docked in, the one it backed out of, colours and hits."""
+        own = self.state
+        return {
+            "bay": own.bay,
+            "time_in_bay": own.time_in_bay,
+            "docked": own.docked,
+            "left": own.left,
+            "colors": own.colors,
+            "hits": own.hits,
+        }
+
+    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
+        """Tell the placards their symbols, twice as VRX does; light the buoy and open the ears as it begins to run."""
+        self.state.colors_open = phase == "running" and self._asks_colors
+        if phase == "finished":
+            return
+        for bay in self._bays:
+            if bay.placard is not None:
+                desk.act(ShowSymbol(bay.placard, bay.symbol))
+        if phase == "running" and self._buoy is not None:
+            first, second, third = self._colors
+            desk.act(LightUp(self._buoy, (first, second, third)))
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Listen, then look for balls in holes, then for the boat: all that falls into the last frame counts."""
+        dock = frame.stands[self._anchor]
+        for message in frame.messages:
+            if message.topic == TOPIC:
+                self._judge_colors(message.content, desk)
+        if self._holes:
+            self._follow_balls(frame, dock, desk)
+        if self._early_zones or desk.sheet.phase == "running":
+            self._follow_boat(frame, dock, desk)
+
+    def outputs(self, sheet: Sheet) -> Outputs:
+        """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
+
+        Classic VRX tells the symbol in all these tasks, VRX 3 in none.
+        """
+        seen: Outputs = {"color_sequence_open": self.state.colors_open}
+        if sheet.phase != "initial" and self._symbol is not None and self._announces:
+            seen["symbol"] = self._symbol
+        return seen
+
+    def accept(self, topic: str, content: Any) -> Any:
+        """The colours of the light buoy, in small letters; whether they count is seen at the next frame.
+
+        Raises:
+            CommandError: the task takes no such message, or they are no three colours.
+        """
+        if topic != TOPIC or not self._asks_colors:
+            known = f"only '{TOPIC}'" if self._asks_colors else "none at all"
+            raise CommandError(f"{self.title} takes no message '{topic}'; it takes {known}")
+        return _colors(content)
+
+    # Inside
+
+    def _judge_colors(self, colors: Sequence[str], desk: Desk) -> None:
+        own = self.state
+        if not own.colors_open:
+            desk.tell("colours sent in vain: they are taken once, while the task runs", "WARN")
+            return
+        own.colors_open, own.colors = False, list(colors)
+        right = own.colors == self._colors
+        if right:
+            desk.set_score(desk.sheet.score + self._color_points)
+        desk.tell(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
+
+    def _follow_balls(self, frame: Frame, dock: Stand, desk: Desk) -> None:
+        """Look along the straight way of each ball since the frame before, as the dock sees it.
+
+        A ball flies 0.4 m between frames, further than a small hole is long; gravity bends its way there by 3 mm. What
+        is further off than it can have flown was shot anew: it counts where it is now, but not on a way it never took.
+        """
+        own = self.state
+        reach = FASTEST * (frame.time - own.seen)
+        for_points: list[tuple[str, Hole]] = []
+        for ball in self._balls:
+            now = list(relative(dock, frame.stands[ball]))
+            before = own.balls.get(ball, now)
+            own.balls[ball] = now
+            if before != now:
+                for_points += [(ball, hole) for hole in self._holes if hole.box.entered(before, now, reach)]
+        own.seen = frame.time
+        if for_points and desk.sheet.phase == "running":
+            ball, hole = for_points[-1]
+            self._reward(ball, hole, frame.time, desk)
+
+    def _reward(self, ball: str, hole: Hole, time: float, desk: Desk) -> None:
+        desk.set_score(desk.sheet.score + hole.points)
+        self.state.hits.append({"time": time, "ball": ball, "bay": hole.bay, "size": hole.size, "points": hole.points})
+        desk.tell(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
+
+    def _follow_boat(self, frame: Frame, dock: Stand, desk: Desk) -> None:
+        own, place = self.state, relative(dock, frame.stands[self._boat])
+        for bay in self._bays:
+            self._time_stay(bay, bay.internal.contains(place), frame.time, desk)
+        own.bay, came = next(iter(own.inside.items()), ("", frame.time))
+        own.time_in_bay = frame.time - came
+        for bay in self._bays:
+            if bay.name in own.docked and bay.external.contains(place):
+                self._back_out(bay, desk)
+                return
+
+    def _time_stay(self, bay: Bay, inside: bool, time: float, desk: Desk) -> None:
+        """Time the stay in a bay; whoever leaves too early begins anew."""
+        own, docked = self.state, bay.name in self.state.docked
+        if inside and bay.name not in own.inside:
+            own.inside[bay.name] = time
+            desk.tell(f"{self._boat} enters {bay.name}")
+        elif not inside and bay.name in own.inside:
+            stay = time - own.inside.pop(bay.name)
+            early = "" if docked else f", too early: {self._stay:g} s are needed"
+            desk.tell(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
+        if inside and not docked and time - own.inside[bay.name] >= self._stay - EARLY:
+            own.docked.append(bay.name)
+            desk.tell(f"{self._boat} has docked in {bay.name}; the points come on backing out")
+
+    def _back_out(self, bay: Bay, desk: Desk) -> None:
+        """Give the points, if the task runs, and end it."""
+        points = self._dock_points + (self._right_points if bay.right else 0.0)
+        worth = f"{points:g} points" if desk.sheet.phase == "running" else "no points before the task runs"
+        self.state.left = bay.name
+        desk.set_score(desk.sheet.score + points)
+        desk.tell(f"{self._boat} backs out of {bay.name}, the {'right' if bay.right else 'wrong'} bay: {worth}")
+        desk.finish()
+
+
+def _colors(content: Any) -> list[str]:
+    words = content if isinstance(content, list | tuple) else ()
+    colors = [word.lower() for word in words if isinstance(word, str)]
+    if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(COLORS):
+        raise CommandError(f"{TOPIC} is {content!r}: it takes a list of three of {', '.join(COLORS)}")
+    return colors
+
+
+def _bay(bay: Mapping[str, Any]) -> Bay:
+    return Bay(
+        str(bay["name"]),
+        bay["placard"],
+        str(bay["symbol"]),
+        bool(bay["dock_allowed"]),
+        _box(bay["internal"]["center"], bay["internal"]["size"]),
+        _box(bay["external"]["center"], bay["external"]["size"]),
+    )
+
+
+def _hole(hole: Mapping[str, Any]) -> Hole:
+    return Hole(str(hole["bay"]), str(hole["size"]), float(hole["points"]), _box(hole["center"], hole["box"]))
+
+
+def _box(center: Sequence[float], size: Sequence[float]) -> Box:
+    x, y, z = (float(number) for number in center)
+    length, width, height = (float(number) for number in size)
+    return Box((x, y, z), (length, width, height))

@@ -1,0 +1,153 @@
+"""Perception: name and locate objects that show up before the boat (VRX perception_scoring_plugin.cc)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from vrx_mj.errors import CommandError
+from vrx_mj.tasks.actions import PlaceObject
+from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.rules import Desk, PlainRules
+
+__all__ = ["Perception", "ahead_of"]
+
+MISSED = 10.0
+"""The error of an object that nobody reported [m]."""
+MOST = 2.0
+"""The error of a reported one, at most [m]."""
+LANDMARK = frozenset({"type", "x", "y"})
+"""Keys of a report."""
+
+
+def ahead_of(boat: Stand, pose: Sequence[float]) -> tuple[float, float, float, float, float, float]:
+    """A pose in the world, given in the boat's frame of which only the yaw turns: x, y, z [m], roll, pitch, yaw."""
+    x, y, z, roll, pitch, yaw = pose
+    cos, sin = math.cos(boat.yaw), math.sin(boat.yaw)
+    return (boat.x + cos * x - sin * y, boat.y + sin * x + cos * y, boat.z + z, roll, pitch, boat.yaw + yaw)
+
+
+@dataclass
+class State:
+    """Of the objects, in the order of the task."""
+
+    shown: list[bool]
+    """Whether they are up now."""
+    errors: list[float]
+    """The least error of the reports of each [m], `MISSED` without any."""
+    round_time: float = 0.0
+    """When this round of the sequence began, in elapsed time [s]."""
+    gone: int = 0
+    """How many have been up in this round and are gone."""
+    attempts: int = 0
+    """How many reports are taken now: one for each object that is up, whatever its type."""
+    total: float = 0.0
+    """Of the errors of those that are gone [m]."""
+    found: list[bool] = field(default_factory=list)
+    """Whether there was a report of each."""
+
+
+class Perception(PlainRules):
+    """The score is the sum of errors [m] while it runs, and at its end their mean."""
+
+    title = "perception"
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self._boat, self._objects, self._loops = task["boat"], task["objects"], task["loop_forever"]
+        self.watched = tuple(dict.fromkeys(thing["name"] for thing in self._objects))
+        self.state = self._round(0.0)
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """Which objects are up, and the errors [m] of the reports."""
+        return {
+            "objects": [thing["name"] for thing in self._objects],
+            "up": self.state.shown,
+            "errors": self.state.errors,
+        }
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Take the reports, then show and hide objects."""
+        if desk.sheet.phase != "running":
+            return
+        for message in frame.messages:
+            self._report(message.content, frame, desk)
+        own = self.state
+        for index, thing in enumerate(self._objects):
+            past = desk.sheet.elapsed - own.round_time - thing["time"]
+            if own.shown[index] and past > thing["duration"] + EARLY:
+                self._hide(index, desk)
+            elif not own.shown[index] and EARLY < past < thing["duration"]:
+                self._show(index, frame, desk)
+        if own.gone == len(self._objects):
+            self._end(desk)
+
+    def accept(self, topic: str, content: Any) -> Any:
+        """A report of a landmark: its type, x and y [m, ENU]."""
+        if topic != "landmark":
+            raise CommandError(f"perception takes no message '{topic}'; it takes 'landmark'")
+        if not isinstance(content, Mapping) or set(content) != LANDMARK:
+            what = (
+                f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else repr(content)
+            )
+            needs = "type, and x and y [m] or latitude and longitude [degrees]"
+            raise CommandError(f"a landmark has the keys {needs}; got {what}")
+        if not isinstance(content["type"], str):
+            raise CommandError(f"a landmark's type is a name as 'mb_marker_buoy_red'; got {content['type']!r}")
+        return {"type": content["type"], "x": _metres("x", content["x"]), "y": _metres("y", content["y"])}
+
+    def _round(self, start: float) -> State:
+        count = len(self._objects)
+        return State([False] * count, [MISSED] * count, round_time=start, found=[False] * count)
+
+    def _report(self, landmark: Mapping[str, Any], frame: Frame, desk: Desk) -> None:
+        """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
+        own = self.state
+        if not own.attempts:
+            desk.tell(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
+            return
+        own.attempts -= 1
+        hits = [
+            index for index, thing in enumerate(self._objects) if thing["type"] == landmark["type"] and own.shown[index]
+        ]
+        for index in hits:
+            name = self._objects[index]["name"]
+            error = math.hypot(landmark["x"] - frame.stands[name].x, landmark["y"] - frame.stands[name].y)
+            own.errors[index], own.found[index] = min(MOST, own.errors[index], error), True
+            desk.tell(f"landmark {name} found, error {error:.2f} m")
+        if not hits:
+            desk.tell(f"landmark {landmark['type']} is not there now", "WARN")
+
+    def _show(self, index: int, frame: Frame, desk: Desk) -> None:
+        thing = self._objects[index]
+        self.state.shown[index] = True
+        self.state.attempts += 1
+        desk.act(PlaceObject(thing["name"], ahead_of(frame.stands[self._boat], thing["pose"])))
+        desk.tell(f"landmark {thing['name']} shows up")
+
+    def _hide(self, index: int, desk: Desk) -> None:
+        own, thing = self.state, self._objects[index]
+        own.shown[index] = False
+        own.attempts = max(0, own.attempts - 1)
+        own.gone += 1
+        own.total += own.errors[index]
+        x, y, z, roll, pitch, yaw = thing["stash"]
+        desk.act(PlaceObject(thing["name"], (x, y, z, roll, pitch, yaw)))
+        desk.set_score(own.total)
+        result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
+        desk.tell(f"landmark {thing['name']} goes: {result}")
+
+    def _end(self, desk: Desk) -> None:
+        """The mean; then the end, or all of it again."""
+        desk.set_score(self.state.total / len(self._objects))
+        if self._loops:
+            self.state = self._round(desk.sheet.elapsed)
+        else:
+            desk.finish()
+
+
+def _metres(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise CommandError(f"a landmark's {key} is a number of metres; got {value!r}")
+    return float(value)

@@ -1,0 +1,187 @@
+"""The referee: phases, times and collisions, which are alike in all tasks; the rest is in a task's rules.
+
+As in VRX a phase begins by the clock, one transition at a time: `ready` after the initial duration, `running` after the
+ready one. The task ends when its rules say so, or when its time is up.
+"""
+
+import math
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from vrx_mj.errors import StateError
+from vrx_mj.tasks.actions import Action, Release
+from vrx_mj.tasks.frame import Frame, Message
+from vrx_mj.tasks.rules import Outputs, Rules
+from vrx_mj.tasks.sheet import Phase, Sheet
+
+__all__ = ["Referee", "Verdict", "dead_time"]
+
+EARLY = 1e-6
+"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
+DEAD_TIME_VRX3 = 3.0
+"""[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
+
+
+def dead_time(task: Mapping[str, Any]) -> float:
+    """How long after a counted collision none counts [s]: in VRX what the world says, cut to whole seconds."""
+    return DEAD_TIME_VRX3 if task["profile"] == "vrx3" else float(math.floor(task["collision_buffer"]))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What follows from a frame."""
+
+    actions: tuple[Action, ...]
+    lines: tuple[tuple[str, str], ...]
+    """Of the log: text and level."""
+
+
+class Referee:
+    """One task under way. `task` is what the compiler made of it: `World.parameters["task"]`."""
+
+    def __init__(self, task: Mapping[str, Any], rules: Rules) -> None:
+        initial, ready, running = task["durations"]
+        self.type, self.name, self.boat = str(task["type"]), str(task["name"]), str(task["boat"])
+        self.buffer = dead_time(task)
+        self.held_throughout = bool(task.get("held", False))
+        self.locked = bool(task["locked"])
+        self._start = Sheet(initial, initial + ready, running)
+        self._rules = rules
+        self._first = asdict(rules.state)
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew."""
+        self.sheet = replace(self._start)
+        self._load_rules(self._first)
+        self._actions: list[Action] = []
+        self._lines: list[tuple[str, str]] = []
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Names of the bodies that a frame must hold: the boat, and what the rules want."""
+        return (self.boat, *(name for name in self._rules.watched if name != self.boat))
+
+    @property
+    def finished(self) -> bool:
+        """Whether it is over."""
+        return self.sheet.phase == "finished"
+
+    def look(self, frame: Frame) -> Verdict:
+        """Take in a frame; frames come in the order of time, each once."""
+        self._frame = frame
+        if not self.finished:
+            self._count_hits(frame)
+            self._advance(frame)
+        if not self.finished:
+            self._rules.update(frame, self)
+        verdict = Verdict(tuple(self._actions), tuple(self._lines))
+        self._actions, self._lines = [], []
+        return verdict
+
+    def accept(self, topic: str, content: Any) -> Message:
+        """A message of the team, checked.
+
+        Raises:
+            CommandError: the task takes no such message, or its content is wrong.
+        """
+        return Message(topic, self._rules.accept(topic, content))
+
+    @property
+    def outputs(self) -> Outputs:
+        """What the team sees besides phase, times and score."""
+        return self._rules.outputs(self.sheet)
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """What VRX's `/vrx/task/info` tells: phase, times [s], collisions and score."""
+        return {"type": self.type, "name": self.name, **self.sheet.info()}
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
+        return deepcopy(getattr(self._rules, "progress", {}))
+
+    # The desk
+
+    def set_score(self, score: float) -> None:
+        """Write the score; ignored unless the task is running, as in VRX."""
+        if self.sheet.phase == "running":
+            self.sheet.score = score
+
+    def finish(self) -> None:
+        """End the task, not timed out."""
+        self._enter("finished")
+
+    def act(self, action: Action) -> None:
+        """Do something to the world, at this frame."""
+        self._actions.append(action)
+
+    def tell(self, text: str, level: str = "INFO") -> None:
+        """Write a line into the log."""
+        self._lines.append((text, level))
+
+    # State
+
+    def dump(self) -> dict[str, Any]:
+        """All that changes, as plain data."""
+        return {"type": self.type, "sheet": asdict(self.sheet), "rules": asdict(self._rules.state)}
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Go on from what `dump` gave.
+
+        Raises:
+            StateError: it is of another task.
+        """
+        if state.get("type") != self.type:
+            raise StateError(f"the state is of the task '{state.get('type')}', not '{self.type}'")
+        try:
+            sheet = Sheet(**state["sheet"])
+            self._load_rules(state["rules"])
+        except (KeyError, TypeError) as error:
+            raise StateError(f"the state does not fit the task '{self.type}': {error}") from error
+        self.sheet = sheet
+
+    # Inside
+
+    def _advance(self, frame: Frame) -> None:
+        """Let the clock bring the next phase, if it is due; one at a frame."""
+        sheet, now = self.sheet, frame.time + EARLY
+        if sheet.phase == "running":
+            sheet.elapsed = frame.time - sheet.running_time
+            if now - sheet.running_time >= sheet.duration:
+                self._time_out()
+        elif sheet.phase == "ready" and now >= sheet.running_time:
+            self._enter("running")
+        elif sheet.phase == "initial" and now >= sheet.ready_time:
+            self._enter("ready")
+
+    def _enter(self, phase: Phase) -> None:
+        self.sheet.phase = phase
+        self.tell(f"{self.name}: {self.sheet.summary()}")
+        if phase == "ready" and self.locked and not self.held_throughout:
+            self.act(Release(self.boat))
+        self._rules.enter(phase, self._frame, self)
+
+    def _time_out(self) -> None:
+        """VRX's quirk is kept: a score for running out of time counts if it is above 0."""
+        score = self._rules.timeout_score(self.sheet)
+        self.sheet.elapsed, self.sheet.timed_out = self.sheet.duration, True
+        if score is not None and score > 0.0:
+            self.set_score(score)
+        self._enter("finished")
+
+    def _count_hits(self, frame: Frame) -> None:
+        """Count a collision unless the dead time after the last one is not over; at most one at a frame."""
+        other = max(frame.touches, key=lambda name: (frame.touches[name], name), default=None)
+        if other is None or frame.touches[other] - self.sheet.last_hit <= self.buffer:
+            return
+        self.sheet.last_hit = frame.touches[other]
+        self.sheet.collisions += 1
+        self.tell(f"{self.name}: {self.boat} hits {other}, collision {self.sheet.collisions}", "WARN")
+        self._rules.hit(other, frame, self)
+
+    def _load_rules(self, state: Mapping[str, Any]) -> None:
+        self._rules.state = type(self._rules.state)(**deepcopy(dict(state)))

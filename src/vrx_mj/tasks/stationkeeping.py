@@ -1,0 +1,60 @@
+"""Station-keeping: hold a pose for the whole run (VRX stationkeeping_scoring_plugin.cc)."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
+from vrx_mj.tasks.sheet import Sheet
+
+__all__ = ["Stationkeeping", "pose_error"]
+
+
+def pose_error(stand: Stand, goal: Mapping[str, float], *, heading: bool = True) -> float:
+    """Error of a pose [m]: e = d + 0.75^d h, with d the horizontal distance [m] and h that of the headings [rad].
+
+    VRX's quirk is kept: h = pi - ||goal - yaw| - pi| holds up to two full turns apart, beyond which it is negative.
+    """
+    distance = math.hypot(goal["x"] - stand.x, goal["y"] - stand.y)
+    if not heading:
+        return distance
+    apart = math.pi - abs(abs(goal["yaw"] - stand.yaw) - math.pi)
+    return distance + math.pow(0.75, distance) * apart
+
+
+@dataclass
+class State:
+    """Sums over the frames since the run began."""
+
+    frames: int = 0
+    total: float = 0.0
+    """Of the errors [m]."""
+    error: float = 0.0
+    """The last [m]."""
+
+
+class Stationkeeping(PlainRules):
+    """The score is the mean error [m]; the way to the goal counts."""
+
+    title = "station-keeping"
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self.state = State()
+        self._boat, self._goal, self._heading = task["boat"], task["goal"], task["heading"]
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Take the error of a frame into the mean."""
+        if desk.sheet.phase != "running":
+            return
+        own = self.state
+        own.error = pose_error(frame.stands[self._boat], self._goal, heading=self._heading)
+        own.frames, own.total = own.frames + 1, own.total + own.error
+        desk.set_score(own.total / own.frames)
+
+    def outputs(self, sheet: Sheet) -> Outputs:
+        """The goal from `ready` on, and the errors while it runs."""
+        if sheet.phase == "initial":
+            return {}
+        return {"goal": self._goal, "pose_error": self.state.error, "mean_pose_error": sheet.score}

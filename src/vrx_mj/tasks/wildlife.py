@@ -1,0 +1,200 @@
+"""Wildlife: circle the animals that want it, and keep away from the others (VRX wildlife_scoring_plugin.cc).
+
+Around every animal stand eight gates, at every 45 degrees of the world's azimuth, from the animal out to the radius of
+engagement. The boat circles by crossing eight times in the right sense without a break.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.gates import Side
+from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
+from vrx_mj.tasks.sheet import Sheet
+
+__all__ = ["Wildlife", "gate_side"]
+
+GATES = 8
+AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
+"""Of the gates: from the animal outwards."""
+KINDS = {
+    "avoid": "crocodile",
+    "circumnavigate_clockwise": "platypus",
+    "circumnavigate_counterclockwise": "turtle",
+}
+"""What the team is told an animal is: VRX goes by the goal, not by the model."""
+
+
+def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) -> Side:
+    """Where a point dx, dy [m] from the animal is, seen by the gate along `axis` of length `radius` [m].
+
+    `after` is the side that a counter-clockwise circle comes out at, the gate itself included; `outside` is what lies
+    behind the animal or beyond the radius.
+    """
+    along, across = dx * axis[0] + dy * axis[1], dy * axis[0] - dx * axis[1]
+    if abs(along - 0.5 * radius) > 0.5 * radius:
+        return "outside"
+    return "after" if across >= 0.0 else "before"
+
+
+@dataclass
+class State:
+    """Rows are animals."""
+
+    status: list[str]
+    """never_engaged, engaged, not_engaged or circumnavigated (for good)."""
+    sides: list[list[str]]
+    """Of every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
+    circled: list[list[int]]
+    """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
+    animals: list[dict[str, Any]] = field(default_factory=list)
+    """What the team was last told."""
+    published: int = 0
+    """How often it was."""
+
+
+class Wildlife(PlainRules):
+    """The score is the time [s], in the end less a bonus for each animal circled and each one to avoid never engaged.
+
+    VRX's quirks are kept: an animal is engaged within a radius in space; the sense alone counts, not which gates are
+    crossed, and the wrong one starts a circle over, as leaving the radius does; any collision starts over all circles;
+    at time-out a bonus that eats up the full time is not given; a task without an animal to circle ends as it begins.
+    In profile `vrx` a score is at least 0 and `num_collisions` stays 0; in `vrx3` neither is so.
+    """
+
+    title = "wildlife"
+    state: State
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self._boat, self._animals = task["boat"], tuple(task["animals"])
+        self._classic = task["profile"] != "vrx3"
+        self._radius, self._bonus = float(task["engagement_distance"]), float(task["time_bonus"])
+        self._rate = task["publication_rate"]
+        self.watched = tuple(str(animal["name"]) for animal in self._animals)
+        count = len(self._animals)
+        self.state = State(
+            ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
+        )
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """How far the circles are: for every animal its name, goal, status and the numbers of the gates crossed."""
+        rows = zip(self._animals, self.state.status, self.state.circled, strict=True)
+        return {
+            "animals": [
+                {"name": animal["name"], "goal": animal["goal"], "status": status, "circled": circled}
+                for animal, status, circled in rows
+            ]
+        }
+
+    def update(self, frame: Frame, desk: Desk) -> None:
+        """Take the time, look at every animal, and end the task when all circles are closed."""
+        sheet = desk.sheet
+        if sheet.phase != "running":
+            return
+        desk.set_score(min(sheet.duration, sheet.elapsed))
+        boat = frame.stands[self._boat]
+        for number, name in enumerate(self.watched):
+            if self.state.status[number] != "circumnavigated":
+                self._look_at(number, frame.stands[name], boat, desk)
+        self._publish(frame, sheet)
+        if all(self._done(number) for number in range(len(self._animals)) if not self._avoided(number)):
+            self._complete(desk)
+
+    def hit(self, other: str, frame: Frame, desk: Desk) -> None:
+        """Any collision starts over all circles under way."""
+        if self._classic:
+            desk.sheet.collisions -= 1
+        for number, circled in enumerate(self.state.circled):
+            if circled and not self._done(number):
+                desk.tell(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
+                circled.clear()
+
+    def timeout_score(self, sheet: Sheet) -> float | None:
+        """The full time less the bonus; if nothing is left, the full time."""
+        left = sheet.duration - self._bonuses()
+        return left if left > 0.0 else sheet.duration
+
+    def outputs(self, sheet: Sheet) -> Outputs:
+        """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
+        return {"animals": self.state.animals} if self.state.published else {}
+
+    # Inside
+
+    def _avoided(self, number: int) -> bool:
+        return bool(self._animals[number]["goal"] == "avoid")
+
+    def _done(self, number: int) -> bool:
+        return self.state.status[number] == "circumnavigated"
+
+    def _bonuses(self) -> float:
+        """For animals circled, and for those to avoid that were never engaged [s]."""
+        status = self.state.status
+        earned = (
+            status[number] == ("never_engaged" if self._avoided(number) else "circumnavigated")
+            for number in range(len(status))
+        )
+        return self._bonus * sum(earned)
+
+    def _complete(self, desk: Desk) -> None:
+        bonus = self._bonuses()
+        score = desk.sheet.score - bonus
+        desk.set_score(max(0.0, score) if self._classic else score)
+        desk.tell(f"all animals circled after {desk.sheet.elapsed:.2f} s: bonus {bonus:g} s")
+        desk.finish()
+
+    def _look_at(self, number: int, animal: Stand, boat: Stand, desk: Desk) -> None:
+        """Engage, leave, or go on with the circle: one of them at a frame."""
+        own, name = self.state, self.watched[number]
+        distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
+        if own.status[number] != "engaged":
+            if distance <= self._radius:
+                lost = self._avoided(number) and own.status[number] == "never_engaged"
+                desk.tell(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
+                own.status[number] = "engaged"
+        elif distance > self._radius:
+            own.status[number] = "not_engaged"
+            self._start_over(number, f"{name} left", desk)
+        elif not self._avoided(number):
+            self._circle(number, boat.x - animal.x, boat.y - animal.y, desk)
+
+    def _circle(self, number: int, dx: float, dy: float, desk: Desk) -> None:
+        """See which gates the boat has crossed, and in which sense."""
+        own, name = self.state, self.watched[number]
+        right = "after" if self._animals[number]["goal"] == "circumnavigate_counterclockwise" else "before"
+        sides, circled = own.sides[number], own.circled[number]
+        for gate, axis in enumerate(AXES):
+            side = gate_side(dx, dy, axis, self._radius)
+            if {side, sides[gate]} != {"before", "after"}:
+                sides[gate] = side
+                continue
+            sides[gate] = "crossed"
+            if side != right:
+                self._start_over(number, f"{name} passed the wrong way round", desk)
+                continue
+            circled.append(gate)
+            desk.tell(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
+            if len(circled) == GATES:
+                own.status[number] = "circumnavigated"
+                desk.tell(f"{name} circled: {self._bonus:g} s bonus in the end")
+
+    def _start_over(self, number: int, why: str, desk: Desk) -> None:
+        circled = self.state.circled[number]
+        desk.tell(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
+        circled.clear()
+
+    def _publish(self, frame: Frame, sheet: Sheet) -> None:
+        """Tell the team where the animals are, if it is time: at every frame, or at a rate since the run began."""
+        own = self.state
+        if self._rate and frame.time < sheet.running_time + own.published / self._rate - EARLY:
+            return
+        own.published += 1
+        own.animals = [_told(animal, frame.stands[animal["name"]]) for animal in self._animals]
+
+
+def _told(animal: Mapping[str, Any], stand: Stand) -> dict[str, Any]:
+    place: dict[str, Any] = {"x": stand.x, "y": stand.y, "z": stand.z, "latitude": None, "longitude": None}
+    return {"name": KINDS[animal["goal"]], **place}

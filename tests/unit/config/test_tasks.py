@@ -1,0 +1,127 @@
+"""Tasks in a world's file: VRX's values where it gives none, `extends`, and the types by their names."""
+
+import pytest
+
+from vrx_mj.config.tasks import TASKS
+from vrx_mj.config.world import load_world
+from vrx_mj.errors import ConfigError
+
+PINGER = {"pinger": [1, 2, -2]}
+DOCK = {"dock": "d", "bays": [{"symbol": "red_circle"}]}
+LEAST = {
+    "stationkeeping": {"goal_cart": [1, 2, 0.5]},
+    "wayfinding": {"waypoints_cart": [[1, 2, 0.5]]},
+    "perception": {"objects": [{"time": 5, "name": "red", "pose": [8, 0, 1, 0, 0, 0]}]},
+    "navigation_course": {"course": "c"},
+    "follow_path": {"course": "c"},
+    "dock": DOCK,
+    "scan_and_dock": DOCK,
+    "scan_dock_deliver": DOCK,
+    "wildlife": {},
+    "gymkhana": {"channel": {"course": "c"}, **PINGER},
+    "acoustic_perception": PINGER,
+    "acoustic_tracking": {"pinger": "beacon"},
+}
+"""What a task of each type needs at least."""
+
+VALUES = {
+    "stationkeeping": {"collision_buffer": 3.0, "heading": True},
+    "wayfinding": {"collision_buffer": 3.0},
+    "perception": {"collision_buffer": 3.0, "loop_forever": False},
+    "navigation_course": {"collision_buffer": 10.0, "obstacle_penalty": 10.0},
+    "follow_path": {"points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0, "collision_buffer": 10.0},
+    "dock": {
+        "color_bonus_points": 10.0,
+        "dock_bonus_points": 10.0,
+        "correct_dock_bonus_points": 10.0,
+        "enable_color_checker": False,
+        "min_dock_time": 10.0,
+        "light_buoy": None,
+        "collision_buffer": 3.0,
+    },
+    "scan_and_dock": {"dock_bonus_points": 10.0, "correct_dock_bonus_points": 10.0, "enable_color_checker": True},
+    "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0, "enable_color_checker": True},
+    "wildlife": {"engagement_distance": 10.0, "time_bonus": 30.0, "collision_buffer": 10.0, "publication_rate": None},
+    "gymkhana": {"obstacle_penalty": 1.0, "collision_buffer": 10.0},
+    "acoustic_perception": {"goal_tolerance": 3.0, "collision_buffer": 3.0},
+    "acoustic_tracking": {"pinger_depth": 2.0, "obstacle_penalty": 1.0},
+}
+"""VRX's, of its worlds of 2019, 2022 and 2023."""
+
+
+def task_of(kind, **more):
+    return load_world({"task": {"type": kind, **LEAST[kind], **more}}).task
+
+
+def test_all_types_are_tried_here():
+    assert set(LEAST) == set(VALUES) == set(TASKS)
+
+
+@pytest.mark.parametrize("kind", TASKS)
+def test_a_task_has_the_values_of_vrx(kind):
+    task = task_of(kind)
+    durations = (task.initial_state_duration, task.ready_state_duration, task.running_state_duration)
+    assert (task.type, task.name, task.boat, durations, task.locked) == (kind, "", None, (10.0, 10.0, 300.0), True)
+    assert {key: getattr(task, key) for key in VALUES[kind]} == VALUES[kind]
+
+
+@pytest.mark.parametrize("kind", TASKS)
+def test_every_key_but_the_type_is_explained(kind):
+    assert [key for key, field in TASKS[kind].model_fields.items() if not field.description] == ["type"]
+    assert TASKS[kind].scores.endswith(("; lower is better", "; higher is better"))
+
+
+def test_a_value_of_the_file_counts_more_than_that_of_the_type():
+    task = task_of("scan_dock_deliver", dock_bonus_points=1, enable_color_checker="no")
+    assert (task.dock_bonus_points, task.correct_dock_bonus_points, task.enable_color_checker) == (1.0, 5.0, False)
+    assert task_of("dock", enable_color_checker=True).enable_color_checker is True
+
+
+def test_the_channel_of_a_gymkhana_has_values_of_its_own():
+    channel = task_of("gymkhana", collision_buffer=1).channel
+    assert (channel.obstacle_penalty, channel.collision_buffer, channel.gates) == (10.0, 10.0, ())
+
+
+def test_station_keeping_goes_by_the_name_of_2022_too():
+    task = load_world({"task": {"type": "station_keeping", "goal_cart": [1, 2, 0]}}).task
+    assert type(task) is TASKS["stationkeeping"]
+
+
+def test_a_shown_object_stays_for_five_seconds():
+    shown = task_of("perception").objects[0]
+    assert (shown.time, shown.duration, shown.type) == (5.0, 5.0, None)
+
+
+def test_a_place_may_be_given_in_latitude_and_longitude():
+    earth = {"georeference": {"latitude": 1.0, "longitude": 2.0}}
+    for kind, value in (("stationkeeping", {"goal": [1, 2, 0]}), ("wayfinding", {"waypoints": [[1, 2, 0]]})):
+        (key,) = value
+        assert load_world({**earth, "task": {"type": kind, **value}}).task.geodetic == (key,)
+        assert task_of(kind).geodetic == ()
+
+
+def test_a_task_of_the_same_type_is_merged_and_one_of_another_type_replaces_it(here):
+    base = "task: {type: navigation_course, course: c, obstacle_penalty: 5}\n"
+    (here / "base.yaml").write_text(base, encoding="utf-8")
+    task = load_world({"extends": "base", "task": {"running_state_duration": 500}}).task
+    assert (task.type, task.obstacle_penalty, task.running_state_duration) == ("navigation_course", 5.0, 500.0)
+    task = load_world({"extends": "base", "task": {"type": "wildlife"}}).task
+    assert task.type == "wildlife"
+    assert load_world({"extends": "base", "task": None}).task is None
+
+
+def test_the_task_knows_where_it_stands(here):
+    (here / "mine.yaml").write_text("name: mine\ntask:\n  type: wildlife\n  time_bonus: 1\n", encoding="utf-8")
+    section = load_world("mine").task.section
+    assert (section.entries["time_bonus"].value.line, section.entries["time_bonus"].value.column) == (4, 15)
+
+
+def test_all_faults_are_told_at_once():
+    with pytest.raises(ConfigError) as caught:
+        task_of("dock", bays=[{"symbol": "red_star"}, {"symbol": "blue_cross", "dock_allowed": 3}], min_dock_time=-1)
+    assert str(caught.value) == (
+        "<world>: task.bays[0].symbol: a symbol is COLOUR_SHAPE, of red, green, blue, yellow and circle, cross, "
+        "triangle, rectangle; got 'red_star'\n"
+        "<world>: task.bays[1].dock_allowed: expected true or false, got 3\n"
+        "<world>: task.min_dock_time: must be at least 0, got -1"
+    )
