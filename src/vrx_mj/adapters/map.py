@@ -3,6 +3,7 @@
 import colorsys
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.course import Course, course_of, symbols_of
 from vrx_mj.compiler.shooters import ball_names
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
 
-__all__ = ["MapBoat", "MapDock", "MapObject", "MapScene", "MapWave", "MapWind", "draw_map", "map_of"]
+__all__ = ["MapBoat", "MapDock", "MapObject", "MapPlacard", "MapScene", "MapWave", "MapWind", "draw_map", "map_of"]
 
 FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -26,6 +28,7 @@ NO_FLEET = "single"
 """What the compiler calls the one boat of a world without a fleet."""
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m] (VRX's dock_block)."""
+EMPTY = Course()
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,16 @@ class MapObject:
     color: Rgb
     size: float
     floating: bool = True
+
+
+@dataclass(frozen=True)
+class MapPlacard:
+    """A placard at (x, y) [m] and its symbol, such as `red_circle`."""
+
+    name: str
+    x: float
+    y: float
+    symbol: str
 
 
 @dataclass(frozen=True)
@@ -93,6 +106,9 @@ class MapScene:
     """Places x, y and headings [rad], in their order."""
     wind: MapWind | None = None
     wave: MapWave | None = None
+    placards: tuple[MapPlacard, ...] = ()
+    course: Course = EMPTY
+    """What the task lays out."""
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
@@ -120,16 +136,28 @@ def map_of(world: World) -> MapScene:
     fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
     wind, sea = values["wind"], values["sea"]
     toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
+    model = _model(world)
     return MapScene(
         title=f"{values['name']}{fleet}",
         shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values["shoreline"]),
         docks=tuple(_dock(dock) for dock in values["docks"]),
-        objects=_objects(world),
+        objects=_objects(world, model),
         boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
         waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
         wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
         wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"]) if sea["waves"] else None,
+        placards=tuple(_placards(world, model)),
+        course=course_of(values),
     )
+
+
+def _model(world: World) -> Any:
+    """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
+    import mujoco
+
+    if not world.parameters["objects"] and not world.parameters.get("placards"):
+        return None
+    return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
 
 
 def _dock(entry: Any) -> MapDock:
@@ -145,16 +173,23 @@ def _boat(entry: Any, index: int) -> MapBoat:
     return MapBoat(entry["name"], x, y, yaw, color)
 
 
-def _objects(world: World) -> tuple[MapObject, ...]:
+def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds."""
+    balls = ball_names(world.parameters)
+    return tuple(_object(model, item) for item in world.parameters["objects"] if item["name"] not in balls)
+
+
+def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
     import mujoco
 
-    balls = ball_names(world.parameters)
-    entries = [item for item in world.parameters["objects"] if item["name"] not in balls]
-    if not entries:
-        return ()
-    model = mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
-    return tuple(_object(model, entry) for entry in entries)
+    rows = world.parameters.get("placards", ())
+    if not rows:
+        return
+    data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
+    mujoco.mj_kinematics(model, data)
+    for row in rows:
+        x, y, _ = data.body(row["body"]).xpos.tolist()
+        yield MapPlacard(row["name"], x, y, symbols[row["name"]])
 
 
 def _object(model: Any, entry: Any) -> MapObject:

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from vrx_mj.cli import campaign, robot, scoring
+from vrx_mj.cli import campaign, robot, scoring, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import console, print_summary, warn_once, watching
+from vrx_mj.cli.screen import console, print_summary, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
 
 app = typer.Typer(
@@ -25,6 +25,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(robot.app)
+app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
 
@@ -77,9 +78,7 @@ def run(
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     control: Annotated[str | None, typer.Option(help="module:function(obs, t), called 10 times a second.")] = None,
-    thrust: Annotated[
-        str | None, typer.Option(help="Steady commands, as in left=0.5,right=0.5; newtons in worlds of profile vrx3.")
-    ] = None,
+    thrust: Annotated[str | None, typer.Option(help="Steady commands: left=0.5,right=0.5; N in profile vrx3.")] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
@@ -98,15 +97,7 @@ def run(
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
-        world,
-        fleet,
-        duration=duration,
-        seed=seed,
-        path=record,
-        control=control,
-        thrust=thrust,
-        sensors=sensors,
-        watching=watching,
+        world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors
     )
     print_summary(result)
     if summary is not None:

@@ -83,19 +83,22 @@ def _scores(campaign: "Campaign") -> Table:
 
     plan, results = campaign.manifest.plan, list(campaign.results.values())
     tasks = tasks_of_worlds(results)
-    table = _table("scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher", ("world", "task"), plan.controllers)
+    table = _table(
+        "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher",
+        ("world", "unit"),
+        plan.controllers,
+    )
     for world in plan.worlds:
         task, cells = tasks.get(world), []
         for controller in plan.controllers:
             own = [each for each in results if each.cell.world == world and each.cell.controller == controller]
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
-        table.add_row(Text(world), Text(_task(task) if task else "none"), *cells)
+        table.add_row(Text(world), Text(_unit(task) if task else ""), *cells)
     return table
 
 
-def _task(task: Mapping[str, str]) -> str:
-    arrow = "↑" if task["better"] == "higher" else "↓"
-    return f"{task['type'].replace('_', ' ')} {arrow} [{task['unit']}]"
+def _unit(task: Mapping[str, str]) -> str:
+    return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
 
 
 def _mean(mean: object, count: int, *, has_task: bool) -> Text:

@@ -10,7 +10,7 @@ __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
     "collada", "jinja2", "llvmlite", "lxml", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pyarrow",
-    "pydantic", "pymap3d", "rerun", "rich", "shapely", "trimesh", "typer", "xacro", "yaml",
+    "pydantic", "pymap3d", "ray", "rerun", "rich", "scipy", "shapely", "trimesh", "typer", "xacro", "yaml",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

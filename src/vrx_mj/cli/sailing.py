@@ -5,12 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from vrx_mj.cli.screen import watching
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
 from vrx_mj.runtime.simulation import Simulation
-
-Progress = AbstractContextManager[Callable[[float], None]]
 
 
 def sail(
@@ -23,7 +22,6 @@ def sail(
     control: str | None,
     thrust: str | None,
     sensors: str | None = None,
-    watching: Callable[[Simulation, float], Progress],
 ) -> Summary:
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)

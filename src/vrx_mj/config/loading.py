@@ -70,9 +70,11 @@ def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = No
 
 
 def read_source(kind: str, source: Path | Mapping[str, Any]) -> Section:
-    """The keys and values of a YAML file or of a dict, on top of those of the files that it extends."""
+    """The keys and values of a YAML file, of a dict or of a section, on top of those of the files that it extends."""
     if isinstance(source, Path):
         return _extended(kind, _read(source), source, (source.resolve(),))
+    if isinstance(source, Section):
+        return _extended(kind, source, None, ())
     file = File(f"<{KINDS[kind]}>", None)
     try:
         section = of_python(source, file)

@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -25,13 +25,14 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.fields import FieldConfig
 from vrx_mj.config.geodesy import enu_to_geodetic
-from vrx_mj.config.loading import Loading, Source, check, file_of, read_source, validated
+from vrx_mj.config.loading import Loading, Source, check, validated
 from vrx_mj.config.markers import MarkersConfig
 from vrx_mj.config.objects import DockPlacement, Placed, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.scene import SceneConfig
-from vrx_mj.config.search import find_terrain, is_path
+from vrx_mj.config.search import find_terrain
+from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
@@ -287,12 +288,8 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 
 
 def load_world(source: Source) -> WorldConfig:
-    """The world of a name, a path or a dict, with everything it names checked."""
-    if isinstance(source, Mapping):
-        section, name = read_source("worlds", source), "world"
-    else:
-        file = file_of("worlds", source)
-        section, name = read_source("worlds", file), file.stem if is_path(source) else str(source)
+    """The world of a name, a path, `FILE#k` (the k-th of an axes file) or a dict, with everything it names checked."""
+    section, name = world_source(source)
     world = validated(WorldConfig, section, Loading(), name=name)
     world._section = section
     placed: list[Placed] = [*world.objects, *world.docks]

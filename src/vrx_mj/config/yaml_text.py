@@ -6,7 +6,7 @@ Scalars are read as YAML 1.2 does, so `1e-3` is a number, `yes`, `no`, `on` and 
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
@@ -17,7 +17,7 @@ from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Place, Section, key_
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["parse", "read_lines"]
+__all__ = ["Repeat", "parse", "parse_loosely", "read_lines"]
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
@@ -80,8 +80,26 @@ def read_lines(path: Path) -> tuple[str, ...]:
     return lines
 
 
+class Repeat(NamedTuple):
+    """A key that a mapping has twice: its path, and the lines of the earlier and of the later one, which counts."""
+
+    key: str
+    first: int
+    last: int
+
+
 def parse(file: File) -> Section:
     """The one mapping that a YAML file holds."""
+    return _parsed(file, _Builder(file))
+
+
+def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
+    """As `parse`, but as Python programs read YAML: numbers may be keys, and of equal keys the last one counts."""
+    builder = _Builder(file, loose=True)
+    return _parsed(file, builder), builder.repeats
+
+
+def _parsed(file: File, builder: "_Builder") -> Section:
     _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in find_lookalikes(file.lines)])
     loader = _Composer("\n".join(file.lines))
     try:
@@ -92,7 +110,6 @@ def parse(file: File) -> Section:
         loader.dispose()
     if node is None:
         raise ConfigError([Problem(file.name, 1, 1, "", "empty; expected keys and values")])
-    builder = _Builder(file)
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
         builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
@@ -136,9 +153,11 @@ def _shown_tag(tag: str) -> str:
 class _Builder:
     """From YAML nodes to sections and items; what is wrong is gathered."""
 
-    def __init__(self, file: File) -> None:
+    def __init__(self, file: File, *, loose: bool = False) -> None:
         self.file = file
+        self.loose = loose
         self.problems: list[Problem] = []
+        self.repeats: list[Repeat] = []
         self.count = 0
         self.open: set[int] = set()
 
@@ -179,7 +198,10 @@ class _Builder:
             key = self.key(key_node, path)
             if key is None:
                 continue
-            if key in entries:
+            if key in entries and self.loose:
+                first, last = (place.line or 0 for place in (entries[key].key, self.place(key_node)))
+                self.repeats.append(Repeat(key_path((*path, key)), first, last))
+            elif key in entries:
                 self.problem(key_node, (*path, key), f"given twice; first on line {entries[key].key.line}")
                 continue
             entries[key] = Entry(self.place(key_node), self.place(value_node))
@@ -192,6 +214,8 @@ class _Builder:
             self.problem(node, path, "merge keys '<<' are not allowed; a world may say 'extends'")
         elif isinstance(key, str):
             return key
+        elif self.loose and isinstance(key, int) and not isinstance(key, bool):
+            return str(key)
         elif isinstance(node, ScalarNode):
             self.problem(node, path, f"key {node.value or 'nothing'} is not text; put it in quotes")
         else:

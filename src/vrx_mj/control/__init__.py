@@ -1,7 +1,21 @@
 """Guidance, navigation and control laws for controllers, and controllers to start from: one for each task."""
 
+from vrx_mj.control.acoustics import BeaconFollower, BeaconSeeker
 from vrx_mj.control.captain import Captain
+from vrx_mj.control.channel import Channel, Gymkhana
+from vrx_mj.control.docking import Docking
 from vrx_mj.control.stationkeeping import StationKeeper
 from vrx_mj.control.wayfinding import WaypointFollower
+from vrx_mj.control.wildlife import WildlifeCircler
 
-__all__ = ["Captain", "StationKeeper", "WaypointFollower"]
+__all__ = [
+    "BeaconFollower",
+    "BeaconSeeker",
+    "Captain",
+    "Channel",
+    "Docking",
+    "Gymkhana",
+    "StationKeeper",
+    "WaypointFollower",
+    "WildlifeCircler",
+]

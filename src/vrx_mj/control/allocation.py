@@ -21,7 +21,7 @@ STEERING = math.radians(60.0)
 IDLE = 2.0
 """Below this force [N] a thruster that steers keeps straight, so that it does not turn about nothing."""
 INDEPENDENT = 0.1
-"""Least singular value of a set of thrusters, over the largest, that can push every way: the WAM-V's have 0.2 or more."""
+"""Thrusters push every way if the least singular value of their columns is above this share of the largest."""
 HALVINGS = 12
 """Of the interval in which a share is sought: to 1/4096."""
 

@@ -13,12 +13,14 @@ from vrx_mj.control.clusters import Cluster
 from vrx_mj.control.guidance import Point
 from vrx_mj.control.pictures import Look
 
-__all__ = ["Buoy", "BuoyMap", "kind_of"]
+__all__ = ["WIDEST", "Buoy", "BuoyMap", "kind_of"]
 
 SAME = 2.0
 """Something seen within this distance [m] of where a buoy was is that buoy; in VRX's fields two are 1 m apart at least."""
 WIDEST = 1.4
 """What is wider than this [m] is no buoy, but shore or dock."""
+HIGHEST = 2.0
+"""What rises higher than this [m] is no buoy either: VRX's reach up to 1 m, and waves lift them by another."""
 SHARE = 0.4
 """Weight of the last look in a buoy's place."""
 SURE = 2
@@ -47,6 +49,8 @@ class Buoy:
     """How often."""
     last: float = 0.0
     """When [s]."""
+    looks: int = 0
+    """How often it was looked at through a camera."""
     votes: Counter[str] = field(default_factory=Counter)
     """What the looks at it said: its kind, see `kind`."""
 
@@ -83,7 +87,7 @@ class BuoyMap:
     def see(self, here: Point, found: Iterable[Cluster], time: float) -> None:
         """Take the clusters of one look from `here` [m]; their places are relative to it."""
         for cluster in found:
-            if cluster.extent < WIDEST:
+            if cluster.extent < WIDEST and cluster.top < HIGHEST:
                 self._see(here[0] + cluster.x, here[1] + cluster.y, (cluster.bottom + cluster.top) / 2.0, time)
         self.buoys = [buoy for buoy in self.buoys if not self._gone(buoy, here, time)]
 

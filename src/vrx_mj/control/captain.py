@@ -3,15 +3,28 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from vrx_mj.control.acoustics import BeaconFollower, BeaconSeeker
+from vrx_mj.control.channel import Channel, Gymkhana
+from vrx_mj.control.docking import Docking
 from vrx_mj.control.skipper import Skipper, task_of
 from vrx_mj.control.stationkeeping import StationKeeper
 from vrx_mj.control.wayfinding import WaypointFollower
+from vrx_mj.control.wildlife import WildlifeCircler
 
 __all__ = ["SKIPPERS", "Captain"]
 
 SKIPPERS: dict[str, Callable[[], Skipper]] = {
+    "acoustic_perception": BeaconSeeker,
+    "acoustic_tracking": BeaconFollower,
+    "dock": Docking,
+    "follow_path": Channel,
+    "gymkhana": Gymkhana,
+    "navigation_course": Channel,
+    "scan_and_dock": Docking,
+    "scan_dock_deliver": Docking,
     "stationkeeping": StationKeeper,
     "wayfinding": WaypointFollower,
+    "wildlife": WildlifeCircler,
 }
 """Who knows a task, by its type."""
 

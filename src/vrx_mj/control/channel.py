@@ -1,7 +1,7 @@
 """Channels: buoyed gates crossed in their order, found with lidar and camera; and what the gymkhana adds to that."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.control.avoidance import clear_course
@@ -34,6 +34,14 @@ SWEEP = 0.55
 """Turning rate of looking around [rad/s]."""
 PATIENCE = 14.0
 """How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
+DOUBT = 30.0
+"""How long after a gate others may be looked for that lie nearer than the next one known [s]."""
+SIGHT = 70.0
+"""From how far buoys of unknown kind are gone to [m]."""
+LOOK_FROM = 14.0
+"""From how far they are looked at [m]: there a buoy is 40 pixels high."""
+READABLE = 8
+"""What so many pictures did not tell is not asked again."""
 EXIT = ("blue", "black")
 """Partners of the last gate's red buoy."""
 PARTNERS = ("green", "white", *EXIT)
@@ -67,6 +75,9 @@ class Channel(Skipper):
         self._start: tuple[Point, float] | None = None
         self._course: float | None = None
 
+    def status(self):
+        return self._gate and [round(v) for v in self._gate.middle], len(self._done), [(round(b.x),round(b.y),b.kind or dict(b.votes),b.looks) for b in self.lookout.map.sure if self._new(b.place)]
+
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Cross the gate that is next, or look for it."""
         if self._start is None:
@@ -86,12 +97,25 @@ class Channel(Skipper):
         gates = self._known()
         if self._done:
             last = self._done[-1]
-            return next_gate(last.middle, last.course, gates)
+            gate = next_gate(last.middle, last.course, gates)
+            return None if gate is not None and self._doubtful(gate, last, t) else gate
         assert self._start is not None, "before the first call"
         if self._chart is None and t - self._since < PATIENCE:
             white = [buoy.place for buoy in self.lookout.map.of("white")]
             gates = [gate for gate in gates if gate.partner in white]
         return next_gate(self._start[0], None, gates)
+
+    def _doubtful(self, gate: Gate, last: Gate, t: float) -> bool:
+        """Whether something of unknown kind lies nearer to the last gate than the next one does: that may be another."""
+        if self._chart is not None or t - self._since > DOUBT:
+            return False
+        nearer = math.dist(last.middle, gate.middle) - 4.0
+
+        def to(x: float, y: float) -> tuple[float, float]:
+            east, north = x - last.middle[0], y - last.middle[1]
+            return math.hypot(east, north), math.atan2(north, east)
+
+        return self._strange(to, nearer) is not None
 
     def _known(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
@@ -151,9 +175,12 @@ class Channel(Skipper):
 
     def _search(self, seen: Estimate, t: float) -> Commands:
         """Go to see what is not known yet; a while ahead; and then look around."""
-        strange = self._strange(seen)
+        strange = self._strange(seen.to)
         if strange is not None:
-            return self.go(seen, t, strange, self._walls(), share=0.7)
+            distance, bearing = seen.to(*strange)
+            if distance > LOOK_FROM:
+                return self.go(seen, t, strange, self._walls(), share=0.7)
+            return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
         if self._done and t - self._since < 8.0:
             last = self._done[-1]
             ahead = (last.middle[0] + 40.0 * math.cos(last.course), last.middle[1] + 40.0 * math.sin(last.course))
@@ -163,18 +190,11 @@ class Channel(Skipper):
     def _walls(self) -> list[Point]:
         return [point for gate in self._known() for point in wall(gate)]
 
-    def _strange(self, seen: Estimate) -> Point | None:
-        """A place from which to see what is known by half: a buoy without a kind, or half a gate."""
-        known = self.lookout.map
-        halves = [buoy for buoy in known.sure if buoy.seen > 3 and not buoy.kind and sum(buoy.votes.values()) < 8]
-        halves = [buoy for buoy in halves if self._new(buoy.place) and seen.to(*buoy.place)[0] < 70.0]
-        if not halves:
-            return None
-        return min(halves, key=lambda buoy: self._trouble(seen, buoy.place)).place
-
-    def _trouble(self, seen: Estimate, place: Point) -> float:
-        distance, bearing = seen.to(*place)
-        return distance + 8.0 * abs(wrapped(bearing - seen.heading))
+    def _strange(self, to: Callable[[float, float], tuple[float, float]], within: float = SIGHT) -> Point | None:
+        """The nearest buoy of unknown kind, `within` a distance [m], that is not known for unreadable."""
+        known = (buoy for buoy in self.lookout.map.sure if not buoy.kind and buoy.looks < READABLE and buoy.seen > 3)
+        places = [buoy.place for buoy in known if self._new(buoy.place) and to(*buoy.place)[0] < within]
+        return min(places, key=lambda place: to(*place)[0], default=None)
 
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""

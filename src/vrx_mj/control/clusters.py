@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Cluster", "clusters", "leveled"]
+__all__ = ["Cluster", "clusters", "grouped", "leveled", "standing_free"]
 
 FloatArray = npt.NDArray[np.float64]
 CELL = 0.5
@@ -56,34 +56,42 @@ def leveled(
 
 def clusters(points: FloatArray, *, low: float = -0.6, high: float = 3.5) -> list[Cluster]:
     """Clusters of level returns, (n, 3) [m], between two heights [m]; the boat's origin floats near 0."""
-    points = points[(points[:, 2] > low) & (points[:, 2] < high)]
+    return [_cluster(part) for part in grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])]
+
+
+def grouped(points: FloatArray) -> list[FloatArray]:
+    """Points, (n, 3) [m], in groups of those that belong together, seen from above."""
     if not len(points):
         return []
     cells = np.floor(points[:, :2] / CELL).astype(np.int64)
-    kinds, member = np.unique(cells, axis=0, return_inverse=True)
-    label = _labels([(int(i), int(j)) for i, j in kinds])[member.ravel()]
-    return [_cluster(points[label == one]) for one in range(int(label.max()) + 1)]
+    kinds, member = np.unique((cells[:, 0] << 32) + cells[:, 1], return_inverse=True)
+    label = _parts(kinds)[member]
+    order = np.argsort(label, kind="stable")
+    ends = np.cumsum(np.bincount(label))[:-1]
+    return [part for part in np.split(points[order], ends) if len(part)]
 
 
-def _labels(cells: list[tuple[int, int]]) -> npt.NDArray[np.int64]:
-    """The number of the connected part that each cell belongs to, (n,)."""
-    index = {cell: row for row, cell in enumerate(cells)}
-    label = np.full(len(cells), -1)
-    part = 0
-    for start in range(len(cells)):
-        if label[start] >= 0:
-            continue
-        waiting = [start]
-        label[start] = part
-        while waiting:
-            i, j = cells[waiting.pop()]
-            for cell in ((i + di, j + dj) for di in (-1, 0, 1) for dj in (-1, 0, 1)):
-                row = index.get(cell)
-                if row is not None and label[row] < 0:
-                    label[row] = part
-                    waiting.append(row)
-        part += 1
-    return label
+def _parts(keys: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """The part, a number, that each cell belongs to, of sorted keys: column, times 2^32, plus row."""
+    label = np.arange(len(keys))
+    ends = [_neighbours(keys, (i << 32) + j) for i, j in ((0, 1), (1, -1), (1, 0), (1, 1))]
+    one, other = (np.concatenate(side) for side in zip(*ends, strict=True))
+    while True:
+        least = np.minimum(label[one], label[other])
+        after = label.copy()
+        np.minimum.at(after, one, least)
+        np.minimum.at(after, other, least)
+        after = after[after]
+        if np.array_equal(after, label):
+            return label
+        label = after
+
+
+def _neighbours(keys: npt.NDArray[np.int64], step: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Rows of the cells that have a neighbour one step on, and the rows of those."""
+    place = np.minimum(np.searchsorted(keys, keys + step), len(keys) - 1)
+    rows = np.nonzero(keys[place] == keys + step)[0]
+    return rows, place[rows]
 
 
 def _cluster(points: FloatArray) -> Cluster:
@@ -91,3 +99,13 @@ def _cluster(points: FloatArray) -> Cluster:
     x, y = (low[:2] + high[:2]) / 2.0
     across = float(np.hypot(*(high - low)[:2]))
     return Cluster(float(x), float(y), across, float(low[2]), float(high[2]), len(points))
+
+
+def standing_free(found: list[Cluster], *, widest: float, apart: float) -> list[Cluster]:
+    """Those clusters, up to `widest` [m] across, that keep `apart` [m] from all that are wider: shores and docks."""
+    wide = [one for one in found if one.extent > widest]
+    if not wide:
+        return found
+    x, y, half = (np.array(column) for column in zip(*((one.x, one.y, one.extent / 2.0) for one in wide), strict=True))
+    small = (one for one in found if one.extent <= widest)
+    return [one for one in small if (np.hypot(x - one.x, y - one.y) - half).min() > apart]

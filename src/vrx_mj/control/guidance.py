@@ -4,12 +4,14 @@ import math
 from collections.abc import Sequence
 from itertools import permutations
 
-__all__ = ["Point", "approach_speed", "around", "best_order", "orbit", "wrapped"]
+__all__ = ["Point", "approach_speed", "around", "best_order", "clear_of", "orbit", "wrapped"]
 
 Point = tuple[float, float]
 """East and north [m]."""
 BRUTE = 7
 """So many places are put in order by trying all orders."""
+MARGIN = 0.1
+"""Beyond the rim of a disc [m]."""
 
 
 def wrapped(angle: float) -> float:
@@ -58,6 +60,17 @@ def around(start: Point, goal: Point, discs: Sequence[tuple[Point, float]]) -> P
         return goal
     _, centre, radius = min(hits)
     return _tangent(start, ahead, centre, radius)
+
+
+def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
+    """The place, or where discs of a centre and a radius [m] leave off that it lies in, straight out of each."""
+    for centre, radius in discs:
+        dx, dy = place[0] - centre[0], place[1] - centre[1]
+        away = math.hypot(dx, dy)
+        if away < radius:
+            scale = (radius + MARGIN) / max(away, 1e-9)
+            place = (centre[0] + dx * scale, centre[1] + dy * scale) if away > 0.0 else (centre[0] + radius, centre[1])
+    return place
 
 
 def best_order(start: Point, places: Sequence[Point]) -> list[int]:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.control.buoy_map import Buoy, BuoyMap, kind_of
-from vrx_mj.control.clusters import Cluster, clusters, leveled
+from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
+from vrx_mj.control.clusters import clusters, leveled, standing_free
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import look_at, project
 
@@ -23,8 +23,10 @@ __all__ = ["Lookout"]
 FloatArray = npt.NDArray[np.float64]
 PERIOD = 1.0
 """Between two looks [s]."""
-REACH = 80.0
+REACH = 75.0
 """How far the lidar's returns are taken [m]."""
+SHORE = 3.0
+"""What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
 NEAREST, FARTHEST = 6.0, 45.0
 """From where to where a buoy is looked at through the camera [m]."""
 ENOUGH = 4
@@ -41,8 +43,6 @@ class Lookout:
     def __init__(self, *, camera: str = "front_left", period: float = PERIOD) -> None:
         """`camera` is a part of the name of the camera that looks ahead."""
         self.map = BuoyMap()
-        self.clusters: list[Cluster] = []
-        """Of the last look, relative to where the boat was."""
         self._camera, self._period = camera, period
         self._next = -math.inf
 
@@ -56,8 +56,7 @@ class Lookout:
         if not hasattr(reading.data, "points"):
             return False
         points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
-        self.clusters = clusters(points)
-        self.map.see((seen.x, seen.y), self.clusters, t)
+        self.map.see((seen.x, seen.y), standing_free(clusters(points), widest=WIDEST, apart=SHORE), t)
         self._color(boat, seen, t)
         return True
 
@@ -75,6 +74,7 @@ class Lookout:
             if where is None:
                 continue
             column, row, ahead = where
+            buoy.looks += 1
             look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=WINDOW)
             kind = kind_of(look) if look else ""
             if kind:

@@ -1,7 +1,7 @@
 """Navigation: where a boat is and how it moves, from its GPS and its inertial unit, in a local frame of its own.
 
-The frame is level and east-north, its origin where the first fix was. VRX's GPS errs by a millimetre and its velocity by
-2 cm/s, its inertial unit's attitude not at all: nothing needs a filter, and a fix is only carried on to the present.
+The frame is level and east-north, its origin where the first fix was. VRX's GPS errs by a millimetre and its velocity
+by 2 cm/s, its inertial unit's attitude not at all: nothing needs a filter; a fix is only carried on to the present.
 """
 
 import math
@@ -37,8 +37,8 @@ ABOVE_WATER = 0.7
 class TangentPlane:
     """East and north [m] of an origin on WGS84.
 
-    Arcs of the meridian and of the parallel at the mean latitude, over the radii of curvature there (Fossen, Handbook of
-    Marine Craft Hydrodynamics and Motion Control, 2nd ed., 2.5): within 1 cm at 500 m, 5 cm at 1 km below 60 degrees.
+    Arcs of the meridian and of the parallel at the mean latitude, over the radii of curvature there (Fossen, Handbook
+    of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 2.5): within 5 cm at 1 km, below 60 degrees.
     """
 
     latitude: float
@@ -56,7 +56,7 @@ class TangentPlane:
         """Latitude and longitude [degrees] of a place [m]."""
         middle = self.latitude
         for _ in range(2):  # the mean latitude is that of the answer
-            meridian, parallel = self._radii(middle)
+            meridian, _ = self._radii(middle)
             latitude = self.latitude + math.degrees(north / meridian)
             middle = 0.5 * (latitude + self.latitude)
         return latitude, self.longitude + math.degrees(east / self._radii(middle)[1])
@@ -108,8 +108,8 @@ class Estimate:
 class Navigator:
     """Estimates from one boat's sensors, call by call.
 
-    A boat without GPS or inertial unit, and a world without a georeference, where a GPS cannot work, leave no choice but
-    ground truth: it is then taken from the observation, with one warning, and the local frame is the world's.
+    A boat without GPS or inertial unit, and a world without a georeference, where a GPS cannot work, leave no choice
+    but ground truth: it is then taken from the observation, with one warning, and the local frame is the world's.
     """
 
     def __init__(self) -> None:
@@ -131,19 +131,19 @@ class Navigator:
         turned = rotation(inertia.orientation)
         if self._plane is None:
             self._begin(fix)
-        arm = turned @ self._antenna
-        rates = turned @ inertia.angular_velocity
-        swing = np.cross(rates, arm)
-        vx, vy = -float(fix.velocity[1]) - float(swing[0]), float(fix.velocity[0]) - float(swing[1])
+        arm = (turned @ self._antenna).tolist()
+        roll, pitch, turn = (turned @ inertia.angular_velocity).tolist()
+        north, west, _ = fix.velocity.tolist()
+        vx, vy = -west - (pitch * arm[2] - turn * arm[1]), north - (turn * arm[0] - roll * arm[2])
         x, y = self._local(fix.latitude, fix.longitude)
         return Estimate(
-            x=x - float(arm[0]) + vx * age,
-            y=y - float(arm[1]) + vy * age,
-            z=fix.altitude - float(arm[2]),
-            heading=_heading(turned) + float(rates[2]) * (t - readings[1].time),
+            x=x - arm[0] + vx * age,
+            y=y - arm[1] + vy * age,
+            z=fix.altitude - arm[2],
+            heading=_heading(turned) + turn * (t - readings[1].time),
             vx=vx,
             vy=vy,
-            turn=float(rates[2]),
+            turn=turn,
             rotation=turned,
         )
 

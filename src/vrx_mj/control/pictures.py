@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Look", "color_of", "look_at", "project"]
+__all__ = ["Look", "color_of", "look_at", "middle_part", "project"]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -74,7 +74,7 @@ def look_at(
     sides = np.concatenate([window[:, :2], window[:, -2:]], axis=1)
     background = np.median(sides, axis=1)[:, None, :]  # row by row: the horizon and the shore lie level
     off = window - background
-    mask = _middle_part(np.abs(off).sum(axis=2) > CONTRAST)
+    mask = middle_part(np.abs(off).sum(axis=2) > CONTRAST)
     if mask.sum() < 4 or mask[0].any() or mask[-1].any():
         return None
     rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
@@ -112,7 +112,7 @@ def _hue(pixel: FloatArray) -> str:
     return "blue" if blue - max(red, green) > DEEP * blue else ""
 
 
-def _middle_part(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def middle_part(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """What of a mask is joined, along columns and then along rows, to its most crowded ones near the middle."""
     columns = _run(mask.sum(axis=0))
     part = np.zeros_like(mask)

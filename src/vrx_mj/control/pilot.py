@@ -1,8 +1,9 @@
 """The pilot: motion control, from where the boat shall go to what its thrusters do.
 
-One law does all, in the manner of dynamic positioning (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
-2nd ed., 15.3): a wanted velocity over ground is held by a proportional law with the drag fed forward, and an observer tells
-what else pushes (wind, waves, what the model does not know). A position is held by wanting a velocity toward it.
+One law does all, in the manner of dynamic positioning (Fossen, Handbook of Marine Craft Hydrodynamics and Motion
+Control, 2nd ed., 12.2): a wanted velocity over ground is held by a proportional law with the drag fed forward, and an
+observer tells what else pushes (wind, waves, what the model does not know). A position is held by wanting a velocity
+toward it.
 """
 
 import math
@@ -16,7 +17,7 @@ from vrx_mj.control.navigation import Estimate
 __all__ = ["Pilot"]
 
 VELOCITY_RATE = 1.8
-"""How fast an error of velocity dies [1/s]: crossover of the speed loop, below what sensing and calls at 10 Hz allow."""
+"""How fast an error of velocity dies [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would allow."""
 POSITION_RATE = 0.7
 """How fast an error of position dies [1/s]: 0.4 of the above, which makes the pair damped well (damping ratio 0.8)."""
 TURN_RATE = 3.0

@@ -55,6 +55,7 @@ class Skipper:
         if self._pilot is None:
             self._pilot = Pilot(boat.thrusters)
         seen = self.navigator(boat, t)
+        self.listen(boat, seen, task, t)
         commands = {} if task.get("state") == "initial" else self.steer(boat, seen, task, t)
         sent: dict[str, Any] = {name: commands}
         if self.messages:
@@ -63,6 +64,9 @@ class Skipper:
 
     def begin(self) -> None:
         """Forget what a subclass knows."""
+
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
+        """Take in what the boat senses, in every phase; most need nothing but the estimate."""
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """The boat's commands, from the task's phase `ready` on."""

@@ -58,21 +58,17 @@ Ints = npt.NDArray[np.integer]
 def advance(
     model: Address, quiet: Address, data: Address,
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
-    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table,
-    thrusters: Table, thruster_state: Table,
-    floats: Table, elements: Table, float_state: Table, element_state: Table,
-    followers: Table, waypoints: Table, follower_state: Table,
-    blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
-    movers: Table, obstacles: Table, look: Table,
-    clocks: Table, moments: Floats, marks: Floats, contacts: Floats, touches: Floats,
-    sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
+    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
+    thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
+    waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
+    movers: Table, obstacles: Table, look: Table, clocks: Table, moments: Floats, marks: Floats,
+    contacts: Floats, touches: Floats, sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
     `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
     done: fewer when the sample buffer is full, -1 when the state has diverged.
     """
-    # fmt: on
     added = np.empty((6, 6))
     done = 0
     while done < steps:
@@ -86,36 +82,32 @@ def advance(
         gust_step(wind[0], wind_state[0], dt)
         air = wind_velocity(wind[0], wind_state[0])
         for i in range(hulls.size):
-            hull = hulls[i]
-            body = motion(qpos, qvel, hull.qpos, hull.dof)
-            wrench = hydrostatics(hull, stations, waves, sea[0], body, time)
-            wrench = add(wrench, drag_on_hull(hull, body))
-            wrench = add(wrench, bias_on_hull(hull, body))
-            wrench = add(wrench, wind_on_hull(hull, body, air))
-            push = thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
-            wrench = add(wrench, push)
-            apply(xfrc_applied, hull.body, carry(wrench, body, hull.link_com, hull.body_com))
-        for i in range(floats.size):
-            wrench = floating(
-                floats[i], elements, float_state[i], element_state, followers, waypoints, follower_state,
-                waves, sea[0], air, qpos, qvel, time, dt,
-            )
-            apply(xfrc_applied, floats[i].body, wrench)
-        for i in range(blocks.size):
-            wrench = block_load(
-                i, blocks, raft_work, elements, element_state, block_state,
-                waves, sea[0], air, qpos, qvel, time, dt,
-            )
-            apply(xfrc_applied, blocks[i].body, wrench)
-        for i in range(moorings.size):
-            line = moorings[i]
-            apply_more(xfrc_applied, blocks[line.block].body, moor(line, blocks, raft_work, dt))
+            body = motion(qpos, qvel, hulls[i].qpos, hulls[i].dof)
+            wrench = load_on_hull(hulls[i], stations, waves, sea[0], air, body, time)
+            push = thrust(hulls[i], body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
+            apply(xfrc_applied, hulls[i].body, carry(add(wrench, push), body, hulls[i].link_com, hulls[i].body_com))
+        push_floats(floats, elements, float_state, element_state, followers, waypoints, follower_state,
+                    waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
+        push_docks(blocks, block_state, raft_work, moorings, elements, element_state,
+                   waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
         stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
         move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added, blocks, raft_work)
         note_touches(contacts, touches, time - dt)
         done += 1
     mj_kinematics(model, data)
     return -1 if diverged(qpos, qvel) else done
+# fmt: on
+
+
+@kernel
+def load_on_hull(
+    hull: Record, stations: Table, waves: Table, sea: Record, air: tuple[float, float], body: Motion, time: float
+) -> Wrench:
+    """Wrench of water and wind on a hull, about `link_com`; with `thrust` all that acts on it from outside."""
+    wrench = hydrostatics(hull, stations, waves, sea, body, time)
+    wrench = add(wrench, drag_on_hull(hull, body))
+    wrench = add(wrench, bias_on_hull(hull, body))
+    return add(wrench, wind_on_hull(hull, body, air))
 
 
 @kernel
@@ -187,6 +179,39 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
     command = effective_command(own, time)
     if command != own.applied or own.fresh == 0:
         own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
+
+
+@kernel
+def push_floats(
+    floats: Table, elements: Table, float_state: Table, element_state: Table,
+    followers: Table, waypoints: Table, follower_state: Table,
+    waves: Table, sea: Record, air: tuple[float, float],
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, time: float, dt: float,
+) -> None:  # fmt: skip
+    """Let water, wind and their own strength push all floating objects."""
+    for i in range(floats.size):
+        wrench = floating(
+            floats[i], elements, float_state[i], element_state, followers, waypoints, follower_state,
+            waves, sea, air, qpos, qvel, time, dt,
+        )  # fmt: skip
+        apply(xfrc_applied, floats[i].body, wrench)
+
+
+@kernel
+def push_docks(
+    blocks: Table, block_state: Table, raft_work: Table, moorings: Table, elements: Table, element_state: Table,
+    waves: Table, sea: Record, air: tuple[float, float],
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, time: float, dt: float,
+) -> None:  # fmt: skip
+    """Let water and wind push the blocks of floating docks, and their moorings pull."""
+    for i in range(blocks.size):
+        wrench = block_load(
+            i, blocks, raft_work, elements, element_state, block_state, waves, sea, air, qpos, qvel, time, dt
+        )
+        apply(xfrc_applied, blocks[i].body, wrench)
+    for i in range(moorings.size):
+        line = moorings[i]
+        apply_more(xfrc_applied, blocks[line.block].body, moor(line, blocks, raft_work, dt))
 
 
 @kernel

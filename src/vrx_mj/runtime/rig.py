@@ -198,6 +198,8 @@ class Rig:
     def arguments(self, sampling: npt.NDArray[np.int64], samples: npt.NDArray[np.float64]) -> tuple[Any, ...]:
         """What `advance` takes before time and steps."""
         model, data = self.model, self.data
+        afloat = self.floats, self.elements, self.float_state, self.element_state
+        rafts = self.blocks, self.block_state, self.raft_work, self.moorings
         return (
             model._address,
             self.quiet._address,
@@ -216,17 +218,11 @@ class Rig:
             self.stations,
             self.thrusters,
             self.thruster_state,
-            self.floats,
-            self.elements,
-            self.float_state,
-            self.element_state,
+            *afloat,
             self.followers,
             self.waypoints,
             self.follower_state,
-            self.blocks,
-            self.block_state,
-            self.raft_work,
-            self.moorings,
+            *rafts,
             self.movers,
             self.obstacles,
             self.look,

@@ -51,7 +51,9 @@ WORLD = World(
                     "pose": [3.0, 4.0, 0, 0, 0, 0],
                 }
             ],
-            "docks": [{"name": "pier", "cells": [[0, 0], [1, 0]], "pose": [10.0, 0.0, 0, 0, 0, math.pi / 2]}],
+            "docks": [
+                {"name": "pier", "cells": [[0, 0], [1, 0]], "block": 2.0, "pose": [10.0, 0.0, 0, 0, 0, math.pi / 2]}
+            ],
             "boats": [
                 {"name": "wamv1", "pose": [1.0, 2.0, 0.1, 0, 0, 0.5], "color": None},
                 {"name": "wamv2", "pose": [5.0, 2.0, 0.1, 0, 0, 1.5], "color": [0.1, 0.2, 0.3, 1.0]},

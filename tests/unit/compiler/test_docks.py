@@ -52,7 +52,9 @@ def test_a_tree_reaches_every_block_once_over_shared_edges(drawing):
     assert len(hinges) + len(tree.closures) == edges
 
 
-@pytest.mark.parametrize(("name", "hinges", "connects"), [("dock_2016", 17, 0), ("dock_2018", 19, 6), ("dock_2022", 21, 0)])
+@pytest.mark.parametrize(
+    ("name", "hinges", "connects"), [("dock_2016", 17, 0), ("dock_2018", 19, 6), ("dock_2022", 21, 0)]
+)
 def test_a_floating_dock_is_one_tree_of_hinges(name, hinges, connects):
     _, model, _ = compiled(objects=[{"name": "o", "model": f"{name}_dynamic", "pose": POSE}])
     joints = [model.joint(i) for i in range(model.njnt) if model.joint(i).name.startswith("o/base/")]
@@ -67,7 +69,7 @@ def test_a_floating_dock_is_one_tree_of_hinges(name, hinges, connects):
 @pytest.mark.parametrize("dynamic", [False, True])
 def test_blocks_and_placards_start_where_they_belong(name, dynamic):
     model_name = f"{name}_dynamic" if dynamic else name
-    made, model, data = compiled(objects=[{"name": "o", "model": model_name, "pose": POSE}])
+    made, _, data = compiled(objects=[{"name": "o", "model": model_name, "pose": POSE}])
     turn = np.array([[np.cos(0.7), -np.sin(0.7), 0], [np.sin(0.7), np.cos(0.7), 0], [0, 0, 1]])
     for i, j in load_dock(name).cells:
         there = turn @ (2 * i, 2 * j, 0.25) + (40, -30, 0)
@@ -83,7 +85,9 @@ def test_blocks_and_placards_start_where_they_belong(name, dynamic):
 def test_only_the_symbol_to_show_is_seen():
     keys = {"name": "o", "model": "dock_2018", "symbols": ["red_cross", "green_triangle"]}
     made, model, data = compiled(objects=[keys])
-    for entry, shape, color in zip(made.parameters["placards"], ("cross", "triangle"), ((1, 0, 0), (0, 1, 0)), strict=True):
+    for entry, shape, color in zip(
+        made.parameters["placards"], ("cross", "triangle"), ((1, 0, 0), (0, 1, 0)), strict=True
+    ):
         for name, geoms in entry["geoms"].items():
             for geom in geoms:
                 assert tuple(model.geom(geom).rgba) == pytest.approx((*color, float(name == shape)))

@@ -177,11 +177,11 @@ def test_placards_of_2022_stand_where_vrx_composes_them(placard):
     placard_pose = (5.75, 3 + 6 * (placard - 1), 1.5, 0, 0, math.pi / 2)
     board = compose(placard_pose, (0, -0.2, 0.25, 0, 0, 3.14159))
     symbol = compose(placard_pose, (0, 0.07, 0, 0, 0, 0))
-    parts = {part.name: part for part in placed("dock_2022")}
-    assert parts[f"it/dock_2022_placard{placard}"].pose == pytest.approx(board, abs=1e-5)
-    found = parts[f"it/dock_2022_placard{placard}_symbol"]
-    assert found.pose == pytest.approx(symbol, abs=1e-5)
-    assert found.model == "symbol_blue_circle"
+    (dock,) = place_docks((), (Placement(name="it", model="dock_2022"),))
+    found = dock.berths.placards[placard - 1]
+    assert found.pose == pytest.approx(board, abs=1e-5)
+    assert found.symbol_pose == pytest.approx(symbol, abs=1e-5)
+    assert found.symbol == "blue_circle"
 
 
 def test_holes_of_the_2022_placard_are_open_and_where_the_ball_must_go():

@@ -72,7 +72,7 @@ def test_the_load_of_a_block_is_vrx_formula():
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
         spin, speed = velocity[:3], velocity[3:]
-        x, y, z = sim.data.xipos[body]
+        z = sim.data.xipos[body][2]
         turn = sim.data.xmat[body].reshape(3, 3)
         top = turn @ (0.0, 0.0, LIFT)
         volume, middle = wet(z + top[2] - LIFT)

@@ -1,5 +1,6 @@
 """What changed since an earlier campaign: cell by cell, and with a paired test for each controller and type of task."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
@@ -149,10 +150,11 @@ def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change 
     return Change(after.cell, before, after, _gain(before, after, better) or 0.0)
 
 
-def _severity(change: Change) -> tuple[bool, float]:
+def _severity(change: Change) -> float:
+    """What is smaller comes first: new failures, then losses, gains, and what works again."""
     if change.gain is None:
-        return not change.after.failed, float("-inf")
-    return True, change.gain
+        return math.inf if change.before.failed else -math.inf
+    return change.gain
 
 
 def _test(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from shapely import Polygon, box
+from shapely import MultiPoint, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.adapters.campaign.results import Result
@@ -23,6 +23,8 @@ MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
 BEND = 1.0
 """Of the shore, what is smaller than this is left out [m]."""
+NEAR = 40.0
+"""An object that is farther from everything that matters [m] does not widen a map."""
 Box = tuple[float, float, float, float]
 Spot = tuple[float, float]
 Line = Sequence[Sequence[float]]
@@ -56,18 +58,19 @@ def draw(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequ
 def _view(sketch: Mapping[str, Any], tracks: Iterable[Line]) -> Box:
     """What matters: the boats, the task, where they went, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
-    spots += [place[:2] for place in sketch["waypoints"]]
+    spots += [place[:2] for place in sketch["waypoints"]] + ([sketch["pinger"]] if sketch["pinger"] else [])
     spots += [spot for gate in sketch["gates"] for spot in (gate[:2], gate[2:])]
+    spots += [spot for bay in sketch["bays"] for spot in bay["corners"]]
     for circle in sketch["circles"]:
         x, y, radius = circle["x"], circle["y"], circle["radius"]
         spots += [(x - radius, y - radius), (x + radius, y + radius)]
     spots += [spot for line in tracks for spot in line]
     things: list[Sequence[float]] = [(item["x"], item["y"]) for item in sketch["objects"]]
     things += [cell for dock in sketch["docks"] for cell in dock["cells"]]
-    centre = spots[0] if spots else (0.0, 0.0)
-    reach = 120.0 + max((math.dist(centre, spot) for spot in spots), default=0.0)
-    spots += [spot for spot in things if math.dist(centre, spot) < reach]
-    return _framed(spots or [centre])
+    if not spots:
+        return _framed(things or [(0.0, 0.0)])
+    company = MultiPoint(spots).buffer(NEAR)
+    return _framed([*spots, *(spot for spot in things if company.covers(Point(spot)))])
 
 
 def _framed(spots: Sequence[Sequence[float]]) -> Box:
@@ -149,14 +152,17 @@ def _square(x: float, y: float, half: float, yaw: float) -> str:
 
 
 def _gate(gate: Sequence[float], number: int, pixel: float) -> str:
-    """A line between its buoys, an arrow the way it counts (left buoy to port), and its number."""
+    """A line between its buoys, an arrow the way it counts, with VRX's left buoy to starboard, and its number."""
     x1, y1, x2, y2 = gate
-    x, y, across = (x1 + x2) / 2, (y1 + y2) / 2, math.atan2(y2 - y1, x2 - x1)
-    arrow = _arrow(x, y, across + math.pi / 2.0, 9.0 * pixel)
-    line = f'<path class="gate" d="{_path([(x1, y1), (x2, y2)])}"/><path class="arrow" d="{arrow}"/>'
+    x, y, ahead = (x1 + x2) / 2, (y1 + y2) / 2, math.atan2(x1 - x2, y2 - y1)
+    line = f'<path class="gate" d="{_path([(x1, y1), (x2, y2)])}"/>'
+    arrow = f'<path class="arrow" d="{_arrow(x, y, ahead, 9.0 * pixel)}"/>'
     off = 14.0 * pixel
-    spot = (x - off * math.cos(across + math.pi / 2), y - off * math.sin(across + math.pi / 2))
-    return line + _text(spot, str(number), "number", 11.0 * pixel)
+    return (
+        line
+        + arrow
+        + _text((x - off * math.cos(ahead), y - off * math.sin(ahead)), str(number), "number", 11.0 * pixel)
+    )
 
 
 def _waypoint(x: float, y: float, yaw: float, number: str, pixel: float) -> str:

@@ -117,9 +117,10 @@ class TrialProcess:
         self._process.join()
 
     def withdraw(self) -> None:
-        """End the process and remove what it wrote: the trial counts as not begun."""
+        """End the process; unless it has just finished, remove what it wrote: the trial counts as not begun."""
         self.stop()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if read_result(self._folder) is None:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
     def _prints_too_much(self) -> bool:
         with contextlib.suppress(OSError):
@@ -129,10 +130,11 @@ class TrialProcess:
     def _hung(self) -> str:
         """What to say of a trial whose time was up, with the line where it was then."""
         text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
+        start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
         with contextlib.suppress(OSError):
-            lines = (self._folder / LOG).read_bytes()[-TAIL:].decode("utf-8", "replace").splitlines()
-            own = [line for line in lines if line.startswith(f'  File "{Path.cwd()}')]  # the innermost first
-            text += f"; it was in {own[0].strip().removeprefix('File ')}" if own else ""
+            lines = (self._folder / LOG).read_bytes()[-TAIL:].splitlines()
+            own = [line.removeprefix(start) for line in lines if line.startswith(start)]  # the innermost first
+            text += f"; it was in {own[0].decode('unicode_escape').replace(chr(34), '')}" if own else ""
         return text
 
 

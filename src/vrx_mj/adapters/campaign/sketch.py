@@ -16,6 +16,7 @@ def sketch_of(world: World) -> Row:
     """Shore, docks, objects, boats at their start, and what the task is about."""
     scene = map_of(world)
     task = world.parameters.get("task")
+    shown = _shown(task or {}, world)
     return {
         "name": world.name,
         "description": world.parameters["description"],
@@ -24,7 +25,12 @@ def sketch_of(world: World) -> Row:
         "docks": [{"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw} for dock in scene.docks],
         "cell": DOCK_CELL,
         "objects": [
-            {"name": item.name, "x": item.x, "y": item.y, "color": _hex(item.color), "size": item.size}
+            {
+                "name": item.name,
+                **shown.get(item.name, {"x": item.x, "y": item.y}),
+                "color": _hex(item.color),
+                "size": item.size,
+            }
             for item in scene.objects
         ],
         "boats": [{"name": boat.name, "x": boat.x, "y": boat.y, "yaw": boat.yaw} for boat in scene.boats],
@@ -51,6 +57,13 @@ def _places(task: Mapping[str, Any]) -> Iterator[list[float]]:
         yield [place["x"], place["y"], place["yaw"]]
 
 
+def _shown(task: Mapping[str, Any], world: World) -> dict[str, Row]:
+    """Where the objects of a perception task appear, which lie elsewhere at first: east and north by name."""
+    starts = {boat["name"]: boat["pose"] for boat in world.parameters["boats"]}
+    spots = {item["name"]: _turned(item["pose"], starts[task["boat"]]) for item in task.get("objects") or ()}
+    return {name: {"x": x, "y": y} for name, (x, y) in spots.items()}
+
+
 def _gates(task: Mapping[str, Any], world: World) -> Iterator[list[float]]:
     """Left and right buoy of each gate: x, y, x, y."""
     spots = {item["name"]: item["pose"][:2] for item in world.parameters["objects"]}
@@ -64,9 +77,9 @@ def _bays(task: Mapping[str, Any], world: World) -> Iterator[Row]:
     """Where a boat counts as docked: the corners of each bay's inner zone, from above."""
     docks = {dock["name"]: dock["pose"] for dock in world.parameters["docks"]}
     docks |= task.get("fixed") or {}
-    if task.get("dock") not in docks:
+    pose = docks.get(task.get("anchor", ""))
+    if pose is None:
         return
-    pose = docks[task["dock"]]
     for bay in task["bays"]:
         (x, y, _), (length, width, _) = bay["internal"]["center"], bay["internal"]["size"]
         spots = [(x + i * length / 2, y + j * width / 2) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
@@ -75,7 +88,7 @@ def _bays(task: Mapping[str, Any], world: World) -> Iterator[Row]:
         yield {"corners": _points(corners), "allowed": bool(bay["dock_allowed"]), "told": told}
 
 
-def _turned(spot: tuple[float, float], pose: Sequence[float]) -> tuple[float, float]:
+def _turned(spot: Sequence[float], pose: Sequence[float]) -> tuple[float, float]:
     """A place in the frame of a pose, in the world's."""
     c, s = math.cos(pose[5]), math.sin(pose[5])
     return pose[0] + c * spot[0] - s * spot[1], pose[1] + s * spot[0] + c * spot[1]

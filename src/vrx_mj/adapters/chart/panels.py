@@ -1,10 +1,12 @@
 """The panels beside the plan: compass, legend, overview."""
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vrx_mj.adapters.chart.course import Row, course_rows
 from vrx_mj.adapters.chart.ground import SOFT, Box, ground, nice_length
 from vrx_mj.adapters.chart.labels import INK, write
 
@@ -15,6 +17,8 @@ __all__ = ["compass", "legend", "overview"]
 
 WIND_COLOR, WAVE_COLOR, FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
 LEGEND_ROWS = 16
+FEW_BOATS = 4
+"""Most boats that the legend names."""
 
 
 def compass(axes: Any, scene: "MapScene") -> None:
@@ -71,23 +75,33 @@ def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
 
 
 def legend(axes: Any, scene: "MapScene") -> None:
-    """Boats, then each kind of object with its colour and how many there are, what floats first."""
+    """Boats, then the task's places, then each kind of object with its colour and number, what floats first."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
-    counts: dict[tuple[str, Any], int] = {}
-    for item in sorted(scene.objects, key=lambda item: not item.floating):
-        counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
-    rows: list[tuple[Any, Any, str]] = [("o", color, f"{model} × {count}") for (model, color), count in counts.items()]
-    rows[:0] = [("s", "#9aa3ab", "dock")] if scene.docks else []
-    rows[:0] = [("D", "white", "waypoint")] if scene.waypoints else []
-    rows[:0] = [((5, 0, 0), boat.color, boat.name) for boat in scene.boats] if len(scene.boats) <= 4 else []
+    rows = list(_legend_rows(scene))
     left_out = len(rows) - LEGEND_ROWS
-    for row, (marker, color, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
-        axes.plot([0.04], [-row], marker=marker, markersize=8, color=color, markeredgecolor=INK, markeredgewidth=0.8)
+    for row, (marker, face, edge, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
+        drawn = str(marker).startswith("$")  # a letter: what looks well about a disc would blot it
+        size, width = (13, 0.2) if drawn else (8, 0.8 if edge is INK else 1.6)
+        axes.plot([0.04], [-row], marker=marker, ms=size, color=face, markeredgecolor=edge, markeredgewidth=width)
         write(axes, 0.11, -row, text, size=9.5, va="center")
     if left_out > 0:
         write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
+
+
+def _legend_rows(scene: "MapScene") -> Iterator[Row]:
+    if len(scene.boats) <= FEW_BOATS:
+        yield from (((5, 0, 0), boat.color, INK, boat.name) for boat in scene.boats)
+    if scene.waypoints:
+        yield ("D", "white", INK, "waypoint")
+    yield from course_rows(scene)
+    if scene.docks:
+        yield ("s", "#9aa3ab", INK, "dock")
+    counts: dict[tuple[str, Any], int] = {}
+    for item in sorted(scene.objects, key=lambda item: not item.floating):
+        counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
+    yield from (("o", color, INK, f"{model} × {count}") for (model, color), count in counts.items())
 
 
 def overview(axes: Any, scene: "MapScene", view: Box) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.chart.course import course_things, draw_course
 from vrx_mj.adapters.chart.ground import SOFT, Box, ground, nice_length
 from vrx_mj.adapters.chart.labels import INK, Thing, label, write
 
@@ -28,8 +29,10 @@ SMALL_COURSE = 70.0
 def view_of(scene: "MapScene", aspect: float) -> Box:
     """West, south, east and north of the plan [m]: what matters, and a margin, in the picture's shape."""
     spots = [(boat.x, boat.y) for boat in scene.boats] + [(x, y) for x, y, _ in scene.waypoints]
+    spots += scene.course.spots()
     spots += [(x, y) for dock in scene.docks for x, y in dock.cells.tolist()]
-    objects = [(item.x, item.y) for item in scene.objects]
+    hidden = {showing.name for showing in scene.course.showings}
+    objects = [(item.x, item.y) for item in scene.objects if item.name not in hidden]
     spots += [
         spot
         for i, spot in enumerate(objects)
@@ -61,6 +64,7 @@ def draw_plan(axes: Any, scene: "MapScene", view: Box) -> None:
     axes.set_ylabel("north [m]", fontsize=10, color=SOFT)
     pixel = (view[2] - view[0]) / axes.get_window_extent().width  # [m]
     _docks(axes, scene)
+    draw_course(axes, scene, pixel)
     for item in sorted(scene.objects, key=lambda item: -item.size):
         _disc(axes, item.x, item.y, max(item.size / 2.0, 4.5 * pixel), item.color)
     for number, (x, y, yaw) in enumerate(scene.waypoints, start=1):
@@ -134,15 +138,17 @@ def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
     """What is in the plan, as labels see it: boats with the tips of their arrows first, objects last."""
     reach = max(HULL_LENGTH / 2.0, 12.0 * pixel)
     for boat in scene.boats:
-        yield Thing(boat.name, boat.x, boat.y, reach, must=True)
+        yield Thing(boat.name, boat.x, boat.y, 1.12 * reach, must=True)
         tip = 1.7 * reach
         yield Thing("", boat.x + tip * math.cos(boat.yaw), boat.y + tip * math.sin(boat.yaw), 8.0 * pixel)
     for x, y, yaw in scene.waypoints:
         yield Thing("", x, y, 10.0 * pixel)
         yield Thing("", x + 20.0 * pixel * math.cos(yaw), y + 20.0 * pixel * math.sin(yaw), 6.0 * pixel)
+    yield from course_things(scene, pixel)
     for dock in scene.docks:
         x, y = dock.cells.mean(axis=0).tolist()
-        yield Thing(dock.name.split("/")[0], x, y, 0.0, must=True)
+        beside = 0.5 * (float(np.max(np.ptp(dock.cells, axis=0))) + dock.block) if scene.placards else 0.0
+        yield Thing(dock.name.split("/")[0], x, y, beside, must=True)
     for item, name in zip(scene.objects, _object_names(scene, pixel), strict=True):
         yield Thing(name, item.x, item.y, max(item.size / 2.0, 4.5 * pixel))
 
@@ -157,7 +163,7 @@ def _object_names(scene: "MapScene", pixel: float) -> list[str]:
         for group, spots in groups.items()
         if len(spots) > 1 and np.max(np.ptp(spots, axis=0)) < SMALL_COURSE * pixel
     }
-    written = {dock.name.split("/")[0] for dock in scene.docks}
+    written = {dock.name.split("/")[0] for dock in scene.docks} | {beacon.name for beacon in scene.course.beacons}
     names = []
     for item in scene.objects:
         group, _, part = item.name.partition("/")

@@ -9,7 +9,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from vrx_mj.adapters.course import course_of
 from vrx_mj.adapters.record.moving import TIMELINE
+from vrx_mj.adapters.record.progress import PLOT, WORDS
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
 from vrx_mj.adapters.record.sensed import track_path
 
@@ -24,9 +26,12 @@ PLAN_REACH = 40.0
 """How far from the outermost boat a body may be and still be fitted into the plan [m]."""
 PLAN_SLOPE = 0.5
 """Half the height of what the plan shows, per height of its eye: the viewer's lens."""
+PLAN_ASPECT = 1.3
+"""Width of the plan's view, in its heights, about."""
 LEGEND = 4
 """Most series of thrusters that a legend lists: a longer one would hide the plot."""
 SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
+TASK = (PLOT.rpartition("/")[2], "Score and collisions")
 BELOW = (
     ("heading", "Heading [deg from east]"),
     ("roll", "Roll [deg]"),
@@ -74,11 +79,8 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
     """The views and where they stand; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
-    beside = [plot_view(SPEED, legend=True)]
-    if scene.thrusters:
-        legend = len(scene.thrusters) <= LEGEND
-        beside.append(rrb.Tabs(plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)))
-    right = rrb.Vertical(plan_view(scene), *beside, log_view(), row_shares=[2.4, *[1.0] * len(beside), 1.0])
+    rows = beside(scene)
+    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[2.4, *[1.0] * len(rows), 1.0])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -87,6 +89,23 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
             state="collapsed", timeline=TIMELINE, play_state="following" if live else "playing", loop_mode="off"
         ),
     )
+
+
+def beside(scene: RecordScene) -> list[Any]:
+    """Under the plan: how the task goes, if there is one, then speed and thrust, which share a place with it."""
+    plots = [plot_view(SPEED, legend=True)]
+    if scene.thrusters:
+        legend = len(scene.thrusters) <= LEGEND
+        plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
+    if scene.parameters.get("task"):
+        return [task_view(), rrb.Tabs(*plots)]
+    return [plots[0], *([rrb.Tabs(*plots[1:])] if plots[1:] else [])]
+
+
+def task_view() -> rrb.Container:
+    """Phase, score and parts of the task in words, and score and collisions as a plot."""
+    told = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
+    return rrb.Horizontal(told, plot_view(TASK, legend=True), column_shares=[1, 1])
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -131,8 +150,8 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
 
 def plan_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The course from above, north up, with a grid of 10 m."""
-    middle, reach = fleet_circle(scene)
-    height = (plan_radius(scene, middle, reach) + PLAN_MARGIN) / PLAN_SLOPE
+    middle, radius = plan_circle(scene)
+    height = (radius + PLAN_MARGIN) / PLAN_SLOPE
     return rrb.Spatial3DView(
         name="Plan, north up, 10 m grid",
         origin="/world",
@@ -191,6 +210,18 @@ def log_view() -> rrb.TextLogView:
         origin="/events",
         columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
     )
+
+
+def plan_circle(scene: RecordScene) -> tuple[Any, float]:
+    """Middle (3,) and radius [m] of the plan: the fleet and what is near it, or all that a task lays out."""
+    middle, reach = fleet_circle(scene)
+    if not scene.parameters.get("task"):
+        return middle, plan_radius(scene, middle, reach)
+    spots = [*course_of(scene.parameters).spots(), *(waypoint.position[:2] for waypoint in scene.waypoints)]
+    places = np.array([*spots, *(boat.pose[:2] for boat in scene.boats())])
+    low, high = places.min(axis=0), places.max(axis=0)
+    width, height = high - low
+    return np.array([*(low + high) / 2.0, 0.0]), max(10.0, float(height) / 2.0, float(width) / 2.0 / PLAN_ASPECT)
 
 
 def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from vrx_mj.adapters.record.reader import Record
 
-__all__ = ["FRAMES", "Scored", "frame_chunk", "read_frames", "rescore"]
+__all__ = ["FRAMES", "Scored", "frame_chunk", "read_frames", "rescore", "take_up"]
 
 FRAMES = "/record/frames"
 FloatArray = npt.NDArray[np.float64]
@@ -116,11 +116,21 @@ def parameters_of(recorded: Record) -> Mapping[str, Any]:
     return json.loads(recorded.files["scene.json"])  # type: ignore[no-any-return]
 
 
+def take_up(referee: Referee, blob: bytes) -> None:
+    """Have a referee go on from a saved state of the run.
+
+    Raises:
+        StateError: the state is of another task.
+        ValueError: it is of a run without a task.
+    """
+    referee.load(json.loads(State.from_bytes(blob).task))
+
+
 def _resumed(referee: Referee, recorded: Record) -> float:
     """Bring the referee to the first recorded state; returns its time [s]."""
     first = recorded.states[0]
     try:
-        referee.load(json.loads(State.from_bytes(first.blob).task))
+        take_up(referee, first.blob)
     except ValueError as error:
         raise StateError(f"'{recorded.path}' begins with a state without a task: {error}") from error
     return first.time

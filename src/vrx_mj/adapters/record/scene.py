@@ -200,6 +200,8 @@ class RecordScene:
     parts: tuple[RecordedPart, ...] = ()
     to_world: ToWorld | None = None
     """None: the world has no place on Earth."""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    """Those of the world, as the compiler made them: what its task lays out."""
 
     def of_type(self, kind: str) -> tuple[RecordedSensor, ...]:
         """The recorded sensors of a type, in order."""

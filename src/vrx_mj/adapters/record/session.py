@@ -138,6 +138,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
         to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
+        parameters=parameters,
     )
 
 

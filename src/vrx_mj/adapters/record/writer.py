@@ -180,14 +180,19 @@ class Work:
             raise
 
     def _all_chunks(self) -> Iterator[Any]:
+        from vrx_mj.adapters.record.course import course_chunks
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
         from vrx_mj.adapters.record.officiated import frame_chunk
+        from vrx_mj.adapters.record.progress import TaskChunks, task_chunks
         from vrx_mj.adapters.record.sensed import SensedChunks, sensor_chunks
         from vrx_mj.adapters.record.still import still_chunks
 
         yield from still_chunks(self._scene, self._views)
         yield from sensor_chunks(self._scene)
+        yield from course_chunks(self._scene.parameters)
+        yield from task_chunks(self._scene.parameters)
         moving, sensed = MovingChunks(self._scene), SensedChunks(self._scene)
+        going = TaskChunks(self._scene.parameters)
         for batch in self._batches():
             if batch["state"]:  # first: a run killed here can still be resumed
                 yield state_chunk(batch["state"])
@@ -198,6 +203,8 @@ class Work:
                 yield event_chunk(batch["event"])
             if batch["frame"]:
                 yield frame_chunk(batch["frame"])
+            yield from going(batch["state"], batch["frame"])
+        yield from going.rest()
 
     def _batches(self) -> Iterator[dict[str, list[Any]]]:
         """What came in since the last flush, by kind, until the end."""

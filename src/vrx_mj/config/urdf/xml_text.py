@@ -5,7 +5,7 @@ from typing import Any
 
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["parse_robot"]
+__all__ = ["parse_pieces", "parse_robot"]
 
 MAX_CHARACTERS = 20_000_000
 """Longest text that is read."""
@@ -25,12 +25,7 @@ _XACRO = "{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}"
 
 def parse_robot(text: str, file: str) -> Any:
     """The `<robot>` element (lxml) of a URDF's text; `file` is how messages call it."""
-    if len(text) > MAX_CHARACTERS:
-        raise _error(file, f"the text has {len(text):,} characters; at most {MAX_CHARACTERS:,} are read")
-    found = _DOCUMENT_TYPE.search(text)
-    if found:
-        line = text.count("\n", 0, found.start()) + 1
-        raise _error(file, "document types and entities are not read; take '<!...' out", line)
+    _check(text, file)
     root = _parsed(text, file)
     if root.tag != "robot":
         raise _error(file, f"expected a <robot>, got a <{root.tag}>{_hint(root.tag)}", root.sourceline)
@@ -40,6 +35,22 @@ def parse_robot(text: str, file: str) -> Any:
             raise _error(file, f"<xacro:{name}> in a URDF: name the file .xacro, so that it is expanded first",
                          element.sourceline)  # fmt: skip
     return root
+
+
+def parse_pieces(text: str, file: str) -> Any:
+    """An element (lxml) around the elements and the text of a piece of XML, which has no root of its own."""
+    _check(text, file)
+    return _parsed(f"<pieces>{text}</pieces>", file)
+
+
+def _check(text: str, file: str) -> None:
+    """Refuse what is too long, and whatever begins as a document type does."""
+    if len(text) > MAX_CHARACTERS:
+        raise _error(file, f"the text has {len(text):,} characters; at most {MAX_CHARACTERS:,} are read")
+    found = _DOCUMENT_TYPE.search(text)
+    if found:
+        line = text.count("\n", 0, found.start()) + 1
+        raise _error(file, "document types and entities are not read; take '<!...' out", line)
 
 
 def _parsed(text: str, file: str) -> Any:

@@ -1,0 +1,49 @@
+"""How a task goes, in words: phase, score, collisions and parts, in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.referee import Referee
+
+__all__ = ["words"]
+
+MARKS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
+"""Of gates."""
+
+
+def words(task: Mapping[str, Any], referee: Referee) -> str:
+    """Phase, score, collisions and parts of a task, in Markdown."""
+    sheet, meaning = referee.sheet, MEANINGS[task["type"]]
+    clock = {
+        "initial": f"ready at {sheet.ready_time:g} s",
+        "ready": f"runs from {sheet.running_time:g} s",
+        "running": f"{sheet.remaining:.0f} s left",
+        "finished": ("time is up" if sheet.timed_out else "done") + f" after {sheet.elapsed:.1f} s",
+    }[sheet.phase]
+    lines = [
+        f"**{referee.name}: {sheet.phase}**, {clock}",
+        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better",
+        f"collisions **{sheet.collisions}**",
+        *_parts(referee.progress),
+    ]
+    return "\n\n".join(lines)
+
+
+def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
+    """How far the parts of a task are."""
+    if "gates" in progress:
+        yield "gates " + " ".join(f"{number}{MARKS[fate]}" for number, fate in enumerate(progress["gates"], 1))
+    if progress.get("waypoints"):
+        yield "least errors [m] " + ", ".join(f"{error:.2f}" for error in progress["waypoints"])
+    for animal in progress.get("animals", ()):
+        yield f"{animal['name']}: {animal['status'].replace('_', ' ')}, {len(animal['circled'])} of 8"
+    if "bay" in progress:
+        place = f"in {progress['bay']} for {progress['time_in_bay']:.0f} s" if progress["bay"] else "in no bay"
+        yield ", ".join([place, *(f"docked in {bay}" for bay in progress["docked"]), f"{len(progress['hits'])} hits"])
+    if "up" in progress:
+        yield "before the boat: " + (
+            ", ".join(name for name, up in zip(progress["objects"], progress["up"], strict=True) if up) or "nothing"
+        )

@@ -1,0 +1,89 @@
+"""`vrx-mj worlds`: many worlds from one file."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vrx_mj.cli.files import writing
+from vrx_mj.errors import VrxError
+
+if TYPE_CHECKING:
+    from vrx_mj.config.series.worlds import SeriesWorld
+
+__all__ = ["app", "generate"]
+
+app = typer.Typer(
+    name="worlds",
+    help="Makes worlds in series from an axes file, as VRX's generator does.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+SIDES = "config"
+"""The folder inside of the output for the files beside worlds."""
+
+
+@app.callback()
+def worlds() -> None:
+    """Makes worlds in series from an axes file, as VRX's generator does."""
+
+
+@app.command()
+def generate(
+    file: Annotated[str, typer.Argument(help="Path of an axes file (YAML).")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the worlds.")],
+) -> None:
+    """Write the worlds of an axes file, and tell which steps make each; none is written if one of them is wrong.
+
+    A run, a map or a campaign takes FILE#k too: the k-th world, from 0, without any file written.
+
+    Example: vrx-mj worlds generate wind_and_waves.yaml -o my_worlds
+    """
+    from vrx_mj.config.loading import file_of
+    from vrx_mj.config.series.axes import read_series
+    from vrx_mj.config.series.text import side_text, world_text
+    from vrx_mj.config.series.worlds import series_world
+    from vrx_mj.config.world import load_world
+
+    series = read_series(file_of("worlds", file))
+    made = [series_world(series, number) for number in range(series.count)]
+    texts: dict[Path, str] = {}
+    for world in made:
+        load_world(world.section)
+        texts[output / f"{world.name}.yaml"] = world_text(series, world)
+        if world.side is not None:
+            texts[output / SIDES / f"{world.name}.yaml"] = side_text(series, world)
+    _write(texts)
+    for line in table(made):
+        typer.echo(line)
+    first = output / f"{made[0].name}.yaml"
+    typer.echo(f"{len(made)} world{'s' * (len(made) > 1)} in {output}; vrx-mj run {first} sails the first")
+
+
+def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:
+    """A line for each world: its name and the step of each axis."""
+    rows = [("world", *made[0].coordinate)]
+    rows += [(world.name, *map(str, world.coordinate.values())) for world in made]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for name, *steps in rows:
+        cells = (step.rjust(width) for step, width in zip(steps, widths[1:], strict=True))
+        yield "  ".join([name.ljust(widths[0]), *cells])
+
+
+def _write(texts: dict[Path, str]) -> None:
+    """Write files, over those of an earlier series but over no others."""
+    _check_free(texts)
+    for path, text in texts.items():
+        with writing("the world", path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _check_free(paths: Iterable[Path]) -> None:
+    from vrx_mj.config.series.text import HEAD
+
+    for path in paths:
+        with writing("the world", path):
+            if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
+                raise VrxError(f"{path} is there already and is no world of a series; choose another folder")

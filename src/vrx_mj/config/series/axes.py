@@ -1,0 +1,178 @@
+"""Axes files: what VRX's generator of worlds reads (vrx_gazebo/src/vrx_gazebo/generate_worlds.py, gazebo_classic).
+
+A file is a mapping of axes. An axis has so many steps; at a step it calls macros, each with sets of parameters. There
+is a world for each combination of steps: its number has the steps as digits, that of the first axis least significant.
+"""
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.report import problem_at
+from vrx_mj.config.search import display
+from vrx_mj.config.tree import File, Items, Section
+from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
+from vrx_mj.errors import ConfigError, Problem, VrxWarning
+
+__all__ = ["MOST_WORLDS", "Axis", "Series", "looks_like_axes", "read_series"]
+
+MOST_WORLDS = 10_000
+"""Worlds of one file."""
+KEYS = ("steps", "macros", "sequence", "yamls")
+"""Of an axis."""
+PATCHED = "begins with '+', as lines do in a file of differences; take the '+' out"
+
+Loc = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One dimension of a series."""
+
+    name: str
+    steps: int
+    macros: Section
+    """Macros and their calls, whose values are expressions of the step `n`."""
+    sequence: Mapping[int, Section]
+    """Macros and their calls at single steps, instead of `macros`; their values are meant literally."""
+    sides: Mapping[int, Any]
+    """What is written to a file beside the world at single steps."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """An axes file."""
+
+    file: File
+    stem: str
+    """What the names of its worlds begin with, before their number."""
+    root: Section
+    """What the file says, where it says it."""
+    axes: tuple[Axis, ...]
+
+    @property
+    def count(self) -> int:
+        """How many worlds there are."""
+        return math.prod(axis.steps for axis in self.axes)
+
+    def coordinate(self, number: int) -> dict[str, int]:
+        """The step of each axis in the world of this number."""
+        steps = {}
+        for axis in self.axes:
+            number, steps[axis.name] = divmod(number, axis.steps)
+        return steps
+
+
+def read_series(path: Path) -> Series:
+    """The axes file at a path.
+
+    Raises:
+        ConfigError: it is not one; the error lists every problem with its place.
+    """
+    file = File(display(path), path.absolute().parent, read_lines(path))
+    root, repeats = parse_loosely(file)
+    problems = list(_odd_shapes(root))
+    if problems:
+        raise ConfigError(problems)
+    series = Series(file, path.stem, root, tuple(_axis(name, content) for name, content in root.items()))
+    if series.count > MOST_WORLDS:
+        counts = " x ".join(shown(axis.steps) for axis in series.axes)
+        message = f"{counts} steps make {shown(series.count)} worlds; a file may have {MOST_WORLDS}"
+        raise ConfigError([Problem(file.name, 1, None, "", message)])
+    told = [*_repeated(repeats), *_never_reached(series)]
+    if told:
+        warnings.warn(f"{file.name}: {'; '.join(told)}", VrxWarning, stacklevel=2)
+    return series
+
+
+def looks_like_axes(path: Path) -> bool:
+    """Whether a YAML file holds axes rather than a world."""
+    try:
+        root, _ = parse_loosely(File(display(path), None, read_lines(path)))
+    except ConfigError:
+        return False
+    return bool(root) and all(
+        isinstance(axis, Section) and {"steps", "macros"} <= axis.keys() for axis in root.values()
+    )
+
+
+def _axis(name: str, content: Section) -> Axis:
+    sequence, sides = (content.get(key) or {} for key in ("sequence", "yamls"))
+    return Axis(
+        name,
+        content["steps"],
+        content.get("macros") or Section({}, content.place, {}),
+        {int(step): calls for step, calls in sequence.items()},
+        {int(step): tree for step, tree in sides.items()},
+    )
+
+
+def _odd_shapes(root: Section) -> Iterator[Problem]:
+    """Everything that makes a file no axes file."""
+    if not root:
+        yield problem_at(root, (), "no axes; an axis has `steps` and `macros`")
+    for name, axis in root.items():
+        if name.startswith("+"):
+            yield problem_at(root, (name,), PATCHED)
+        elif not isinstance(axis, Section):
+            yield problem_at(root, (name,), f"an axis has `steps` and `macros`, got {shown(axis)}")
+        elif "steps" not in axis:
+            yield problem_at(root, (name, "steps"), "required, but missing; an axes file has nothing but axes")
+        else:
+            yield from _odd_axis(root, name, axis)
+
+
+def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
+    for key in axis.keys() - set(KEYS):
+        message = PATCHED if key.startswith("+") else unknown_key(key, KEYS)
+        yield problem_at(root, (name, key), message)
+    steps = axis["steps"]
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
+        yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {shown(steps)}")
+    yield from _odd_calls(root, (name, "macros"), axis.get("macros"))
+    for key in ("sequence", "yamls"):
+        yield from _odd_steps(root, (name, key), axis.get(key))
+
+
+def _odd_steps(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
+    """What is wrong with a mapping of steps."""
+    if content is not None and not isinstance(content, Section):
+        yield problem_at(root, loc, f"expected steps, as in `0:`, got {shown(content)}")
+    for step, value in content.items() if isinstance(content, Section) else ():
+        if not (step.isascii() and step.isdigit() and len(step) < 10):
+            yield problem_at(root, (*loc, step), f"a step is a whole number from 0, got '{step}'")
+        elif loc[-1] == "sequence":
+            yield from _odd_calls(root, (*loc, step), value)
+
+
+def _odd_calls(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
+    """What is wrong with a mapping of macros to their calls."""
+    if content is not None and not isinstance(content, Section):
+        yield problem_at(root, loc, f"expected macros, each with a list of calls, got {shown(content)}")
+    for macro, calls in content.items() if isinstance(content, Section) else ():
+        if not isinstance(calls, Items):
+            text = f"expected a list of calls, where '-' alone is one with the defaults; got {shown(calls)}"
+            yield problem_at(root, (*loc, macro), text)
+            continue
+        for index, call in enumerate(calls):
+            if call is not None and not isinstance(call, Section):
+                yield problem_at(root, (*loc, macro, index), f"expected parameters, got {shown(call)}")
+
+
+def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:
+    if repeats:
+        keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
+        yield f"given twice, of which the later one counts, as in VRX: {keys}"
+
+
+def _never_reached(series: Series) -> Iterator[str]:
+    for axis in series.axes:
+        beyond = sorted({step for step in (*axis.sequence, *axis.sides) if step >= axis.steps})
+        if beyond:
+            steps = ", ".join(map(str, beyond))
+            has = "1 step" if axis.steps == 1 else f"steps 0 to {axis.steps - 1}"
+            yield f"step {steps} of {axis.name} never comes: it has {has}"

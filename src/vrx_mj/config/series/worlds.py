@@ -1,0 +1,168 @@
+"""From the calls of a world's macros to the keys of a world file."""
+
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.config.loading import Source, file_of, read_source
+from vrx_mj.config.search import is_path
+from vrx_mj.config.series.axes import Series, looks_like_axes, read_series
+from vrx_mj.config.series.calls import calls_of
+from vrx_mj.config.series.given import located
+from vrx_mj.config.series.macros import Piece, made
+from vrx_mj.config.series.models import named_as
+from vrx_mj.config.tree import Entry, Items, Place, Section, merged
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
+
+__all__ = ["SeriesWorld", "series_world", "world_source"]
+
+MARK = "#"
+"""Between the name of an axes file and the number of a world."""
+SINGLE = ("base", "task")
+"""Parts that a world has once; of others, such as the sea, the later call counts."""
+
+
+@dataclass(frozen=True)
+class SeriesWorld:
+    """One world of a series."""
+
+    name: str
+    number: int
+    coordinate: dict[str, int]
+    """The step of each axis."""
+    section: Section
+    """What its file says."""
+    side: Any
+    """What is written to a file beside it; None: nothing."""
+    stale: bool
+    """Whether VRX's own world names a link for the wind that boats have no more."""
+
+
+def world_source(source: Source) -> tuple[Section, str]:
+    """What the file of a world says, and the world's name, from a name, a path, `FILE#k` or a mapping.
+
+    Raises:
+        ConfigError: the file is wrong, or is not there.
+        VrxError: the series has no world of this number.
+    """
+    if not isinstance(source, str | Path):
+        return read_source("worlds", source), "world"
+    text, mark, number = str(source).rpartition(MARK)
+    if mark and not is_path(source) and (is_path(text) or number.isdigit()):
+        world = _numbered(read_series(file_of("worlds", text)), number)
+        return read_source("worlds", world.section), world.name
+    file = file_of("worlds", source)
+    try:
+        section = read_source("worlds", file)
+    except ConfigError:
+        _refuse_axes(file, source)
+        raise
+    if section and all(isinstance(axis, Section) and "steps" in axis for axis in section.values()):
+        _refuse_axes(file, source)
+    return section, file.stem if is_path(source) else str(source)
+
+
+def series_world(series: Series, number: int) -> SeriesWorld:
+    """One world of a series.
+
+    Raises:
+        ConfigError: one of its macros is called wrongly; the error lists every problem with its place.
+    """
+    pieces = _counted(list(_pieces(series, number)))
+    coordinate = series.coordinate(number)
+    steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
+    place = Place(series.file, 1)
+    head = {"description": f"world {number} of {Path(series.file.name).name}: {steps}"}
+    section: Section = located(head, place)
+    for piece in pieces:
+        section = merged(section, located(piece.content, piece.call.place))
+    if not any(piece.part == "sea" for piece in pieces):
+        section = merged(section, located({"sea": {"model": "none"}}, place))
+    name, stale = f"{series.stem}{number}", any(piece.stale for piece in pieces)
+    return SeriesWorld(name, number, coordinate, _ordered(_all_named(section)), _side(series, coordinate), stale)
+
+
+def _refuse_axes(file: Path, source: str | Path) -> None:
+    if looks_like_axes(file):
+        last = read_series(file).count - 1
+        raise VrxError(f"{source} is a series of worlds: name one of them, '{source}#0' to '{source}#{last}'")
+
+
+def _numbered(series: Series, text: str) -> SeriesWorld:
+    last = series.count - 1
+    if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
+        raise VrxError(f"{series.file.name}{MARK}{text}: there is no such world; the series has 0 to {last}")
+    return series_world(series, int(text))
+
+
+def _pieces(series: Series, number: int) -> Iterator[Piece]:
+    """What the calls of a world make; an error lists what is wrong with any of them."""
+    problems: list[Problem] = []
+    for call in calls_of(series, number):
+        try:
+            yield made(call)
+        except ConfigError as error:
+            problems += error.problems
+    if problems:
+        raise ConfigError(problems)
+
+
+def _counted(pieces: Sequence[Piece]) -> list[Piece]:
+    """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first."""
+    kept: list[Piece] = []
+    for piece in pieces:
+        first = next((other for other in kept if other.part == piece.part), None)
+        if first is None or piece.part == "objects":
+            kept.append(piece)
+            continue
+        call, line = piece.call, first.call.place.line
+        if piece.part in SINGLE:
+            text = f"a world has one {piece.part}, and '{first.call.macro}' on line {line} gives it one already"
+            raise call.fault(None, text)
+        text = f"{call.place.file.name}: {call.macro} is called on lines {line} and {call.place.line}"
+        warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)
+        kept[kept.index(first)] = piece
+    return kept
+
+
+def _all_named(section: Section) -> Section:
+    """The world with a name for every object: its model's own, numbered where something else has it already."""
+    objects = section.get("objects")
+    if not isinstance(objects, Items):
+        return section
+    taken = {thing["name"] for thing in (*objects, *_of_base(section)) if "name" in thing}
+    things = []
+    for thing in objects:
+        own = thing.get("name") or named_as(str(thing["model"]))
+        name = own if "name" in thing else next(name for name in _numbered_names(own) if name not in taken)
+        taken.add(name)
+        entry = Entry(thing.place, thing.place)
+        things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))
+    return Section({**section, "objects": Items.of(things, objects.places)}, section.place, section.entries)
+
+
+def _of_base(section: Section) -> Sequence[Section]:
+    if "extends" not in section:
+        return ()
+    base = read_source("worlds", Section({"extends": section["extends"]}, section.place, section.entries))
+    return [thing for thing in base.get("objects") or () if isinstance(thing, Section)]
+
+
+def _numbered_names(name: str) -> Iterator[str]:
+    yield name
+    yield from (f"{name}_{number}" for number in range(1, 100_000))
+
+
+def _ordered(section: Section) -> Section:
+    """The keys in the order in which our own files have them."""
+    order = ("extends", "description", "scene", "sea", "wind", "markers", "objects", "task")
+    return Section({key: section[key] for key in order if key in section}, section.place, section.entries)
+
+
+def _side(series: Series, coordinate: dict[str, int]) -> Any:
+    """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
+    found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
+    return found[-1] if found else None

@@ -1,0 +1,34 @@
+"""Results and campaigns made by hand."""
+
+from vrx_mj.adapters.campaign.manifest import Campaign, Manifest
+from vrx_mj.adapters.campaign.plan import Cell, Plan
+from vrx_mj.adapters.campaign.results import Result
+
+UNITS = {"stationkeeping": ("m", "lower"), "dock": ("points", "higher")}
+
+
+def scored(controller, world, seed, score, *, kind="stationkeeping", state=None, tracks=None):
+    """A trial that ended with a score."""
+    unit, better = UNITS[kind]
+    task = {
+        "type": kind, "name": kind, "state": "finished", "score": score, "unit": unit, "better": better,
+        "elapsed": 300.0, "timed_out": True, "num_collisions": 0, "events": [],
+    }  # fmt: skip
+    cell = Cell(controller, world, seed)
+    return Result(cell, task=task, sim_time=320.0, state_sha256=state or f"{cell} {score}", tracks=tracks or {})
+
+
+def failed(controller, world, seed, error="it sank"):
+    """A trial that failed."""
+    return Result(Cell(controller, world, seed), error=error)
+
+
+def campaign_of(folder, results, *, code="0.1.0 abc", platform="here", hashes=None, **options):
+    """The campaign of these results: of every controller, world and seed that is among them."""
+    cells = [result.cell for result in results]
+    controllers = tuple(dict.fromkeys(cell.controller for cell in cells))
+    worlds = tuple(dict.fromkeys(cell.world for cell in cells))
+    plan = Plan(controllers, worlds, tuple(sorted({cell.seed for cell in cells})), **options)
+    digests = hashes or dict.fromkeys(controllers, "1")
+    manifest = Manifest(plan, digests, code, platform, "2030-01-02T03:04:05+00:00")
+    return Campaign(folder, manifest, {result.cell: result for result in results})

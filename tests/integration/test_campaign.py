@@ -1,0 +1,221 @@
+"""Campaigns as users start them: whatever a controller does, the others are sailed and the page is made."""
+
+import json
+import re
+import signal
+import sys
+import time
+
+import pytest
+
+from vrx_command import ended, start, vrx
+from vrx_mj.adapters.campaign.plan import Cell
+from vrx_mj.adapters.campaign.pool import sail_all
+from vrx_mj.adapters.campaign.trial import Trial
+
+WORLD = """
+extends: ocean
+task: {type: stationkeeping, goal_cart: [8, 0, 0], initial_state_duration: 0.5, ready_state_duration: 0.5,
+       running_state_duration: 4}
+"""
+CREW = """
+import ctypes, math, os, sys, time
+
+calls = 0
+
+def steady(obs, t):
+    return {"wamv": {"left": 0.5, "right": 0.4}}
+
+def counting(obs, t):  # what one trial leaves behind, another one must not see
+    global calls
+    calls += 1
+    return {"wamv": {"left": 0.001 * calls}}
+
+def raises(obs, t):
+    return steady(obs, t) if t < 2.0 else 1 / 0
+
+def nan(obs, t):
+    return {"wamv": {"left": math.nan}}
+
+def stranger(obs, t):
+    return {"wamv7": {"left": 0.5}}
+
+def leaves(obs, t):
+    if t > 1.05:
+        os._exit(3)
+
+def crashes(obs, t):
+    ctypes.string_at(0)
+
+def hangs(obs, t):
+    if t > 1.05:
+        time.sleep(1e6)
+
+def quits(obs, t):
+    sys.exit("enough")
+
+def slow(obs, t):
+    time.sleep(0.05)
+"""
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
+
+
+def line(text):
+    """Number of the line of `CREW` that has this text."""
+    (number,) = [i for i, code in enumerate(CREW.splitlines(), start=1) if text in code]
+    return number
+
+
+FAILURES = {
+    "raises": r"^at t = 2 s the controller raised ZeroDivisionError: division by zero \(crew\.py, line "
+    rf"{line('1 / 0')}\)$",
+    "nan": r"^the command left of wamv is nan: a finite number is needed$",
+    "stranger": r"^no boat named 'wamv7'; did you mean 'wamv'\?$",
+    "leaves": r"^at t = 1\.1 s: the process ended with exit code 3: the controller, or a library it uses, ended it$",
+    "crashes": r"^at t = 0 s: the process was ended by SIGSEGV$",
+    "hangs": r"^at t = 1\.1 s: not finished after 2 s of wall time; it was in crew\.py, line "
+    rf"{line('sleep(1e6)')} in hangs$",
+    "quits": rf"^at t = 0 s the controller raised SystemExit: enough \(crew\.py, line {line('sys.exit')}\)$",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("测试 campaigns")
+    (place / "bay.yaml").write_text(WORLD, encoding="utf-8")
+    (place / "crew.py").write_text(CREW, encoding="utf-8")
+    return place
+
+
+def campaign(folder, names, *words, output="results", **how):
+    crew = [f"crew:{name}" for name in names]
+    return vrx("campaign", *crew, "--worlds", "bay.yaml", "-o", output, *words, cwd=folder, **how)
+
+
+def results(folder, output="results"):
+    """Each result by controller and seed."""
+    files = sorted((folder / output).glob("cells/*/*/*/result.json"))
+    found = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    return {(each["cell"]["controller"].removeprefix("crew:"), each["cell"]["seed"]): each for each in found}
+
+
+@pytest.fixture(scope="module")
+def sailed(folder):
+    """A campaign of good and bad controllers: exit code, stdout, stderr."""
+    return campaign(folder, ["steady", "counting", *FAILURES], "--seeds", "0", "--jobs", "2", "--timeout", "2")
+
+
+@POSIX
+@pytest.mark.parametrize("name", FAILURES)
+def test_a_bad_controller_is_one_failed_cell(sailed, folder, name):
+    cell = results(folder)[name, 0]
+    assert re.match(FAILURES[name], cell["error"]), cell["error"]
+    assert cell["task"] is None
+
+
+@POSIX
+def test_the_others_have_scores_and_the_campaign_succeeds(sailed, folder):
+    code, out, err = sailed
+    assert (code, "Traceback" in err) == (0, False), err
+    assert f"2 of {2 + len(FAILURES)} trials finished, {len(FAILURES)} failed" in out
+    good = results(folder)["steady", 0]
+    assert good["error"] is None
+    assert good["task"]["state"] == "finished"
+    assert 0.0 < good["task"]["score"] < 20.0
+    assert good["tracks"]["wamv"][0] == [0.0, 0.0]
+
+
+@POSIX
+def test_the_log_keeps_the_traceback(sailed, folder):
+    (log,) = (folder / "results" / "cells" / "crew.raises").rglob("log.txt")
+    text = log.read_text(encoding="utf-8")
+    assert "Traceback (most recent call last)" in text
+    assert "return steady(obs, t) if t < 2.0 else 1 / 0" in text
+
+
+@POSIX
+def test_the_page_and_the_table_are_there(sailed, folder):
+    page = (folder / "results" / "index.html").read_text(encoding="utf-8")
+    assert page.count('class="track') >= 2
+    assert "ZeroDivisionError" in page
+    table = (folder / "results" / "results.csv").read_text(encoding="utf-8").splitlines()
+    assert len(table) == 1 + 2 + len(FAILURES)
+
+
+def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    trials = [Trial(Cell("crew:counting", "bay.yaml", seed)) for seed in range(3)]
+    one = {result.cell: result for result in sail_all(trials, folder / "one", 1)}
+    two = {result.cell: result for result in sail_all(trials[::-1], folder / "two", 2)}
+    assert all(result.error is None for result in one.values())
+    assert {cell: result.state_sha256 for cell, result in one.items()} == {
+        cell: result.state_sha256 for cell, result in two.items()
+    }
+    assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+@POSIX
+def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
+    words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..3", "--jobs", "1", "-o", "stopped")
+    process = start(*words, cwd=folder)
+    give_up = time.monotonic() + 300.0
+    while not results(folder, "stopped"):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < give_up
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    code, out, err = ended(process)
+    before = results(folder, "stopped")
+    assert (code, "Traceback" in err) == (1, False), err
+    assert f"{len(before)} of 4 trials finished, 0 failed" in out
+    assert "stopped; the same command goes on from here" in err
+    assert 1 <= len(before) < 4
+    assert len(list((folder / "stopped").glob("cells/*/*/seed_*"))) == len(before)
+    code, out, err = vrx(*words, "--against", "stopped", cwd=folder)
+    after = results(folder, "stopped")
+    assert (code, len(after)) == (0, 4)
+    assert f"stopped: {len(before)} of 4 trials are finished" in err
+    assert {key: after[key]["wall_time"] for key in before} == {key: each["wall_time"] for key, each in before.items()}
+
+
+def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):
+    (folder / "pilot.py").write_text("def go(obs, t):\n    return None\n", encoding="utf-8")
+    words = ("campaign", "pilot:go", "--worlds", "bay.yaml", "--seeds", "0..1")
+    assert vrx(*words, "-o", "before", cwd=folder)[0] == 0
+    (folder / "pilot.py").write_text(
+        "def go(obs, t):\n    return {'wamv': {'left': 0.3, 'right': 0.3}}\n", encoding="utf-8"
+    )
+    code, _, err = vrx(*words, "-o", "before", cwd=folder)
+    assert (code, err.splitlines()) == (
+        2,
+        [
+            "the campaign in 'before' is another one:",
+            "  the controller pilot:go has changed since",
+            "give another folder with -o, or --restart to do all of it anew",
+        ],
+    )
+    code, out, _ = vrx(*words, "-o", "after", "--against", "before", "--record", cwd=folder)
+    assert code == 0
+    assert "since before: 2 trials in both, 0 went the same way" in out
+    page = (folder / "after" / "index.html").read_text(encoding="utf-8")
+    assert "too few pairs to tell: 2 differ, and at least 6 are needed" in page
+    for seed in (0, 1):
+        (file,) = (folder / "after").glob(f"cells/*/*/seed_{seed}/run.rrd")
+        assert f'href="{file.relative_to(folder / "after").as_posix()}"' in page
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("crew:steady", "crew:steady"), "the controller crew:steady is named twice"),
+        (("nobody:f",), "no module named 'nobody' for the controller 'nobody:f'"),
+        (("crew:steady", "--worlds", "none/*"), "--worlds 'none/*' matches none of "),
+        (("crew:steady", "--timeout", "0"), "--timeout 0: a number of seconds above 0 is needed"),
+        (("crew:steady", "--against", "nowhere"), "no campaign in 'nowhere': it has no campaign.json"),
+    ],
+)
+def test_wrong_words_are_told_before_anything_is_sailed(folder, words, message):
+    code, out, err = vrx("campaign", *words, "--worlds", "bay.yaml", "-o", "never", cwd=folder)
+    assert (code, out) == (2, "")
+    assert err.startswith(message)
+    assert not (folder / "never").exists()

@@ -1,0 +1,98 @@
+import pytest
+
+from campaigns import failed, scored
+from vrx_mj.adapters.campaign.manifest import begin, read_campaign
+from vrx_mj.adapters.campaign.plan import Cell, Plan
+from vrx_mj.adapters.campaign.results import write_json, write_result
+from vrx_mj.errors import CommandError, RecordError
+
+PLAN = Plan(("boat:f",), ("hold", "bay"), (0, 1), duration=10.0)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boat.py").write_text("def f(obs, t): ...\n", encoding="utf-8")
+    (tmp_path / "ship.py").write_text("def f(obs, t): ...\n", encoding="utf-8")
+    return tmp_path / "results"
+
+
+def message(folder, plan):
+    with pytest.raises(CommandError) as raised:
+        begin(folder, plan)
+    return str(raised.value)
+
+
+def another(folder, *lines):
+    return "\n".join(
+        [
+            f"the campaign in '{folder}' is another one:",
+            *(f"  {line}" for line in lines),
+            "give another folder with -o, or --restart to do all of it anew",
+        ]
+    )
+
+
+def test_missing_and_failed_cells_are_left(folder):
+    assert begin(folder, PLAN).left == PLAN.cells
+    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
+    write_result(folder / PLAN.cells[1].folder, failed("boat:f", "hold", 1))
+    again = begin(folder, PLAN)
+    assert again.left == PLAN.cells[1:]
+    assert read_campaign(folder) == again
+
+
+def test_more_of_the_same_may_be_added(folder):
+    begin(folder, PLAN)
+    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
+    wider = Plan(("boat:f", "ship:f"), ("bay", "hold", "open"), (0, 1, 2), duration=10.0)
+    assert set(wider.cells) - set(begin(folder, wider).left) == {Cell("boat:f", "hold", 0)}
+
+
+def test_another_plan_is_noticed(folder):
+    begin(folder, PLAN)
+    other = Plan(("ship:f",), ("bay",), (1, 2), fleet="trio", record=True)
+    assert message(folder, other) == another(
+        folder,
+        "it has the controllers boat:f too",
+        "it has the worlds hold too",
+        "it has the seeds 0 too",
+        "its --fleet was not given, and now is trio",
+        "its --duration was 10.0, and now is not given",
+        "its --record was off, and now is on",
+    )
+
+
+def test_a_changed_controller_or_program_is_noticed(folder, monkeypatch):
+    before = begin(folder, PLAN).manifest.code
+    (folder.parent / "boat.py").write_text("def f(obs, t): return None\n", encoding="utf-8")
+    monkeypatch.setattr("vrx_mj.adapters.campaign.manifest.code_version", lambda: "9.9 new")
+    assert message(folder, PLAN) == another(
+        folder, f"it was sailed by vrx_mj {before}, and this is 9.9 new", "the controller boat:f has changed since"
+    )
+
+
+def test_restart_forgets_the_campaign_and_nothing_else(folder):
+    begin(folder, PLAN)
+    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    assert begin(folder, Plan(("ship:f",), ("hold",), (0,)), restart=True).left == (Cell("ship:f", "hold", 0),)
+    assert sorted(file.name for file in folder.iterdir()) == ["campaign.json", "notes.txt"]
+
+
+def test_a_folder_of_other_things_is_left_alone(folder):
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    text = f"the folder '{folder}' is not empty, and holds no campaign: give another one with -o"
+    assert message(folder, PLAN) == text
+    with pytest.raises(CommandError):
+        begin(folder, PLAN, restart=True)
+
+
+def test_what_is_no_campaign_cannot_be_read(folder):
+    with pytest.raises(RecordError) as raised:
+        read_campaign(folder)
+    assert str(raised.value) == f"no campaign in '{folder}': it has no campaign.json"
+    write_json(folder / "campaign.json", {"format": 1})
+    with pytest.raises(RecordError, match=r"campaign\.json is damaged: 'fleet'$"):
+        read_campaign(folder)

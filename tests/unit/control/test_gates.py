@@ -1,0 +1,68 @@
+"""Gates from buoys: red right returning, pairs, order, and where to go through."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrx_mj.control.gates import gate_of, next_gate, opening, paired, wall
+
+COURSES = {  # red and partner of each gate in order: VRX's short_navigation_course1, navigation_phase2_3, short..._5
+    "short": [((0, 12), (0, 0)), ((-20, 0), (-10, -10)), ((-34, -6), (-36, -18)), ((-44, 4), (-58, 4))],
+    "bend": [((0, 0), (0, -15)), ((-20, 15), (-20, 0)), ((-25, 30), (-40, 30)), ((-20, 45), (-20, 60)), ((0, 60), (0, 75))],
+    "long": [
+        *[((0, 18), (0, 0)), ((-30, 8), (-30, -12)), ((-60, 0), (-60, -16)), ((-90, 12), (-103, 0))],
+        *[((-140, 0), (-140, -20)), ((-180, -10), (-170, -30)), ((-199, -70), (-180, -55))],
+        *[((-148, -83), (-145, -60)), ((-102, -77), (-108, -58))],
+    ],
+}
+
+
+def test_red_is_to_starboard_of_who_crosses():
+    gate = gate_of((5.0, 0.0), (-5.0, 0.0))  # red in the east: northward
+    assert gate.middle == (0.0, 0.0)
+    assert gate.width == 10.0
+    assert gate.course == pytest.approx(math.pi / 2)
+
+
+@given(*[st.floats(-100, 100)] * 3, st.floats(5, 30), st.floats(-math.pi, math.pi))
+def test_wherever_a_gate_is_red_lies_a_quarter_turn_to_starboard_of_its_course(x, y, _, width, angle):
+    red = (x + width * math.cos(angle), y + width * math.sin(angle))
+    gate = gate_of(red, (x, y))
+    to_red = math.atan2(red[1] - gate.middle[1], red[0] - gate.middle[0])
+    assert math.remainder(to_red - gate.course, math.tau) == pytest.approx(-math.pi / 2, abs=1e-6)
+
+
+@pytest.mark.parametrize("course", COURSES.values(), ids=COURSES)
+def test_pairs_and_their_order_are_those_of_the_course(course):
+    wanted = [gate_of(red, partner) for red, partner in course]
+    found = paired([red for red, _ in course], [partner for _, partner in reversed(course)])
+    assert set(found) == set(wanted)
+    for here, after in zip(wanted, wanted[1:], strict=False):
+        left = [gate for gate in wanted if wanted.index(gate) > wanted.index(here)]
+        assert next_gate(here.middle, here.course, left) == after
+
+
+def test_neither_a_pair_too_far_apart_nor_one_too_near_is_a_gate():
+    assert paired([(0.0, 0.0)], [(40.0, 0.0)]) == []
+    assert paired([(0.0, 0.0)], [(3.0, 0.0)]) == []
+    assert paired([(0.0, 0.0)], []) == []
+    assert next_gate((0.0, 0.0), 0.0, []) is None
+
+
+def test_a_third_buoy_is_left_over_and_those_left_over_pair_up():
+    gates = paired([(0.0, 0.0), (0.0, 10.0)], [(12.0, 1.0), (12.0, 14.0), (30.0, 5.0)])
+    assert {(gate.red, gate.partner) for gate in gates} == {((0.0, 0.0), (12.0, 1.0)), ((0.0, 10.0), (12.0, 14.0))}
+
+
+def test_the_opening_is_the_middle_or_beside_what_lies_in_it():
+    gate = gate_of((0.0, 12.0), (0.0, 0.0))  # westward, as VRX's navigation_course2
+    assert opening(gate, [(0.0, 12.0), (0.0, 0.0), (-20.0, 6.0)], 2.7) == (0.0, 6.0)
+    assert opening(gate, [(0.0, 12.0), (0.0, 0.0), (0.0, 8.0)], 2.7) == pytest.approx((0.0, 4.0))
+
+
+def test_a_wall_is_as_long_as_its_gate_and_has_no_holes():
+    places = wall(gate_of((0.0, 12.0), (0.0, 0.0)))
+    assert {places[0], places[-1]} == {(0.0, 12.0), (0.0, 0.0)}
+    assert max(math.dist(*pair) for pair in zip(places, places[1:], strict=False)) <= 2.0
