@@ -25,7 +25,7 @@ def raft(*, z=0.0, sea=CALM, timestep=0.01, tilt=0.0):
     side = math.ceil(math.sqrt(len(FLOATING)))
     places = [(SPACING * (n % side), SPACING * (n // side)) for n in range(len(FLOATING))]
     items = [
-        {"name": name, "model": name, "pose": [x, y, z, tilt, -0.5 * tilt, 0.0]}
+        {"name": name, "model": name, "pose": [x, y, z, tilt, -0.5 * tilt, 0.0], "path": None}  # animals swim else
         for name, (x, y) in zip(FLOATING, places, strict=True)
     ]
     spawn = {"pose": [-100, -100, 0, 0, 0, 0]}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.control.beacon import Heard, MovingBeacon, StillBeacon, heard
 from vrx_mj.control.guidance import approach_speed, around, clear_of
-from vrx_mj.control.lidar import Lookout
+from vrx_mj.control.lookout import Lookout
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
 from vrx_mj.control.skipper import Commands, Skipper
@@ -21,10 +21,10 @@ HASTE = 1.5
 BOW = 3.0
 """Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
 
-LOOK = 0.45
-"""Between two looks at the lidar [s]."""
-BERTH = 3.8
-"""Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre."""
+NO_CAMERA = "no camera"
+"""The kinds of buoys do not matter here."""
+BERTH = 4.2
+"""Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
 CAUTIOUS = 3.0
 """Speed [m/s] among buoys."""
 
@@ -86,7 +86,7 @@ class BeaconFollower(Listener):
     def begin(self) -> None:
         """Forget the beacon and the buoys."""
         super().begin()
-        self._beacon, self._lookout, self._looked = MovingBeacon(), Lookout(), -math.inf
+        self._beacon, self._lookout = MovingBeacon(), Lookout(camera=NO_CAMERA)
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
         """Take a sound into the estimate, once the task runs: before, the beacon is not yet where it will be."""
@@ -95,17 +95,14 @@ class BeaconFollower(Listener):
         sound = self.sound(boat, seen, t)
         if sound is not None:
             self._beacon.update(sound, t)
-        lidar = sensor_named(boat, "lidar")
-        if lidar is not None and t - self._looked > LOOK:
-            self._looked = t
-            self._lookout.update(boat.sensors[lidar].data.points, seen, t)
+        self._lookout.look(boat, seen, t)
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Follow, around the buoys."""
         now = self._beacon.at(t)
         if now is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
-        discs = [(place, BERTH) for place in self._lookout.obstacles]
+        discs = [(buoy.place, BERTH) for buoy in self._lookout.map.sure]
         goal = clear_of((now[0], now[1]), discs)
         distance, _ = seen.to(*goal)
         aim = around((seen.x, seen.y), goal, discs)

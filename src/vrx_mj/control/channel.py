@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Channel", "Gymkhana"]
 
+Bearing = Callable[[float, float], tuple[float, float]]
+"""Distance [m] and direction [rad] of a place from somewhere."""
 CRUISE = 0.9
 """Speed, as a share of the top speed: what is left is for wind and turning."""
 FASTEST = 3.0
@@ -28,6 +30,8 @@ RUN_UP = 9.0
 """How far before a gate to be lined up with it [m]."""
 RUN_OUT = 7.0
 """How far behind it to steer for [m]: the crossing counts for the boat's origin."""
+STEEPEST = 1.2
+"""Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
 OLD = 4.0
 """A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
 SWEEP = 0.55
@@ -115,7 +119,14 @@ class Channel(Skipper):
             east, north = x - last.middle[0], y - last.middle[1]
             return math.hypot(east, north), math.atan2(north, east)
 
-        return self._strange(to, nearer) is not None
+        return self._strange(to, nearer) is not None or self._half(to, nearer) is not None
+
+    def _half(self, to: Bearing, within: float = SIGHT) -> Point | None:
+        """The nearest red buoy without a partner, `within` a distance [m]."""
+        paired_up = [gate.red for gate in self._known()]
+        reds = [buoy.place for buoy in self.lookout.map.of("red") if self._new(buoy.place)]
+        places = [place for place in reds if place not in paired_up and to(*place)[0] < within]
+        return min(places, key=lambda place: to(*place)[0], default=None)
 
     def _known(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
@@ -135,12 +146,13 @@ class Channel(Skipper):
     def _cross(self, gate: Gate, seen: Estimate, t: float) -> Commands:
         """Line up with a gate and go through."""
         buoys = [buoy.place for buoy in self.lookout.map.buoys]
-        middle = opening(gate, buoys, BERTH)
+        middle, room = opening(gate, buoys, BERTH)
         cos, sin = math.cos(gate.course), math.sin(gate.course)
         along = (seen.x - middle[0]) * cos + (seen.y - middle[1]) * sin
         across = (seen.y - middle[1]) * cos - (seen.x - middle[0]) * sin
         self._note(gate, seen, t)
-        lined_up = along < 0.0 and abs(across) < 1.0 - 0.6 * along
+        slope = abs(across) / (RUN_OUT - along) if along < -0.5 else math.inf
+        lined_up = slope < STEEPEST and slope * RUN_OUT < max(0.5, room - BERTH)
         ahead = RUN_OUT if lined_up else -RUN_UP
         walls = [point for other in self._known() if other != gate for point in wall(other)]
         if along > -1.5 and not lined_up:
@@ -181,7 +193,10 @@ class Channel(Skipper):
             if distance > LOOK_FROM:
                 return self.go(seen, t, strange, self._walls(), share=0.7)
             return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
-        if self._done and t - self._since < 8.0:
+        half = self._half(seen.to)
+        if half is not None and seen.to(*half)[0] > LOOK_FROM:
+            return self.go(seen, t, half, self._walls(), share=0.7)
+        if half is None and self._done and t - self._since < 8.0:
             last = self._done[-1]
             ahead = (last.middle[0] + 40.0 * math.cos(last.course), last.middle[1] + 40.0 * math.sin(last.course))
             return self.go(seen, t, ahead, self._walls(), share=0.6)
@@ -190,7 +205,7 @@ class Channel(Skipper):
     def _walls(self) -> list[Point]:
         return [point for gate in self._known() for point in wall(gate)]
 
-    def _strange(self, to: Callable[[float, float], tuple[float, float]], within: float = SIGHT) -> Point | None:
+    def _strange(self, to: Bearing, within: float = SIGHT) -> Point | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not known for unreadable."""
         known = (buoy for buoy in self.lookout.map.sure if not buoy.kind and buoy.looks < READABLE and buoy.seen > 3)
         places = [buoy.place for buoy in known if self._new(buoy.place) and to(*buoy.place)[0] < within]

@@ -101,11 +101,15 @@ def _cluster(points: FloatArray) -> Cluster:
     return Cluster(float(x), float(y), across, float(low[2]), float(high[2]), len(points))
 
 
-def standing_free(found: list[Cluster], *, widest: float, apart: float) -> list[Cluster]:
-    """Those clusters, up to `widest` [m] across, that keep `apart` [m] from all that are wider: shores and docks."""
-    wide = [one for one in found if one.extent > widest]
+def standing_free(
+    points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
+) -> list[Cluster]:
+    """Those clusters of level returns, up to `widest` [m] across, that keep `apart` [m] from wider ones: shores, docks."""
+    groups = grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])
+    found = [(_cluster(group), group) for group in groups]
+    wide = [group[:, :2] for cluster, group in found if cluster.extent > widest]
+    small = [cluster for cluster, _ in found if cluster.extent <= widest]
     if not wide:
-        return found
-    x, y, half = (np.array(column) for column in zip(*((one.x, one.y, one.extent / 2.0) for one in wide), strict=True))
-    small = (one for one in found if one.extent <= widest)
-    return [one for one in small if (np.hypot(x - one.x, y - one.y) - half).min() > apart]
+        return small
+    x, y = np.concatenate(wide).T
+    return [one for one in small if float(np.hypot(x - one.x, y - one.y).min()) > apart]

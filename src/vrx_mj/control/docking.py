@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.control.avoidance import clear_course
-from vrx_mj.control.clusters import Cluster, clusters, leveled, standing_free
+from vrx_mj.control.clusters import Cluster, leveled, standing_free
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lights import OFF, lamp_color, sequence
 from vrx_mj.control.navigation import Estimate, sensor_named
@@ -28,7 +29,7 @@ READING = 1.0
 """Between two pictures of placards [s]."""
 BLINKING = 0.4
 """Between two pictures of the lights [s]: two or three in each colour's second."""
-REACH = 80.0
+REACH = 120.0
 """How far the lidar's returns are taken [m]."""
 BERTH = 4.9
 """How far before the placard to stay [m]: the middle of the zones of 2018, well inside of those of 2022 and 2023."""
@@ -50,16 +51,48 @@ LEGIBLE = (5.0, 45.0)
 """From where to where a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
 KEEP_OFF = 7.0
 """How far to keep from the middle of a dock's bay on the way [m]."""
+OFF_BANK = 3.5
+"""How far to keep from whatever the lidar sees [m]."""
+FACE_PATIENCE = 40.0
+"""How long to try to read what may be a placard, once near [s]."""
+LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
+"""Where to look for the dock: distances [m] and angles [rad] from the pose at the start."""
+LEG_PATIENCE = 40.0
+"""How long one of them is tried for [s]."""
 LAMP_HEIGHT = 1.65
 """Of the lamps above the water [m], VRX's light buoy: 1.3 m and its float's 0.37."""
+LAMP = (0.25, 0.4)
+"""Half the width and height of what is looked at there [m]: a lamp of 0.19 x 0.39 m, and waves; no placard behind it."""
 LAMP_RANGE = 32.0
 """From where the lights are read [m]: there a lamp is 5 pixels wide."""
-LOW_TOWER, HIGH_TOWER = 1.4, 3.2
+LOW_TOWER, HIGH_TOWER = 1.15, 3.2
 """How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
+TOWER_PATIENCE = 50.0
+"""How long to try for one of them [s]."""
 LIGHTS_UNTIL = 150.0
 """How long the lights are looked for [s since the task runs]; then the bay comes first."""
 SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
 """Shape of the right placard by the third colour of the lights; the first one is its colour (the organisers' rule)."""
+
+
+@dataclass
+class Tower:
+    """Something narrow and high that may be a light buoy."""
+
+    place: Point
+    """[m]"""
+    seen: int = 1
+    """How often the lidar saw it."""
+    looks: int = 0
+    """How often it was looked at in passing."""
+    lit: bool = False
+    """Whether it had a colour then."""
+    since: float = math.inf
+    """When it was first gone to [s]."""
+    shows: list[tuple[float, str]] = field(default_factory=list)
+    """What was seen when it was watched: time [s] and colour."""
+    dark: bool = False
+    """Whether it is given up, as no light buoy."""
 
 
 class Docking(Skipper):
@@ -74,26 +107,27 @@ class Docking(Skipper):
 
     def begin(self) -> None:
         """Forget the dock and the lights."""
-        self._faces, self._towers = FaceMap(), list[list[float]]()
+        self._faces, self._towers = FaceMap(), list[Tower]()
         self._next_look = self._next_picture = -math.inf
         self._started: float | None = None
-        self._lights: list[tuple[float, str]] = []
-        self._dark: list[Point] = []
-        self._watched: tuple[Point, float] | None = None
         self._colors: list[str] | None = None
         self._bay: Face | None = None
-        self._stage, self._since = "find", 0.0
+        self._stage, self._since, self._then = "find", 0.0, 0.0
         self._course: float | None = None
+        self._start: Estimate | None = None
+        self._leg, self._leg_since = 0, math.nan
+        self._banks: list[Point] = []
 
     def status(self):
-        return self._stage, self._colors, [(round(f.x),round(f.y),f.symbol,f.seen,f.looks) for f in self._faces.faces if f.seen>2], [x for x in self._towers if x[2]>3][:6]
+        return self._stage, self._colors, [(round(f.x),round(f.y),f.symbol,f.seen,f.looks) for f in self._faces.faces if f.seen>2], [(round(x.place[0]),round(x.place[1]),x.lit,x.dark,"".join(c[0] for _,c in x.shows)) for x in self._towers if x.seen>3][:9]
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Look, and do what is next."""
         self._look(boat, seen, t)
         if task.get("state") != "running":
             return self._turn(seen, t)
-        self._started = t if self._started is None else self._started
+        if self._start is None or self._started is None:
+            self._start, self._started, self._leg_since = seen, t, t
         if task.get("color_sequence_open") and self._stage == "find" and t - self._started < LIGHTS_UNTIL:
             commands = self._scan(boat, seen, t)
             if commands is not None:
@@ -111,8 +145,9 @@ class Docking(Skipper):
         reading = boat.sensors[lidar]
         points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
         self._faces.see((seen.x, seen.y), faces(points))
+        self._banks = banks(points, (seen.x, seen.y))
         if self._stage == "find":
-            for cluster in standing_free(clusters(points, high=4.0), widest=2.6, apart=4.0):
+            for cluster in standing_free(points, high=4.0, widest=2.6, apart=4.0):
                 self._note_tower(cluster, seen)
         if t >= self._next_picture - 1e-6 and self._stage in ("find", "line up"):
             self._read(boat, seen, t)
@@ -120,18 +155,19 @@ class Docking(Skipper):
     def _note_tower(self, cluster: Cluster, seen: Estimate) -> None:
         if not LOW_TOWER < cluster.top < HIGH_TOWER:
             return
-        x, y = seen.x + cluster.x, seen.y + cluster.y
+        place = (seen.x + cluster.x, seen.y + cluster.y)
         for tower in self._towers:
-            if math.dist(tower[:2], (x, y)) < 1.5:
-                tower[:] = [x, y, tower[2] + 1]
+            if math.dist(tower.place, place) < 1.5:
+                tower.place, tower.seen = place, tower.seen + 1
                 return
-        self._towers.append([x, y, 1])
+        self._towers.append(Tower(place))
 
     def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here."""
         wanted = [face for face in self._faces.faces if self._legible(face, seen)]
+        towers = [tower for tower in self._towers if not tower.lit and self._in_view(tower, seen)]
         camera = sensor_named(boat, "front_left") or sensor_named(boat, "camera")
-        if not wanted or camera is None:
+        if not (wanted or towers) or camera is None:
             return
         self._next_picture = t + READING
         reading = boat.sensors[camera]
@@ -142,6 +178,15 @@ class Docking(Skipper):
                 symbol = symbol_in(window)
                 if symbol:
                     face.votes[symbol] += 1
+        for tower in towers:
+            window = _window(reading, seen, (*tower.place, LAMP_HEIGHT), LAMP)
+            tower.looks += 1
+            tower.lit = window is not None and lamp_color(window) != OFF
+
+    @staticmethod
+    def _in_view(tower: "Tower", seen: Estimate) -> bool:
+        distance, bearing = seen.to(*tower.place)
+        return tower.seen > 2 and tower.looks < 8 and distance < 50.0 and abs(wrapped(bearing - seen.heading)) < 0.6
 
     def _legible(self, face: Face, seen: Estimate) -> bool:
         distance, bearing = seen.to(*face.place)
@@ -157,39 +202,47 @@ class Docking(Skipper):
         tower = self._tower(seen)
         if tower is None:
             return None
-        distance, bearing = seen.to(*tower)
+        tower.since = min(tower.since, t)
+        if t - tower.since > TOWER_PATIENCE:
+            tower.dark = True
+        distance, bearing = seen.to(*tower.place)
         if distance > LAMP_RANGE:
-            return self._go(seen, t, tower)
-        if self._watched is None or math.dist(self._watched[0], tower) > 3.0:
-            self._watched, self._lights = (tower, t), []
+            return self._go(seen, t, tower.place)
         if abs(wrapped(bearing - seen.heading)) < 0.5:
             self._watch(boat, seen, tower, t)
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
 
-    def _tower(self, seen: Estimate) -> Point | None:
-        """The nearest tower that may be the light buoy."""
-        far_from = [face.place for face in self._faces.faces]
-        found = [(x, y) for x, y, count in self._towers if count > 3]
-        found = [p for p in found if all(math.dist(p, q) > 2.5 for q in (*far_from, *self._dark))]
-        return min(found, key=lambda place: seen.to(*place)[0], default=None)
+    def _tower(self, seen: Estimate) -> "Tower | None":
+        """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
+        known = [tower for tower in self._towers if tower.seen > 3 and not tower.dark]
+        panels = [face.place for face in self._faces.faces]
+        known = [tower for tower in known if all(math.dist(tower.place, panel) > 2.5 for panel in panels)]
+        known = [tower for tower in known if tower.lit or self._likely(tower.place, 60.0)]
+        return min(known, key=lambda tower: (not tower.lit, seen.to(*tower.place)[0]), default=None)
 
-    def _watch(self, boat: "BoatObservation", seen: Estimate, tower: Point, t: float) -> None:
+    def _likely(self, place: Point, reach: float) -> bool:
+        """Whether something may be of the course: it lies before the boat as it began, and not too far off."""
+        assert self._start is not None
+        distance, bearing = self._start.to(*place)
+        return distance < reach and abs(wrapped(bearing - self._start.heading)) < 1.9
+
+    def _watch(self, boat: "BoatObservation", seen: Estimate, tower: "Tower", t: float) -> None:
         """Take one more look at the lamps; who stays dark for 7 s is no light buoy."""
-        if self._lights and t < self._lights[-1][0] + BLINKING - 1e-6:
+        shows = tower.shows
+        if shows and t < shows[-1][0] + BLINKING - 1e-6:
             return
         camera = sensor_named(boat, "front_left") or sensor_named(boat, "camera")
-        assert self._watched is not None
         if camera is None:
-            self._dark.append(tower)
+            tower.dark = True
             return
-        window = _window(boat.sensors[camera], seen, (*tower, LAMP_HEIGHT), (0.5, 0.7))
-        self._lights.append((t, lamp_color(window) if window is not None else OFF))
-        self._colors = sequence(self._lights)
+        window = _window(boat.sensors[camera], seen, (*tower.place, LAMP_HEIGHT), LAMP)
+        shows.append((t, lamp_color(window) if window is not None else OFF))
+        self._colors = sequence(shows)
         if self._colors:
             self.messages["color_sequence"] = self._colors
-        lit = sum(color != OFF for _, color in self._lights)
-        if t - self._lights[0][0] > 7.0 and lit < 4 or t - self._lights[0][0] > 17.0:
-            self._dark.append(tower)
+        lit = sum(color != OFF for _, color in shows)
+        if t - shows[0][0] > (7.0 if lit < 4 else 20.0):
+            tower.dark = True
 
     # The bay
 
@@ -239,18 +292,31 @@ class Docking(Skipper):
         return self.pilot.sail(seen, t, out * cos - side * sin, out * sin + side * cos, heading)
 
     def _explore(self, seen: Estimate, t: float) -> Commands:
-        """Go where a placard can be read that was not yet; else look around."""
-        views = [face.ahead(LINE_UP + 2.0) for face in self._faces.faces if face.seen > 2 and face.looks < 5]
+        """Go where a placard can be read that was not yet; else where nobody was."""
+        known = [face for face in self._faces.faces if face.seen > 3 and self._likely(face.place, 250.0)]
+        views = [(face, face.ahead(LINE_UP + 2.0)) for face in known if face.looks < 5 and face.tried < FACE_PATIENCE]
         if not views:
-            read = [face for face in self._faces.faces if face.symbol]
-            views = [face.ahead(-LINE_UP - 2.0) for face in read or self._faces.faces]
+            signs = [face for face in known if face.symbol]
+            views = [(face, face.ahead(-LINE_UP - 3.0)) for face in signs if face.tried < 2 * FACE_PATIENCE]
         if not views:
-            return self._turn(seen, t)
-        place = min(views, key=lambda view: seen.to(*view)[0])
-        near = min(self._faces.faces, key=lambda face: abs(math.dist(face.place, place) - LINE_UP - 2.0))
+            return self._roam(seen, t)
+        face, place = min(views, key=lambda view: seen.to(*view[1])[0])
+        if seen.to(*place)[0] < 40.0:
+            face.tried += t - self._then
+        self._then = t
         if seen.to(*place)[0] > 3.0:
             return self._go(seen, t, place)
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.to(*near.place)[1])
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.to(*face.place)[1])
+
+    def _roam(self, seen: Estimate, t: float) -> Commands:
+        """Go through places before the start, until something is seen."""
+        assert self._start is not None
+        away, angle = LEGS[self._leg % len(LEGS)]
+        bearing = self._start.heading + angle
+        place = (self._start.x + away * math.cos(bearing), self._start.y + away * math.sin(bearing))
+        if seen.to(*place)[0] < 6.0 or t - self._leg_since > LEG_PATIENCE:
+            self._leg, self._leg_since = self._leg + 1, t
+        return self._go(seen, t, place)
 
     # How to go
 
@@ -258,8 +324,7 @@ class Docking(Skipper):
         """Commands toward a place, clear of the dock and of towers."""
         distance, bearing = seen.to(*place)
         discs = [(face.ahead(side * 3.5), KEEP_OFF) for face in self._faces.faces if face.seen > 2 for side in (-1, 1)]
-        discs += [((x, y), 4.0) for x, y, count in self._towers if count > 3]
-        discs = [disc for disc in discs if math.dist(disc[0], place) > disc[1]]
+        discs = [disc for disc in discs if math.dist(disc[0], place) > KEEP_OFF] + [(bank, OFF_BANK) for bank in self._banks]
         course = clear_course((seen.x, seen.y), bearing, discs, reach=min(16.0, distance), before=self._course)
         self._course = course
         speed = min(CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)
@@ -268,6 +333,13 @@ class Docking(Skipper):
     def _turn(self, seen: Estimate, t: float) -> Commands:
         """Look around, on the spot."""
         return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + 0.45)
+
+
+def banks(points: FloatArray, here: Point, *, reach: float = 20.0, cell: float = 2.0) -> list[Point]:
+    """Where something stands out of the water near by [m], one place in each cell that has returns, (n, 3) from `here`."""
+    near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
+    cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
+    return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
 
 
 def _mount(reading: Any) -> tuple[FloatArray, FloatArray]:

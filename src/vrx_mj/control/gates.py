@@ -81,10 +81,11 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
     return min(near, key=effort, default=None)
 
 
-def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> Point:
-    """Where to go through a gate [m]: its middle, or that of its widest part where a buoy lies in between.
+def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> tuple[Point, float]:
+    """Where to go through a gate [m], and how much room there is to either side [m].
 
-    `berth` [m] is the distance to keep from buoys; what lies further before or behind the gate can be steered around.
+    It is the gate's middle, or that of its widest part where a buoy lies in between. `berth` [m] is the distance to keep
+    from buoys; what lies further before or behind the gate can be steered around.
     """
     cos, sin = math.cos(gate.course), math.sin(gate.course)
     marks = [-gate.width / 2.0, gate.width / 2.0]  # along the gate, to port positive
@@ -93,12 +94,13 @@ def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> Point:
         left = north * cos - east * sin
         if abs(east * cos + north * sin) < 2.0 * berth and abs(left) < gate.width / 2.0 - 1.0:
             marks.append(left)
+    room = min(abs(mark) for mark in marks)
+    if room >= min(berth + 0.5, gate.width / 2.0):
+        return gate.middle, room
     marks.sort()
-    if min(abs(mark) for mark in marks) >= berth + 0.5:
-        return gate.middle
     low, high = max(zip(marks, marks[1:], strict=False), key=lambda pair: pair[1] - pair[0])
     left = (low + high) / 2.0
-    return gate.middle[0] - left * sin, gate.middle[1] + left * cos
+    return (gate.middle[0] - left * sin, gate.middle[1] + left * cos), (high - low) / 2.0
 
 
 def wall(gate: Gate, *, spacing: float = 2.0) -> list[Point]:

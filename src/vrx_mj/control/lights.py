@@ -12,7 +12,7 @@ __all__ = ["OFF", "lamp_color", "sequence"]
 OFF = "off"
 LEAST = 4
 """So many pixels of one colour are a lamp that is lit."""
-PURE = 0.8
+PURE = 0.6
 """Share of the vivid pixels that have the lamp's colour."""
 
 

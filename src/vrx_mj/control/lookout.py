@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
-from vrx_mj.control.clusters import clusters, leveled, standing_free
+from vrx_mj.control.clusters import leveled, standing_free
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import look_at, project
 
@@ -56,7 +56,7 @@ class Lookout:
         if not hasattr(reading.data, "points"):
             return False
         points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
-        self.map.see((seen.x, seen.y), standing_free(clusters(points), widest=WIDEST, apart=SHORE), t)
+        self.map.see((seen.x, seen.y), standing_free(points, widest=WIDEST, apart=SHORE), t)
         self._color(boat, seen, t)
         return True
 

@@ -27,10 +27,8 @@ FLATTENING = 1.0 / 298.257223563
 """Of the Earth: WGS84."""
 ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
-ANTENNA = (-0.85, 0.0, 1.3)
-"""Of the WAM-V's GPS [m], body frame: its place in VRX's wamv_gazebo.urdf.xacro."""
 ABOVE_WATER = 0.7
-"""A first fix higher than this [m] is the antenna's; VRX classic's plugin gives the place of `base_link`, at 0.1 m."""
+"""A first fix higher than this [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of `base_link`."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +112,7 @@ class Navigator:
 
     def __init__(self) -> None:
         self._plane: TangentPlane | None = None
-        self._antenna = (0.0, 0.0, 0.0)
+        self._antenna: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._truth = False
 
     @property
@@ -130,7 +128,7 @@ class Navigator:
         fix, inertia, age = readings[0].data, readings[1].data, t - readings[0].time
         turned = rotation(inertia.orientation)
         if self._plane is None:
-            self._begin(fix)
+            self._begin(readings[0])
         arm = (turned @ self._antenna).tolist()
         roll, pitch, turn = (turned @ inertia.angular_velocity).tolist()
         north, west, _ = fix.velocity.tolist()
@@ -164,11 +162,12 @@ class Navigator:
         assert self._plane is not None, "before the first fix"
         return self._plane.local(latitude, longitude)
 
-    def _begin(self, fix: Any) -> None:
+    def _begin(self, reading: Any) -> None:
         """Lay the local frame at the first fix."""
+        fix, mount = reading.data, reading.mount
         self._plane = TangentPlane(fix.latitude, fix.longitude)
-        if fix.altitude > ABOVE_WATER:
-            self._antenna = ANTENNA
+        if fix.altitude > ABOVE_WATER and mount is not None:
+            self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> tuple[Any, Any] | None:
         """Of GPS and inertial unit; None where there is no GPS to work with."""

@@ -50,6 +50,8 @@ class Face:
     """How often."""
     looks: int = 0
     """How often it was looked at through a camera from where a symbol can be read."""
+    tried: float = 0.0
+    """For how long it was tried to see it from before [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """Symbols read."""
 
@@ -101,7 +103,7 @@ class FaceMap:
 def faces(points: FloatArray) -> list[Face]:
     """The faces of panels among level returns, (n, 3) [m] from the boat's origin; each faces the boat."""
     high = points[points[:, 2] > LOW]
-    found = [_face(part) for part in grouped(high) if len(part) >= 6]
+    found = [_face(part) for part in grouped(high) if len(part) >= 5]
     return [face for face in found if face is not None]
 
 

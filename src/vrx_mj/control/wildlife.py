@@ -91,9 +91,7 @@ class WildlifeCircler(Skipper):
         ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, WIDTH)
         return self._along(seen, t, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
 
-    def _along(
-        self, seen: Estimate, t: float, centre: Point, radius: float, velocity: Point, sense: float
-    ) -> Commands:
+    def _along(self, seen: Estimate, t: float, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
         """Sail with a velocity that turns as the circle does, the bow along the force that it takes."""
         distance, bearing = seen.to(*centre)
         speed = math.hypot(*velocity)

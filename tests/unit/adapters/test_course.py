@@ -122,14 +122,15 @@ def full_scene():
     goals = ("avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise")
     animals = [{"name": f"a{i}", "goal": goal} for i, goal in enumerate(goals)]
     task = {
-        "boat": "wamv", "gates": GATES, "anchor": "d", "bays": BAYS, "pinger": {"x": -20.0, "y": 10.0}, "objects": [shown],
-        "goal_tolerance": 3.0, "animals": animals, "engagement_distance": 10.0,
+        "boat": "wamv", "gates": GATES, "anchor": "d", "bays": BAYS, "pinger": {"x": -20.0, "y": 10.0},
+        "objects": [shown], "goal_tolerance": 3.0, "animals": animals, "engagement_distance": 10.0,
     }  # fmt: skip
     objects = (*BUOYS, *(thing(f"a{i}", -40 + 25 * i, -30) for i in range(3)), thing("light", 40, 40))
     path = {"waypoint_start": 0, "waypoint_count": 3, "loop": 1}
     parameters = world(
         task, *objects, docks=[thing("d", 40, 0, 1.0)], boats=[thing("wamv", 0, -10)], followers=[path],
-        floats=[{"body": "a1/link", "follower": 0}], path_points=[{"position": [x, -30.0 + x]} for x in (-15.0, 0.0, 9.0)],
+        floats=[{"body": "a1/link", "follower": 0}],
+        path_points=[{"position": [x, -30.0 + x]} for x in (-15.0, 0.0, 9.0)],
         lights=[{"name": "light", "pattern": ["red", "green", "yellow"]}],
     )  # fmt: skip
     return MapScene(

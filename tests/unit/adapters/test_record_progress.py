@@ -31,7 +31,7 @@ RATE = 20
 
 
 def frames(start, end, speed=2.0, drift=0.0):
-    """A boat that goes north at `speed` [m/s] from 2 s on, touches a buoy at 12 s; buoys drift east at `drift` [m/s]."""
+    """A boat goes north at `speed` [m/s] from 2 s on and touches a buoy at 12 s; buoys drift east at `drift` [m/s]."""
     layout = FrameLayout.of(TASK, make_referee(TASK).watched)
     rows = []
     for step in range(round(start * RATE), round(end * RATE)):
@@ -126,7 +126,7 @@ def test_words_tell_phase_score_and_gates():
     _, texts = series(chunks, WORDS, "TextDocument:text")
     assert texts[0][0].startswith("**path: initial**, ready at 1 s")
     assert texts[-1][0] == (
-        "**path: finished**, done after 15.0 s\n\nscore **19.00 points**, the higher the better\n\n"
+        "**path: finished**, done after 15.0 s\n\nscore **19.00 points**, the higher the better; "
         "collisions **1**\n\ngates 1✓ 2✓"
     )
 
@@ -136,14 +136,19 @@ def test_words_tell_phase_score_and_gates():
     [
         ({"waypoints": [1.234, 5.0]}, "least errors [m] 1.23, 5.00"),
         (
-            {"animals": [{"name": "turtle", "status": "not_engaged", "circled": [1, 2]}]},
-            "turtle: not engaged, 2 of 8",
+            {
+                "animals": [
+                    {"name": "turtle", "goal": "circumnavigate_clockwise", "status": "not_engaged", "circled": [1, 2]},
+                    {"name": "croc", "goal": "avoid", "status": "engaged", "circled": []},
+                ]
+            },
+            "- turtle not engaged, 2 of 8\n- croc engaged",
         ),
         (
-            {"bay": "bay1", "time_in_bay": 3.2, "docked": ["bay1"], "hits": [{}]},
-            "in bay1 for 3 s, docked in bay1, 1 hits",
+            {"bay": "bay1", "time_in_bay": 3.2, "docked": ["bay1"], "hits": [{}], "colors": ["red", "green", "blue"]},
+            "in bay1 for 3 s, docked in bay1, balls in holes 1, colours sent red green blue",
         ),
-        ({"bay": "", "time_in_bay": 0.0, "docked": [], "hits": []}, "in no bay, 0 hits"),
+        ({"bay": "", "time_in_bay": 0.0, "docked": [], "hits": [], "colors": []}, "in no bay"),
         ({"objects": ["red", "green"], "up": [False, True], "errors": []}, "before the boat: green"),
         ({"objects": ["red"], "up": [False], "errors": []}, "before the boat: nothing"),
     ],

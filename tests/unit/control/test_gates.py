@@ -58,8 +58,12 @@ def test_a_third_buoy_is_left_over_and_those_left_over_pair_up():
 
 def test_the_opening_is_the_middle_or_beside_what_lies_in_it():
     gate = gate_of((0.0, 12.0), (0.0, 0.0))  # westward, as VRX's navigation_course2
-    assert opening(gate, [(0.0, 12.0), (0.0, 0.0), (-20.0, 6.0)], 2.7) == (0.0, 6.0)
-    assert opening(gate, [(0.0, 12.0), (0.0, 0.0), (0.0, 8.0)], 2.7) == pytest.approx((0.0, 4.0))
+    assert opening(gate, [(0.0, 12.0), (0.0, 0.0), (-20.0, 6.0)], 2.7) == ((0.0, 6.0), 6.0)
+    place, room = opening(gate, [(0.0, 12.0), (0.0, 0.0), (0.0, 8.0)], 2.7)
+    assert place == pytest.approx((0.0, 4.0))
+    assert room == pytest.approx(4.0)
+    narrow = gate_of((0.0, 5.5), (0.0, 0.0))
+    assert opening(narrow, [], 2.7) == ((0.0, 2.75), 2.75)
 
 
 def test_a_wall_is_as_long_as_its_gate_and_has_no_holes():

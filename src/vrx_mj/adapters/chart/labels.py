@@ -45,7 +45,7 @@ def label(axes: Any, things: Sequence[Thing], pixel: float) -> None:
         things: those whose names matter most come first.
         pixel: size of a pixel [m].
     """
-    taken = [_around(axes, thing, pixel) for thing in things]
+    taken = [_around(axes, thing, pixel) for thing in things if thing.radius > 0.0]
     for thing in things:
         if not thing.name:
             continue

@@ -43,7 +43,7 @@ PLOT = "/plots/task"
 """Score and collisions."""
 WORDS = "/task"
 """What is told of the task in words."""
-PLOT_EVERY, WORDS_EVERY, DRIFT_EVERY = 0.5, 2.0, 5.0
+PLOT_EVERY, WORDS_EVERY, DRIFT_EVERY = 0.5, 1.0, 5.0
 """Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
 DRIFT = 0.5
 """By how much a buoy must have drifted for its gate to be drawn anew [m]."""

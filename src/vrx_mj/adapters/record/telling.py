@@ -25,8 +25,7 @@ def words(task: Mapping[str, Any], referee: Referee) -> str:
     }[sheet.phase]
     lines = [
         f"**{referee.name}: {sheet.phase}**, {clock}",
-        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better",
-        f"collisions **{sheet.collisions}**",
+        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; collisions **{sheet.collisions}**",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)
@@ -38,12 +37,26 @@ def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
         yield "gates " + " ".join(f"{number}{MARKS[fate]}" for number, fate in enumerate(progress["gates"], 1))
     if progress.get("waypoints"):
         yield "least errors [m] " + ", ".join(f"{error:.2f}" for error in progress["waypoints"])
-    for animal in progress.get("animals", ()):
-        yield f"{animal['name']}: {animal['status'].replace('_', ' ')}, {len(animal['circled'])} of 8"
+    if "animals" in progress:
+        yield "\n".join(f"- {_animal(animal)}" for animal in progress["animals"])
     if "bay" in progress:
-        place = f"in {progress['bay']} for {progress['time_in_bay']:.0f} s" if progress["bay"] else "in no bay"
-        yield ", ".join([place, *(f"docked in {bay}" for bay in progress["docked"]), f"{len(progress['hits'])} hits"])
+        yield ", ".join(_in_dock(progress))
     if "up" in progress:
         yield "before the boat: " + (
             ", ".join(name for name, up in zip(progress["objects"], progress["up"], strict=True) if up) or "nothing"
         )
+
+
+def _animal(animal: Mapping[str, Any]) -> str:
+    """What the boat does with an animal, and how many of its eight gates it has crossed."""
+    status = f"{animal['name']} {animal['status'].replace('_', ' ')}"
+    return status if animal["goal"] == "avoid" else f"{status}, {len(animal['circled'])} of 8"
+
+
+def _in_dock(progress: Mapping[str, Any]) -> Iterator[str]:
+    yield f"in {progress['bay']} for {progress['time_in_bay']:.0f} s" if progress["bay"] else "in no bay"
+    yield from (f"docked in {bay}" for bay in progress["docked"])
+    if progress["hits"]:
+        yield f"balls in holes {len(progress['hits'])}"
+    if progress["colors"]:
+        yield "colours sent " + " ".join(progress["colors"])

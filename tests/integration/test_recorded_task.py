@@ -1,0 +1,69 @@
+"""A recording shows how the task went: its plot ends at the score of the run, also where it begins in the middle."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj.adapters.map import map_of
+from vrx_mj.adapters.record.blueprint import plan_circle
+from vrx_mj.adapters.record.progress import PLOT, WORDS
+from vrx_mj.adapters.record.session import scene_of
+
+BUOYS = [
+    {"name": name, "model": f"mb_marker_buoy_{color}", "pose": [x, y, 0.0, 0, 0, 0]}
+    for name, color, x, y in (("red_bound_0", "red", 8, -6), ("green_bound_0", "green", 8, 6))
+]
+TASK = {
+    "type": "follow_path", "gates": [["red_bound_0", "green_bound_0"]],
+    "initial_state_duration": 0.5, "ready_state_duration": 0.5, "running_state_duration": 4,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def sim():
+    spawn = {"sensors": "none", "thrusters": "H"}
+    return vrx_mj.Simulation(vrx_mj.compile_world({"name": "bay", "spawn": spawn, "objects": BUOYS, "task": TASK}))
+
+
+def through_the_gate(sim, start):
+    """Take the boat through the gate at `start` [s], until the task is finished."""
+    sim.step(duration=start - sim.time)
+    for x in (6.0, 7.0, 9.0, 10.0):
+        sim.set_boat("wamv", pose=[x, 0.0, 0.1, 0.0, 0.0, 0.0])
+        sim.step(duration=0.1)
+    sim.step(duration=0.5)
+
+
+def told(path, entity, component):
+    from rerun.chunk import RrdReader
+
+    stream = RrdReader(Path(path)).stream().filter(content=entity, components=component, is_static=False)
+    return [value for chunk in stream for value in chunk.to_record_batch().column(component).to_pylist()]
+
+
+@pytest.mark.parametrize("begun", [0.0, 1.5])
+def test_the_plot_of_a_recording_ends_at_the_score_of_the_run(sim, tmp_path, begun):
+    sim.reset()
+    if begun:
+        sim.step(duration=begun)
+    with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
+        through_the_gate(sim, 2.0)
+    assert sim.task["state"] == "finished"
+    assert told(tmp_path / "run.rrd", PLOT, "Scalars:scalars")[-1] == [sim.task["score"], sim.task["num_collisions"]]
+    assert sim.task["score"] == 11.0
+    assert told(tmp_path / "run.rrd", WORDS, "TextDocument:text")[-1][0].endswith("gates 1✓")
+
+
+def test_the_plan_holds_the_course(sim):
+    sim.reset()
+    middle, radius = plan_circle(scene_of(sim))
+    assert radius >= 6.0
+    np.testing.assert_allclose(middle, [4.0, 0.0, 0.0], atol=0.1)
+
+
+def test_the_map_has_the_gate_in_the_direction_of_the_course(sim):
+    (gate,) = map_of(sim.world).course.gates
+    assert gate.middle == (8.0, 0.0)
+    assert gate.yaw == pytest.approx(0.0)  # red to starboard of a boat that heads east
