@@ -58,9 +58,6 @@ def campaign(
     from vrx_mj.adapters.campaign.manifest import begin, read_campaign
     from vrx_mj.adapters.campaign.report import refreshed, write_report
 
-    for name, value in (("--duration", duration), ("--timeout", timeout)):
-        if value is not None and not 0.0 < value < float("inf"):
-            raise CommandError(f"{name} {value:g}: a number of seconds above 0 is needed")
     plan = _plan(controllers, worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record)
     earlier = read_campaign(against) if against is not None else None
     with writing("the campaign", output):
@@ -78,6 +75,10 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
     for name in controllers:
         if controllers.count(name) > 1:
             raise CommandError(f"the controller {name} is named twice")
+    for option in ("duration", "timeout"):
+        value = options[option]
+        if value is not None and not 0.0 < value < float("inf"):
+            raise CommandError(f"--{option} {value:g}: a number of seconds above 0 is needed")
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 

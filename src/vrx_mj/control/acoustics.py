@@ -79,8 +79,8 @@ class BeaconSeeker(Listener):
 class BeaconFollower(Listener):
     """Stays with the beacon of an acoustic tracking task, with `MovingBeacon`'s estimate of where it is and goes.
 
-    It wants the beacon's velocity, and besides it one toward the beacon as if that lay still. The beacon swims under the
-    buoys, the boat goes around what its lidar sees: a collision costs as much as a metre of distance all the time.
+    It wants the beacon's velocity, and besides it one toward the beacon as if that lay still. The beacon swims under
+    the buoys, the boat goes around what its lidar sees: a collision costs as much as a metre of distance all the time.
     """
 
     def begin(self) -> None:

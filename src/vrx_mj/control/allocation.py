@@ -63,24 +63,26 @@ class Thrust:
     sway: float
     """Force to port [N]."""
     yaw: float
-    """Moment to port about `base_link` [N m]."""
+    """Moment to port [N m], about the allocation's centre."""
 
 
 class Allocation:
     """Shares out forces among the thrusters of one boat."""
 
-    def __init__(self, thrusters: Mapping[str, Propeller], *, steer: Sequence[str] | bool | None = None) -> None:
-        """`steer`: which of those that can steer shall, all or none; by default none, unless the boat needs it.
+    def __init__(
+        self, thrusters: Mapping[str, Propeller], *, steer: Sequence[str] | bool | None = None, centre: float = 0.0
+    ) -> None:
+        """Moments are about a `centre` so far ahead of `base_link` [m]; `steer`: which of those that can steer shall, all or none; by default none, unless the boat needs it.
 
         A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
         """
         self._thrusters = dict(thrusters)
         if steer is None:
-            steer = not pushes_every_way(_columns(self._thrusters, ()))
+            steer = not pushes_every_way(_columns(self._thrusters, (), centre))
         chosen = self._thrusters if steer is True else steer or ()
         able = [name for name in chosen if self._thrusters[name].max_angle >= STEERING]
-        self._matrix = _columns(self._thrusters, able)
-        self._inverse: FloatArray = np.linalg.pinv(self._matrix, rcond=1e-3)
+        self._matrix = _columns(self._thrusters, able, centre)
+        self._inverse: FloatArray = np.asarray(np.linalg.pinv(self._matrix, rcond=1e-3), np.float64)
         self._slices: list[tuple[str, slice]] = []
         for name in self._thrusters:
             start = self._slices[-1][1].stop if self._slices else 0
@@ -92,7 +94,7 @@ class Allocation:
         return pushes_every_way(self._matrix)
 
     def __call__(self, surge: float, sway: float, yaw: float) -> Thrust:
-        """Commands for a force [N] ahead and to port and a moment [N m] to port, about `base_link`.
+        """Commands for a force [N] ahead and to port and a moment [N m] to port.
 
         What is too much is made less: first the force, whose direction is kept, then the moment.
         """
@@ -134,11 +136,12 @@ def pushes_every_way(matrix: FloatArray) -> bool:
     return bool(sizes[-1] > INDEPENDENT * sizes[0])
 
 
-def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str]) -> FloatArray:
+def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str], centre: float) -> FloatArray:
     """(3, n): surge, sway and yaw of a unit force of each thruster; one that steers has a second column, across."""
     columns: list[list[float]] = []
     for name, thruster in thrusters.items():
         (x, y, _), (ahead, left, _) = thruster.position, thruster.direction
+        x -= centre
         columns.append([ahead, left, x * left - y * ahead])
         if name in steered:
             columns.append([-left, ahead, x * ahead + y * left])

@@ -95,7 +95,7 @@ class MovingBeacon:
             self._state = np.array([*place, 0.0, 0.0])
             self._covariance[:2, :2] = covariance
         else:
-            self._carry_on(t - self._time)
+            self._state = self._carry_on(self._state, t - self._time)
             gain = self._covariance[:, :2] @ np.linalg.inv(self._covariance[:2, :2] + covariance)
             self._state = self._state + gain @ (place - self._state[:2])
             self._covariance = self._covariance - gain @ self._covariance[:2, :]
@@ -109,13 +109,13 @@ class MovingBeacon:
         ahead = t - self._time
         return x + vx * ahead, y + vy * ahead, vx, vy
 
-    def _carry_on(self, interval: float) -> None:
+    def _carry_on(self, state: FloatArray, interval: float) -> FloatArray:
         """Predict; the noise is white acceleration (Bar-Shalom et al., Estimation with Applications, 2001, 6.2.2)."""
         step = np.eye(4)
         step[0, 2] = step[1, 3] = interval
-        self._state = step @ self._state
         noise = np.kron(np.array([[interval**3 / 3, interval**2 / 2], [interval**2 / 2, interval]]), np.eye(2))
         self._covariance = step @ self._covariance @ step.T + SWERVE**2 * noise
+        return np.asarray(step @ state)
 
 
 def _on_water(sound: Heard) -> tuple[FloatArray, FloatArray]:

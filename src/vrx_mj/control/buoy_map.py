@@ -51,6 +51,8 @@ class Buoy:
     """When [s]."""
     looks: int = 0
     """How often it was looked at through a camera."""
+    tried: float = 0.0
+    """For how long it was tried to see it [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """What the looks at it said: its kind, see `kind`."""
 

@@ -6,6 +6,7 @@ from typing import Any
 from vrx_mj.control.acoustics import BeaconFollower, BeaconSeeker
 from vrx_mj.control.channel import Channel, Gymkhana
 from vrx_mj.control.docking import Docking
+from vrx_mj.control.perception import Perceiver
 from vrx_mj.control.skipper import Skipper, task_of
 from vrx_mj.control.stationkeeping import StationKeeper
 from vrx_mj.control.wayfinding import WaypointFollower
@@ -20,6 +21,7 @@ SKIPPERS: dict[str, Callable[[], Skipper]] = {
     "follow_path": Channel,
     "gymkhana": Gymkhana,
     "navigation_course": Channel,
+    "perception": Perceiver,
     "scan_and_dock": Docking,
     "scan_dock_deliver": Docking,
     "stationkeeping": StationKeeper,

@@ -5,10 +5,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.control.avoidance import clear_course
+from vrx_mj.control.buoy_map import Buoy
 from vrx_mj.control.gates import Gate, gate_of, next_gate, opening, paired, wall
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lookout import Lookout
 from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.search import Roam
 from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
@@ -32,6 +34,8 @@ RUN_OUT = 7.0
 """How far behind it to steer for [m]: the crossing counts for the boat's origin."""
 STEEPEST = 1.2
 """Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
+AT_GOAL = 4.0
+"""Nearer than this to the black box [m] the boat holds its place there, whatever lies beside."""
 OLD = 4.0
 """A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
 SWEEP = 0.55
@@ -44,6 +48,8 @@ SIGHT = 70.0
 """From how far buoys of unknown kind are gone to [m]."""
 LOOK_FROM = 14.0
 """From how far they are looked at [m]: there a buoy is 40 pixels high."""
+TRIED = 12.0
+"""For so long it is tried to see one of them better [s]."""
 READABLE = 8
 """What so many pictures did not tell is not asked again."""
 EXIT = ("blue", "black")
@@ -78,6 +84,8 @@ class Channel(Skipper):
         self._since = math.nan
         self._start: tuple[Point, float] | None = None
         self._course: float | None = None
+        self._then = 0.0
+        self._searched: tuple[int, Roam] | None = None
 
     def status(self):
         return self._gate and [round(v) for v in self._gate.middle], len(self._done), [(round(b.x),round(b.y),b.kind or dict(b.votes),b.looks) for b in self.lookout.map.sure if self._new(b.place)]
@@ -186,30 +194,41 @@ class Channel(Skipper):
     # Where nothing is known
 
     def _search(self, seen: Estimate, t: float) -> Commands:
-        """Go to see what is not known yet; a while ahead; and then look around."""
+        """Go to see what is not known yet, or a red buoy without a partner; else where nobody was."""
         strange = self._strange(seen.to)
+        place = strange.place if strange else self._half(seen.to)
         if strange is not None:
-            distance, bearing = seen.to(*strange)
-            if distance > LOOK_FROM:
-                return self.go(seen, t, strange, self._walls(), share=0.7)
-            return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
-        half = self._half(seen.to)
-        if half is not None and seen.to(*half)[0] > LOOK_FROM:
-            return self.go(seen, t, half, self._walls(), share=0.7)
-        if half is None and self._done and t - self._since < 8.0:
-            last = self._done[-1]
-            ahead = (last.middle[0] + 40.0 * math.cos(last.course), last.middle[1] + 40.0 * math.sin(last.course))
-            return self.go(seen, t, ahead, self._walls(), share=0.6)
-        return self._look_around(seen, t)
+            strange.tried += min(1.0, t - self._then)
+        self._then = t
+        if place is None:
+            return self.go(seen, t, self._roam(seen, t).next(seen, t), self._walls(), share=0.7)
+        distance, bearing = seen.to(*place)
+        if distance > LOOK_FROM:
+            return self.go(seen, t, place, self._walls(), share=0.7)
+        return self.pilot.sail(seen, t, 0.0, 0.0, bearing) if strange else self._look_around(seen, t)
+
+    def _roam(self, seen: Estimate, t: float) -> Roam:
+        """The search that began at the last gate, or at the start."""
+        if self._searched is None or self._searched[0] != len(self._done):
+            assert self._start is not None, "before the first call"
+            place, course = (self._done[-1].middle, self._done[-1].course) if self._done else self._start
+            self._searched = len(self._done), Roam(place, course, t)
+        return self._searched[1]
 
     def _walls(self) -> list[Point]:
         return [point for gate in self._known() for point in wall(gate)]
 
-    def _strange(self, to: Bearing, within: float = SIGHT) -> Point | None:
-        """The nearest buoy of unknown kind, `within` a distance [m], that is not known for unreadable."""
+    def _strange(self, to: Bearing, within: float = SIGHT) -> Buoy | None:
+        """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
         known = (buoy for buoy in self.lookout.map.sure if not buoy.kind and buoy.looks < READABLE and buoy.seen > 3)
-        places = [buoy.place for buoy in known if self._new(buoy.place) and to(*buoy.place)[0] < within]
-        return min(places, key=lambda place: to(*place)[0], default=None)
+        known = (buoy for buoy in known if buoy.tried < TRIED and self._new(buoy.place) and self._likely(buoy.place))
+        near = [buoy for buoy in known if to(*buoy.place)[0] < within]
+        return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
+
+    def _likely(self, place: Point) -> bool:
+        """Whether something may be of the course, as long as no gate tells where that is."""
+        assert self._start is not None, "before the first call"
+        return bool(self._done) or Roam(*self._start, 0.0).likely(place, 150.0)
 
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""
@@ -223,9 +242,9 @@ class Gymkhana(Channel):
         """Cross the gates until the channel is finished, then go to the goal and hold it."""
         if task.get("channel", {}).get("state") != "finished" or "goal" not in task:
             return super().steer(boat, seen, task, t)
-        self.lookout.look(boat, seen, t)
         place = self.navigator.place(task["goal"])
         distance, _ = seen.to(*place)
-        if distance > 4.0:
-            return self.go(seen, t, place)
-        return self.pilot.hold(seen, t, *place, seen.heading)
+        if distance < AT_GOAL:
+            return self.pilot.hold(seen, t, *place, seen.heading)
+        self.lookout.look(boat, seen, t, colors=False)
+        return self.go(seen, t, place)

@@ -15,6 +15,7 @@ from vrx_mj.control.lights import OFF, lamp_color, sequence
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import project
 from vrx_mj.control.placards import Face, FaceMap, faces, symbol_in
+from vrx_mj.control.search import Roam
 from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
@@ -55,10 +56,6 @@ OFF_BANK = 3.5
 """How far to keep from whatever the lidar sees [m]."""
 FACE_PATIENCE = 40.0
 """How long to try to read what may be a placard, once near [s]."""
-LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
-"""Where to look for the dock: distances [m] and angles [rad] from the pose at the start."""
-LEG_PATIENCE = 40.0
-"""How long one of them is tried for [s]."""
 LAMP_HEIGHT = 1.65
 """Of the lamps above the water [m], VRX's light buoy: 1.3 m and its float's 0.37."""
 LAMP = (0.25, 0.4)
@@ -114,8 +111,7 @@ class Docking(Skipper):
         self._bay: Face | None = None
         self._stage, self._since, self._then = "find", 0.0, 0.0
         self._course: float | None = None
-        self._start: Estimate | None = None
-        self._leg, self._leg_since = 0, math.nan
+        self._heading, self._roam = math.nan, None
         self._banks: list[Point] = []
 
     def status(self):
@@ -123,16 +119,23 @@ class Docking(Skipper):
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Look, and do what is next."""
+        if math.isnan(self._heading):
+            self._heading = seen.heading
         self._look(boat, seen, t)
         if task.get("state") != "running":
             return self._turn(seen, t)
-        if self._start is None or self._started is None:
-            self._start, self._started, self._leg_since = seen, t, t
+        if self._started is None:
+            self._started, self._roam = t, Roam((seen.x, seen.y), self._heading, t)
         if task.get("color_sequence_open") and self._stage == "find" and t - self._started < LIGHTS_UNTIL:
             commands = self._scan(boat, seen, t)
             if commands is not None:
                 return commands
         return self._dock(seen, task, t)
+
+    @property
+    def _search(self) -> Roam:
+        assert self._roam is not None, "before the task runs"
+        return self._roam
 
     # Looking
 
@@ -217,14 +220,8 @@ class Docking(Skipper):
         known = [tower for tower in self._towers if tower.seen > 3 and not tower.dark]
         panels = [face.place for face in self._faces.faces]
         known = [tower for tower in known if all(math.dist(tower.place, panel) > 2.5 for panel in panels)]
-        known = [tower for tower in known if tower.lit or self._likely(tower.place, 60.0)]
+        known = [tower for tower in known if tower.lit or self._search.likely(tower.place, 60.0)]
         return min(known, key=lambda tower: (not tower.lit, seen.to(*tower.place)[0]), default=None)
-
-    def _likely(self, place: Point, reach: float) -> bool:
-        """Whether something may be of the course: it lies before the boat as it began, and not too far off."""
-        assert self._start is not None
-        distance, bearing = self._start.to(*place)
-        return distance < reach and abs(wrapped(bearing - self._start.heading)) < 1.9
 
     def _watch(self, boat: "BoatObservation", seen: Estimate, tower: "Tower", t: float) -> None:
         """Take one more look at the lamps; who stays dark for 7 s is no light buoy."""
@@ -293,13 +290,13 @@ class Docking(Skipper):
 
     def _explore(self, seen: Estimate, t: float) -> Commands:
         """Go where a placard can be read that was not yet; else where nobody was."""
-        known = [face for face in self._faces.faces if face.seen > 3 and self._likely(face.place, 250.0)]
+        known = [face for face in self._faces.faces if face.seen > 3 and self._search.likely(face.place, 250.0)]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in known if face.looks < 5 and face.tried < FACE_PATIENCE]
         if not views:
             signs = [face for face in known if face.symbol]
             views = [(face, face.ahead(-LINE_UP - 3.0)) for face in signs if face.tried < 2 * FACE_PATIENCE]
         if not views:
-            return self._roam(seen, t)
+            return self._go(seen, t, self._search.next(seen, t))
         face, place = min(views, key=lambda view: seen.to(*view[1])[0])
         if seen.to(*place)[0] < 40.0:
             face.tried += t - self._then
@@ -307,16 +304,6 @@ class Docking(Skipper):
         if seen.to(*place)[0] > 3.0:
             return self._go(seen, t, place)
         return self.pilot.sail(seen, t, 0.0, 0.0, seen.to(*face.place)[1])
-
-    def _roam(self, seen: Estimate, t: float) -> Commands:
-        """Go through places before the start, until something is seen."""
-        assert self._start is not None
-        away, angle = LEGS[self._leg % len(LEGS)]
-        bearing = self._start.heading + angle
-        place = (self._start.x + away * math.cos(bearing), self._start.y + away * math.sin(bearing))
-        if seen.to(*place)[0] < 6.0 or t - self._leg_since > LEG_PATIENCE:
-            self._leg, self._leg_since = self._leg + 1, t
-        return self._go(seen, t, place)
 
     # How to go
 

@@ -68,8 +68,8 @@ def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
         dx, dy = place[0] - centre[0], place[1] - centre[1]
         away = math.hypot(dx, dy)
         if away < radius:
-            scale = (radius + MARGIN) / max(away, 1e-9)
-            place = (centre[0] + dx * scale, centre[1] + dy * scale) if away > 0.0 else (centre[0] + radius, centre[1])
+            east, north = (dx / away, dy / away) if away > 1e-9 else (1.0, 0.0)
+            place = (centre[0] + (radius + MARGIN) * east, centre[1] + (radius + MARGIN) * north)
     return place
 
 

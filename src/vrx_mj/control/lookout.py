@@ -46,8 +46,8 @@ class Lookout:
         self._camera, self._period = camera, period
         self._next = -math.inf
 
-    def look(self, boat: "BoatObservation", seen: Estimate, t: float) -> bool:
-        """Look, if it is time to; tells whether it was."""
+    def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
+        """Look, if it is time to, and for `colors`, too, if they matter; tells whether it was."""
         lidar = sensor_named(boat, "lidar")
         if t < self._next - 1e-6 or lidar is None:
             return False
@@ -57,7 +57,8 @@ class Lookout:
             return False
         points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
         self.map.see((seen.x, seen.y), standing_free(points, widest=WIDEST, apart=SHORE), t)
-        self._color(boat, seen, t)
+        if colors:
+            self._color(boat, seen, t)
         return True
 
     def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:

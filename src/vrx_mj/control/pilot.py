@@ -40,7 +40,7 @@ class Pilot:
     def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft | None = None) -> None:
         """`craft` tells the boat's figures; by default they are the WAM-V's."""
         self.craft = craft or craft_of(thrusters)
-        self._allocation = Allocation(thrusters)
+        self._allocation = Allocation(thrusters, centre=self.craft.centre)
         ahead = sum(max(0.0, _ahead(thruster)) for thruster in thrusters.values())
         astern = sum(max(0.0, _astern(thruster)) for thruster in thrusters.values())
         self.top_speed = self.craft.top_speed(ahead)
@@ -84,7 +84,7 @@ class Pilot:
         drag = self.craft.drag(vx * cos + vy * sin, vy * cos - vx * sin)
         surge, sway = fx * cos + fy * sin + drag[0], fy * cos - fx * sin + drag[1]
         moment = self._moment(seen, heading, turn)
-        thrust = self._allocation(surge, sway, moment + self.craft.centre * sway)
+        thrust = self._allocation(surge, sway, moment)
         self._expect(seen, t, thrust)
         return thrust.commands
 
@@ -100,7 +100,7 @@ class Pilot:
         cos, sin = math.cos(seen.heading), math.sin(seen.heading)
         drag = self.craft.drag(seen.surge, seen.sway)
         surge, sway = (thrust.surge - drag[0]) / self.craft.mass, (thrust.sway - drag[1]) / self.craft.mass
-        moment = thrust.yaw - self.craft.centre * thrust.sway - self.craft.turning_drag(seen.turn)
+        moment = thrust.yaw - self.craft.turning_drag(seen.turn)
         self._expected = (surge * cos - sway * sin, surge * sin + sway * cos, moment / self.craft.inertia)
         self._before = (seen.vx, seen.vy, seen.turn)
         self._then = t

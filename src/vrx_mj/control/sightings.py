@@ -28,7 +28,7 @@ SMALL = 12
 ORANGE = 0.09
 """Green less blue over red less blue from which red is orange: VRX's red has 0, its orange 0.19."""
 PALE = 0.3
-"""Darkest over brightest channel from which a colour is pale, as on the cans of 2019: they have 0.4 and 0.6, totems 0."""
+"""Darkest over brightest channel from which a colour is pale: the cans of 2019 have 0.4 and 0.6, totems 0."""
 NOTHING, RED, ORANGES, GREEN, BLUE, YELLOW, WHITE, BLACK = range(8)
 NAMES = ("", "red", "orange", "green", "blue", "yellow", "white", "black")
 
@@ -62,17 +62,17 @@ OLD = "2019"
 """The catalogue of VRX 2019, at Sand Island."""
 SYDNEY = "2022"
 """The catalogue of VRX 2022 and 2023."""
-MARKERS = {
+MARKERS: dict[str, dict[str, Kind]] = {
     SYDNEY: {color: Kind(f"mb_marker_buoy_{color}", 0.65) for color in ("red", "green", "white", "black")},
     OLD: {
-        **{color: Kind(f"{color}_totem", 0.45) for color in ("red", "green", "blue", "yellow", "black")},
+        **{color: Kind(f"{color}_totem", 0.28) for color in ("red", "green", "blue", "yellow", "black")},
         "white": Kind("surmark46104", 0.45),
     },
 }
 """What stands up, by colour; widths from VRX's models."""
 CANS = {"red": Kind("surmark950410", 0.46), "green": Kind("surmark950400", 0.46)}
 """Of 2019, in pale colours."""
-BALLS = {
+BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
     SYDNEY: {"orange": (Kind("mb_round_buoy_orange", 0.51),), "black": (Kind("mb_round_buoy_black", 0.51),)},
     OLD: {"black": (Kind("polyform_a3", 0.432), Kind("polyform_a5", 0.686), Kind("polyform_a7", 0.991))},
 }
@@ -136,8 +136,9 @@ def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list
     rows, columns = np.nonzero(kinds == kind)
     if len(rows) < SMALL:
         return []
-    groups = grouped(np.stack([columns, rows], axis=1) * (CELL / 2.0))  # within two pixels they belong together
-    return [_blob(np.rint(group / (CELL / 2.0)).astype(int), NAMES[kind], pixels) for group in groups if len(group) >= SMALL]
+    half = CELL / 2.0  # pixels within two of each other belong together
+    groups = grouped(np.stack([columns, rows], axis=1).astype(np.float64) * half)
+    return [_blob(np.rint(group / half).astype(int), NAMES[kind], pixels) for group in groups if len(group) >= SMALL]
 
 
 def _blob(places: npt.NDArray[np.int_], color: str, pixels: FloatArray) -> Blob:

@@ -27,8 +27,8 @@ def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
 class Skipper:
     """A controller of the first boat there is; subclasses say in `steer` what it does.
 
-    Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no place of
-    it or of anything else is taken from the simulation, except as `Navigator` tells.
+    Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no
+    place of it or of anything else is taken from the simulation, except as `Navigator` tells.
     """
 
     def __init__(self) -> None:

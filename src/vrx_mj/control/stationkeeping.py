@@ -16,7 +16,7 @@ __all__ = ["Berth", "StationKeeper"]
 NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
 
-The turn takes the WAM-V 7 s at most and the rest of the way as long, and at 6 m the score's weight of the heading is 0.18."""
+The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 NEAR_WITHOUT_SWAY = 1.5
 """The same [m] of a boat that cannot push sideways."""
 
@@ -40,8 +40,8 @@ class StationKeeper(Skipper):
     """Holds the goal of a station-keeping task, or else the pose it began with: dynamic positioning.
 
     The law is `Pilot.hold`: a velocity toward the goal that falls with the distance, a force for the error of velocity,
-    and an observer of wind and waves, so that a steady wind leaves no offset. The way there goes bow first. Layouts T and
-    X push sideways with their thrusters kept straight, layout H by steering both.
+    and an observer of wind and waves, so that a steady wind leaves no offset. The way there goes bow first. Layouts T
+    and X push sideways with their thrusters kept straight, layout H by steering both.
     """
 
     def begin(self) -> None:

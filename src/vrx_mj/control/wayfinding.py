@@ -27,7 +27,7 @@ CLOSE = 4.0
 def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
     """The error [m] that wayfinding keeps the least of: e = d + 0.75^d h of the distance d [m] and heading error h."""
     distance, _ = seen.to(*place)
-    return distance + 0.75**distance * abs(wrapped(heading - seen.heading))
+    return distance + math.pow(0.75, distance) * abs(wrapped(heading - seen.heading))
 
 
 class WaypointFollower(Skipper):

@@ -40,9 +40,9 @@ CRAB = math.radians(50.0)
 class WildlifeCircler(Skipper):
     """Circles the animals that want it, on the shortest way through them, clear of the others.
 
-    A vector field leads into the circle and along it. A catamaran slips: it has hardly any drag sideways, so what keeps it
-    in the circle must be thrust. The bow therefore points into the circle, along the force that drag and the way around
-    need together, and the main thrusters give all of it. Its speed is what `CENTRIPETAL` allows.
+    A vector field leads into the circle and along it. A catamaran slips: it has hardly any drag sideways, so what keeps
+    it in the circle must be thrust. The bow therefore points into the circle, along the force that drag and the way
+    around need together, and the main thrusters give all of it. Its speed is what `CENTRIPETAL` allows.
     """
 
     def begin(self) -> None:

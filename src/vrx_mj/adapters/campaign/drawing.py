@@ -58,19 +58,19 @@ def draw(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequ
 def _view(sketch: Mapping[str, Any], tracks: Iterable[Line]) -> Box:
     """What matters: the boats, the task, where they went, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
-    spots += [place[:2] for place in sketch["waypoints"]] + ([sketch["pinger"]] if sketch["pinger"] else [])
-    spots += [spot for gate in sketch["gates"] for spot in (gate[:2], gate[2:])]
+    spots += [place[:2] for place in sketch["waypoints"]] + sketch["beacons"]
+    spots += [spot for gate in sketch["gates"] for spot in (gate["left"], gate["right"])]
     spots += [spot for bay in sketch["bays"] for spot in bay["corners"]]
     for circle in sketch["circles"]:
         x, y, radius = circle["x"], circle["y"], circle["radius"]
         spots += [(x - radius, y - radius), (x + radius, y + radius)]
     spots += [spot for line in tracks for spot in line]
-    things: list[Sequence[float]] = [(item["x"], item["y"]) for item in sketch["objects"]]
+    things: list[Sequence[float]] = [item["spot"] for item in sketch["objects"]]
     things += [cell for dock in sketch["docks"] for cell in dock["cells"]]
     if not spots:
         return _framed(things or [(0.0, 0.0)])
-    company = MultiPoint(spots).buffer(NEAR)
-    return _framed([*spots, *(spot for spot in things if company.covers(Point(spot)))])
+    company = MultiPoint(spots)
+    return _framed([*spots, *(spot for spot in things if company.distance(Point(spot)) < NEAR)])
 
 
 def _framed(spots: Sequence[Sequence[float]]) -> Box:
@@ -100,7 +100,9 @@ def _zones(sketch: Mapping[str, Any]) -> Iterator[str]:
         yield f'<path class="{kind}" d="{_path(bay["corners"])}Z"><title>{escape(bay["told"])}</title></path>'
     for circle in sketch["circles"]:
         yield f'<circle class="ring" cx="{circle["x"]:.1f}" cy="{-circle["y"]:.1f}" r="{circle["radius"]:.1f}">'
-        yield f"<title>{escape(circle['goal'].replace('_', ' '))}</title></circle>"
+        yield f"<title>{escape(circle['told'])}</title></circle>"
+    for path in sketch["paths"]:
+        yield f'<path class="swim" d="{_path(path)}"/>'
 
 
 def _things(sketch: Mapping[str, Any], pixel: float) -> Iterator[str]:
@@ -109,13 +111,12 @@ def _things(sketch: Mapping[str, Any], pixel: float) -> Iterator[str]:
         yield _gate(gate, number, pixel)
     for item in sketch["objects"]:
         radius = max(item["size"] / 2.0, 3.0 * pixel)
-        place = f'cx="{item["x"]:.1f}" cy="{-item["y"]:.1f}" r="{radius:.2f}"'
+        place = f'cx="{item["spot"][0]:.1f}" cy="{-item["spot"][1]:.1f}" r="{radius:.2f}"'
         yield f'<circle class="thing" {place} fill="{item["color"]}"><title>{escape(item["name"])}</title></circle>'
     for number, (x, y, yaw) in enumerate(sketch["waypoints"], start=1):
         yield _waypoint(x, y, yaw, str(number) if len(sketch["waypoints"]) > 1 else "", pixel)
-    if sketch["pinger"]:
-        x, y = sketch["pinger"]
-        yield f'<path class="pinger" d="{_cross(x, y, 6.0 * pixel)}"><title>pinger</title></path>'
+    for x, y in sketch["beacons"]:
+        yield f'<path class="beacon" d="{_cross(x, y, 6.0 * pixel)}"><title>beacon</title></path>'
     for boat in sketch["boats"]:
         yield _boat(boat, pixel)
 
@@ -151,18 +152,14 @@ def _square(x: float, y: float, half: float, yaw: float) -> str:
     return _path([(x - c + s, y - s - c), (x + c + s, y + s - c), (x + c - s, y + s + c), (x - c - s, y - s + c)]) + "Z"
 
 
-def _gate(gate: Sequence[float], number: int, pixel: float) -> str:
-    """A line between its buoys, an arrow the way it counts, with VRX's left buoy to starboard, and its number."""
-    x1, y1, x2, y2 = gate
-    x, y, ahead = (x1 + x2) / 2, (y1 + y2) / 2, math.atan2(x1 - x2, y2 - y1)
+def _gate(gate: Mapping[str, Any], number: int, pixel: float) -> str:
+    """A line between its buoys, an arrow the way it counts, and its number."""
+    (x1, y1), (x2, y2), yaw = gate["left"], gate["right"], gate["yaw"]
+    x, y = (x1 + x2) / 2, (y1 + y2) / 2
     line = f'<path class="gate" d="{_path([(x1, y1), (x2, y2)])}"/>'
-    arrow = f'<path class="arrow" d="{_arrow(x, y, ahead, 9.0 * pixel)}"/>'
+    arrow = f'<path class="arrow" d="{_arrow(x, y, yaw, 9.0 * pixel)}"/>'
     off = 14.0 * pixel
-    return (
-        line
-        + arrow
-        + _text((x - off * math.cos(ahead), y - off * math.sin(ahead)), str(number), "number", 11.0 * pixel)
-    )
+    return line + arrow + _text((x - off * math.cos(yaw), y - off * math.sin(yaw)), str(number), "number", 11.0 * pixel)
 
 
 def _waypoint(x: float, y: float, yaw: float, number: str, pixel: float) -> str:

@@ -23,9 +23,10 @@ def words(task: Mapping[str, Any], referee: Referee) -> str:
         "running": f"{sheet.remaining:.0f} s left",
         "finished": ("time is up" if sheet.timed_out else "done") + f" after {sheet.elapsed:.1f} s",
     }[sheet.phase]
+    hits = f"collisions **{sheet.collisions}**"
     lines = [
         f"**{referee.name}: {sheet.phase}**, {clock}",
-        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; collisions **{sheet.collisions}**",
+        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)

@@ -17,11 +17,12 @@ def sketch(name="w", task="stationkeeping"):
         "name": name, "description": EVIL, "task": {"type": task, "name": task},
         "shore": [[[-500.0, -500.0], [500.0, -500.0], [500.0, -1.0], [-500.0, -1.0]]],
         "docks": [{"name": EVIL, "cells": [[10.0, 10.0], [12.0, 10.0]], "yaw": 0.5}], "cell": 2.0,
-        "objects": [{"name": EVIL, "x": 5.0, "y": 5.0, "color": "#ff0000", "size": 1.0}],
+        "objects": [{"name": EVIL, "spot": [5.0, 5.0], "color": "#ff0000", "size": 1.0}],
         "boats": [{"name": "wamv", "x": 0.0, "y": 0.0, "yaw": 1.0}], "waypoints": [[20.0, 5.0, 0.0]],
-        "gates": [[1.0, 2.0, 3.0, 4.0]], "circles": [{"x": 9.0, "y": 9.0, "radius": 10.0, "goal": "avoid"}],
+        "gates": [{"left": [1.0, 2.0], "right": [3.0, 4.0], "yaw": 0.0}],
+        "circles": [{"x": 9.0, "y": 9.0, "radius": 10.0, "told": EVIL}],
         "bays": [{"corners": [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]], "allowed": True, "told": EVIL}],
-        "pinger": [3.0, 3.0],
+        "beacons": [[3.0, 3.0]], "paths": [[[0.0, 0.0], [1.0, 1.0]]],
     }  # fmt: skip
 
 
@@ -96,7 +97,7 @@ def test_the_page_needs_no_network(parsed):
 def test_maps_show_the_tracks_of_each_controller_and_seed(parsed):
     tracks = [(at["data-c"], at["data-s"]) for at in parsed.of("g", "track")]
     assert tracks == [("0", "0"), ("0", "1"), ("1", "0")]
-    for kind in ("land", "dock", "bay", "gate", "pinger", "boat"):
+    for kind in ("land", "dock", "bay", "gate", "beacon", "swim", "boat"):
         assert len(parsed.of("path", kind)) == 1, kind
     assert (
         len(parsed.of("circle", "goal")) == len(parsed.of("circle", "ring")) == len(parsed.of("circle", "thing")) == 1

@@ -1,0 +1,93 @@
+import math
+from itertools import pairwise, permutations
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from vrx_mj.control.guidance import approach_speed, around, best_order, clear_of, orbit, wrapped
+
+places = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
+
+
+def test_near_its_place_a_boat_slows_down_in_proportion():
+    assert approach_speed(0.5, 0.7, 0.5) == pytest.approx(0.35)
+
+
+def test_far_off_it_goes_as_fast_as_it_can_brake():
+    # closed form: braking evenly from v takes v^2 / 2a, down to the last a / rate^2, half of which is the rest
+    assert approach_speed(20.0, 0.7, 0.5) == pytest.approx(math.sqrt(0.5 * (40.0 - 0.5 / 0.49)))
+
+
+@given(distance=st.floats(0, 100), more=st.floats(1e-6, 1))
+def test_further_off_is_never_slower_and_never_jumps(distance, more):
+    near, far = approach_speed(distance, 0.7, 0.5), approach_speed(distance + more, 0.7, 0.5)
+    assert near <= far <= near + 0.7 * more + 1e-9
+
+
+@pytest.mark.parametrize(("sense", "north"), [(1.0, 1.0), (-1.0, -1.0)])
+def test_on_the_circle_the_course_is_along_it(sense, north):
+    assert orbit((5.0, 0.0), 5.0, sense, 3.0) == pytest.approx((0.0, north))
+
+
+def test_a_width_outside_the_course_is_45_degrees_inward():
+    assert orbit((8.0, 0.0), 5.0, 1.0, 3.0) == pytest.approx((-math.sqrt(0.5), math.sqrt(0.5)))
+
+
+@given(offset=places, sense=st.sampled_from([1.0, -1.0]))
+def test_a_course_is_a_unit_vector_that_turns_in_the_sense(offset, sense):
+    assume(math.hypot(*offset) > 0.1)
+    east, north = orbit(offset, 5.0, sense, 3.0)
+    assert math.hypot(east, north) == pytest.approx(1.0)
+    assert sense * (offset[0] * north - offset[1] * east) > 0.0
+
+
+def test_a_free_way_is_straight():
+    assert around((0, 0), (10, 0), [((5, 8), 3), ((-5, 0), 3), ((15, 0), 3)]) == (10, 0)
+
+
+@given(y=st.floats(-2.9, 2.9))
+def test_a_disc_in_the_way_is_passed_along_its_tangent_on_the_nearer_side(y):
+    aim = around((0.0, 0.0), (20.0, 0.0), [((10.0, y), 3.0)])
+    assert math.dist(aim, (10.0, y)) == pytest.approx(3.0)
+    assert aim[0] * (aim[0] - 10.0) + aim[1] * (aim[1] - y) == pytest.approx(0.0, abs=1e-9)  # a right angle
+    assert aim[1] * y <= 0.0
+
+
+def test_who_is_inside_goes_straight_out():
+    assert around((9.0, 0.0), (20.0, 0.0), [((10.0, 0.0), 3.0)]) == pytest.approx((6.0, 0.0))
+
+
+def test_the_first_of_two_discs_counts():
+    first, second = ((10.0, 1.0), 3.0), ((18.0, -1.0), 3.0)
+    assert around((0, 0), (30, 0), [second, first]) == around((0, 0), (30, 0), [first])
+
+
+@given(place=places)
+def test_a_place_in_a_disc_is_put_at_its_rim(place):
+    found = clear_of(place, [((0.0, 0.0), 4.0)])
+    assert math.hypot(*found) >= 4.0 - 1e-9
+    if math.hypot(*place) >= 4.0:
+        assert found == place
+
+
+def test_few_places_are_put_into_the_shortest_order():
+    start, spots = (0.0, 0.0), [(30.0, 0.0), (10.0, 5.0), (20.0, -5.0), (-5.0, 0.0)]
+
+    def length(order):
+        way = [start, *(spots[number] for number in order)]
+        return sum(math.dist(one, other) for one, other in pairwise(way))
+
+    assert length(best_order(start, spots)) == min(length(order) for order in permutations(range(4)))
+
+
+def test_many_places_are_all_visited_nearest_first():
+    spots = [(float(number * 7 % 10), 0.0) for number in range(10)]
+    order = best_order((-1.0, 0.0), spots)
+    assert [spots[number][0] for number in order] == sorted(spot[0] for spot in spots)
+
+
+@given(angle=st.floats(-100, 100))
+def test_wrapped_is_within_half_a_turn(angle):
+    assert abs(wrapped(angle)) <= math.pi
+    assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle))

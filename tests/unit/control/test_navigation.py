@@ -1,0 +1,133 @@
+import math
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pymap3d
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrx_mj.control.navigation import Navigator, TangentPlane, rotation
+from vrx_mj.errors import SensorError, VrxWarning
+
+SYDNEY = (-33.722768, 150.673991)
+
+
+def turned(yaw, pitch=0.0):
+    """Quaternion of a heading and then a pitch."""
+    c, s, a, b = math.cos(yaw / 2), math.sin(yaw / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    return np.array([c * a, -s * b, c * b, s * a])
+
+
+def boat(latitude, longitude, *, altitude=0.1, velocity=(0, 0, 0), yaw=0.0, pitch=0.0, rate=0.0, time=0.0, mount=None):
+    fix = SimpleNamespace(latitude=latitude, longitude=longitude, altitude=altitude, velocity=np.array(velocity, float))
+    spin = rotation(turned(yaw, pitch)).T @ (0.0, 0.0, rate)
+    inertia = SimpleNamespace(orientation=turned(yaw, pitch), angular_velocity=spin)
+    sensors = {
+        "gps_wamv": SimpleNamespace(data=fix, time=time, mount=mount),
+        "imu_wamv": SimpleNamespace(data=inertia, time=time, mount=None),
+    }
+    return SimpleNamespace(sensors=sensors)
+
+
+@pytest.mark.parametrize("latitude", [-60.0, -33.7, 0.0, 21.3, 60.0])
+@given(east=st.floats(-500, 500), north=st.floats(-500, 500))
+def test_the_plane_is_that_of_pymap3d(latitude, east, north):
+    there = pymap3d.enu2geodetic(east, north, 0.0, latitude, 150.0, 0.0)
+    found = TangentPlane(latitude, 150.0).local(there[0], there[1])
+    # arcs over the ellipsoid differ from a plane's chords by x y tan(latitude) / R: 7 cm at 60 degrees
+    assert found == pytest.approx((east, north), abs=0.08)
+
+
+@given(east=st.floats(-2000, 2000), north=st.floats(-2000, 2000))
+def test_to_degrees_and_back(east, north):
+    plane = TangentPlane(*SYDNEY)
+    assert plane.local(*plane.geodetic(east, north)) == pytest.approx((east, north), abs=1e-6)
+
+
+def test_the_antimeridian_is_no_wall():
+    assert TangentPlane(0.0, 179.9999).local(0.0, -179.9999)[0] == pytest.approx(22.26, abs=0.01)
+
+
+def test_the_first_fix_is_the_origin_and_velocity_is_north_west_up():
+    seen = Navigator()(boat(*SYDNEY, velocity=(1.0, -2.0, 0.0), yaw=0.5), 0.0)
+    assert (seen.x, seen.y, seen.heading) == pytest.approx((0.0, 0.0, 0.5))
+    assert (seen.vx, seen.vy) == pytest.approx((2.0, 1.0))
+    assert (seen.surge, seen.sway) == pytest.approx(
+        (2 * math.cos(0.5) + math.sin(0.5), math.cos(0.5) - 2 * math.sin(0.5))
+    )
+
+
+def test_a_fix_is_carried_on_to_the_present():
+    seen = Navigator()(boat(*SYDNEY, velocity=(0.0, -2.0, 0.0), yaw=0.0, rate=0.5, time=10.0), 10.06)
+    assert (seen.x, seen.heading) == pytest.approx((0.12, 0.03))
+
+
+def test_an_antenna_on_a_post_is_not_the_boat():
+    mount = SimpleNamespace(position=(-0.85, 0.0, 1.3))
+    navigator = Navigator()
+    seen = navigator(boat(*SYDNEY, altitude=1.3, yaw=math.pi / 2, rate=0.2, mount=mount), 0.0)
+    assert (seen.x, seen.y, seen.z) == pytest.approx((0.0, 0.85, 0.0), abs=1e-12)
+    assert (seen.vx, seen.vy) == pytest.approx((-0.17, 0.0), abs=1e-12)  # the antenna rests, so the bow swings west
+
+
+def test_a_receiver_that_tells_base_link_has_no_arm():
+    mount = SimpleNamespace(position=(-0.85, 0.0, 1.3))
+    seen = Navigator()(boat(*SYDNEY, altitude=0.1, yaw=1.0, pitch=0.3, mount=mount), 0.0)
+    assert (seen.x, seen.y, seen.z) == pytest.approx((0.0, 0.0, 0.1))
+
+
+def test_places_and_reports_are_by_degrees_where_there_are_any():
+    navigator = Navigator()
+    navigator(boat(*SYDNEY), 0.0)
+    there = navigator.report(30.0, -40.0)
+    assert navigator.place({"x": 1e9, "y": 1e9, **there}) == pytest.approx((30.0, -40.0))
+    assert navigator.place({"x": 3.0, "y": 4.0, "latitude": None, "longitude": None}) == (3.0, 4.0)
+
+
+class Deaf(dict):
+    """Sensors whose GPS cannot work."""
+
+    def __getitem__(self, name):
+        raise SensorError("gps_wamv cannot tell where it is: the world ocean has no georeference")
+
+
+def true_boat(sensors):
+    return SimpleNamespace(
+        sensors=sensors,
+        position=np.array([3.0, 4.0, 0.1]),
+        quaternion=turned(1.0),
+        velocity=np.array([2.0, 0.0, 0.0]),
+        angular_velocity=np.array([0.0, 0.0, 0.3]),
+    )
+
+
+@pytest.mark.parametrize(
+    ("sensors", "why"),
+    [
+        ({}, "the boat has no GPS"),
+        ({"gps": None}, "the boat has no inertial unit"),
+        (Deaf(gps=1, imu=1), "gps_wamv cannot tell where it is: the world ocean has no georeference"),
+    ],
+)
+def test_without_a_gps_that_works_there_is_ground_truth_and_one_warning(sensors, why):
+    navigator = Navigator()
+    with pytest.warns(VrxWarning) as told:
+        seen = navigator(true_boat(sensors), 0.0)
+    assert [str(one.message) for one in told] == [f"navigation by ground truth: {why}"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        navigator(true_boat(sensors), 1.0)
+    assert (seen.x, seen.y, seen.heading, seen.turn) == pytest.approx((3.0, 4.0, 1.0, 0.3))
+    assert (seen.vx, seen.vy) == pytest.approx((2 * math.cos(1.0), 2 * math.sin(1.0)))
+    assert navigator.report(1.0, 2.0) == {"x": 1.0, "y": 2.0}
+
+
+@given(yaw=st.floats(-3, 3), pitch=st.floats(-1, 1))
+def test_a_rotation_turns_without_stretching(yaw, pitch):
+    matrix = rotation(turned(yaw, pitch))
+    assert np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-12)
+    assert matrix[:, 0] == pytest.approx(
+        (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch)), abs=1e-12
+    )
