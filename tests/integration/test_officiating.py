@@ -133,6 +133,8 @@ def test_boats_alone_are_met_by_who_goes_through_what_is_seen(sim):
     assert list(seen) == ["wamv"]
     assert seen["task"]["state"] == "initial"
     assert seen["task"]["ready_time"] == 1.0
+    assert seen.get("task") is seen["task"]
+    assert seen.get("nobody", 1) == 1
 
 
 def test_a_hit_is_counted_and_told(sim):

@@ -72,9 +72,10 @@ class Allocation:
     def __init__(
         self, thrusters: Mapping[str, Propeller], *, steer: Sequence[str] | bool | None = None, centre: float = 0.0
     ) -> None:
-        """Moments are about a `centre` so far ahead of `base_link` [m]; `steer`: which of those that can steer shall, all or none; by default none, unless the boat needs it.
+        """Moments are about a point, the `centre` of mass say, so far ahead of `base_link` [m].
 
-        A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
+        `steer` tells which of those that can steer shall, by name, all or none; by default none, unless the boat needs
+        it. A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
         """
         self._thrusters = dict(thrusters)
         if steer is None:

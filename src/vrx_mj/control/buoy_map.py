@@ -58,8 +58,12 @@ class Buoy:
 
     @property
     def place(self) -> Point:
-        """[m]"""
+        """Where it is [m]."""
         return self.x, self.y
+
+    def to(self, x: float, y: float) -> tuple[float, float]:
+        """Distance [m] and direction [rad] of a place from here."""
+        return math.hypot(x - self.x, y - self.y), math.atan2(y - self.y, x - self.x)
 
     @property
     def kind(self) -> str:

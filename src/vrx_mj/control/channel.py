@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.control.avoidance import clear_course
 from vrx_mj.control.buoy_map import Buoy
-from vrx_mj.control.gates import Gate, gate_of, next_gate, opening, paired, wall
+from vrx_mj.control.gates import WIDEST, Gate, gate_of, next_gate, opening, paired, wall
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lookout import Lookout
 from vrx_mj.control.navigation import Estimate
@@ -50,6 +50,10 @@ LOOK_FROM = 14.0
 """From how far they are looked at [m]: there a buoy is 40 pixels high."""
 TRIED = 12.0
 """For so long it is tried to see one of them better [s]."""
+TRIED_HALF = 40.0
+"""For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
+ROW = 10.0
+"""Where more than three things of unknown kind are within this distance [m], they are stones."""
 READABLE = 8
 """What so many pictures did not tell is not asked again."""
 EXIT = ("blue", "black")
@@ -127,14 +131,15 @@ class Channel(Skipper):
             east, north = x - last.middle[0], y - last.middle[1]
             return math.hypot(east, north), math.atan2(north, east)
 
-        return self._strange(to, nearer) is not None or self._half(to, nearer) is not None
+        return bool(self._strange(to, nearer) or self._half(to, nearer))
 
-    def _half(self, to: Bearing, within: float = SIGHT) -> Point | None:
-        """The nearest red buoy without a partner, `within` a distance [m]."""
-        paired_up = [gate.red for gate in self._known()]
-        reds = [buoy.place for buoy in self.lookout.map.of("red") if self._new(buoy.place)]
-        places = [place for place in reds if place not in paired_up and to(*place)[0] < within]
-        return min(places, key=lambda place: to(*place)[0], default=None)
+    def _half(self, to: Bearing, within: float = SIGHT) -> Buoy | None:
+        """The nearest buoy, `within` a distance [m], that needs a partner: a red one, or the white one of the entry."""
+        paired_up = {place for gate in self._known() for place in (gate.red, gate.partner)}
+        halves = self.lookout.map.of("red", *(() if self._done else ("white",)))
+        halves = [buoy for buoy in halves if self._new(buoy.place) and buoy.place not in paired_up]
+        near = [buoy for buoy in halves if buoy.tried < TRIED_HALF and to(*buoy.place)[0] < within]
+        return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
     def _known(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
@@ -194,17 +199,17 @@ class Channel(Skipper):
     # Where nothing is known
 
     def _search(self, seen: Estimate, t: float) -> Commands:
-        """Go to see what is not known yet, or a red buoy without a partner; else where nobody was."""
-        strange = self._strange(seen.to)
-        place = strange.place if strange else self._half(seen.to)
-        if strange is not None:
-            strange.tried += min(1.0, t - self._then)
-        self._then = t
-        if place is None:
+        """Go to see what is not known yet, first about a buoy without a partner; else where nobody was."""
+        half = self._half(seen.to)
+        strange = self._strange(half.to, WIDEST) if half else self._strange(seen.to)
+        buoy = strange or half
+        if buoy is None:
             return self.go(seen, t, self._roam(seen, t).next(seen, t), self._walls(), share=0.7)
-        distance, bearing = seen.to(*place)
+        distance, bearing = seen.to(*buoy.place)
         if distance > LOOK_FROM:
-            return self.go(seen, t, place, self._walls(), share=0.7)
+            return self.go(seen, t, buoy.place, self._walls(), share=0.7)
+        buoy.tried += min(1.0, t - self._then)
+        self._then = t
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing) if strange else self._look_around(seen, t)
 
     def _roam(self, seen: Estimate, t: float) -> Roam:
@@ -220,9 +225,10 @@ class Channel(Skipper):
 
     def _strange(self, to: Bearing, within: float = SIGHT) -> Buoy | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
-        known = (buoy for buoy in self.lookout.map.sure if not buoy.kind and buoy.looks < READABLE and buoy.seen > 3)
-        known = (buoy for buoy in known if buoy.tried < TRIED and self._new(buoy.place) and self._likely(buoy.place))
-        near = [buoy for buoy in known if to(*buoy.place)[0] < within]
+        unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
+        known = (buoy for buoy in unknown if buoy.looks < READABLE and buoy.tried < TRIED and buoy.seen > 3)
+        known = (buoy for buoy in known if self._new(buoy.place) and self._likely(buoy.place))
+        near = [buoy for buoy in known if to(*buoy.place)[0] < within and not _in_a_row(buoy, unknown)]
         return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
     def _likely(self, place: Point) -> bool:
@@ -233,6 +239,11 @@ class Channel(Skipper):
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""
         return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP, turn=0.0)
+
+
+def _in_a_row(buoy: Buoy, unknown: Sequence[Buoy]) -> bool:
+    """Whether something is one of many: stones of a shore, of which a lidar sees one here and there."""
+    return sum(math.dist(buoy.place, other.place) < ROW for other in unknown) > 3
 
 
 class Gymkhana(Channel):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from vrx_mj.control.guidance import Point, wrapped
 
-__all__ = ["Gate", "gate_of", "next_gate", "opening", "paired", "wall"]
+__all__ = ["WIDEST", "Gate", "gate_of", "next_gate", "opening", "paired", "wall"]
 
 NARROWEST, WIDEST = 5.0, 32.0
 """Of gates [m]: VRX's are 8 to 29."""

@@ -5,12 +5,13 @@ tells reliably, from 6 m (nearer, the waves around it are as large as it) to 45 
 """
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
+from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
 from vrx_mj.control.clusters import leveled, standing_free
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import look_at, project
@@ -40,10 +41,9 @@ FIELD = 0.62
 class Lookout:
     """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
 
-    def __init__(self, *, camera: str = "front_left", period: float = PERIOD) -> None:
-        """`camera` is a part of the name of the camera that looks ahead."""
+    def __init__(self, *, period: float = PERIOD) -> None:
         self.map = BuoyMap()
-        self._camera, self._period = camera, period
+        self._period = period
         self._next = -math.inf
 
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
@@ -55,7 +55,7 @@ class Lookout:
         reading = boat.sensors[lidar]
         if not hasattr(reading.data, "points"):
             return False
-        points = leveled(reading.data.points, _mount(reading), seen.rotation, reach=REACH)
+        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=REACH)
         self.map.see((seen.x, seen.y), standing_free(points, widest=WIDEST, apart=SHORE), t)
         if colors:
             self._color(boat, seen, t)
@@ -63,12 +63,12 @@ class Lookout:
 
     def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Look through the camera at those buoys in view whose kind is not settled."""
-        camera = sensor_named(boat, self._camera)
+        camera = camera_ahead(boat)
         strange = [buoy for buoy in self.map.sure if buoy.last == t and self._wanted(buoy, seen)]
         if camera is None or not strange:
             return
         reading = boat.sensors[camera]
-        mount, matrix = _mount(reading), np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
+        mount, matrix = mounting(reading), intrinsics(reading)
         for buoy in strange:
             point = np.array([buoy.x - seen.x, buoy.y - seen.y, buoy.z])
             where = project(point, mount, seen.rotation, matrix)
@@ -87,7 +87,3 @@ class Lookout:
         settled = bool(buoy.kind) and max(buoy.votes.values()) >= ENOUGH
         ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < FIELD
         return not settled and ahead and NEAREST < distance < FARTHEST
-
-
-def _mount(reading: Any) -> tuple[FloatArray, FloatArray]:
-    return np.asarray(reading.mount.position), np.asarray(reading.mount.rotation)

@@ -57,8 +57,14 @@ class Face:
 
     @property
     def place(self) -> Point:
-        """[m]"""
+        """Where its middle is [m]."""
         return self.x, self.y
+
+    def note(self, symbol: str) -> None:
+        """It was looked at, and this symbol read, or none."""
+        self.looks += 1
+        if symbol:
+            self.votes[symbol] += 1
 
     @property
     def symbol(self) -> str:

@@ -60,7 +60,11 @@ class WaypointFollower(Skipper):
         waypoints = task.get("waypoints", ())
         self._poses = [(self.navigator.place(waypoint), wrapped(float(waypoint["yaw"]))) for waypoint in waypoints]
         self._least = [math.inf] * len(self._poses)
-        self._order = best_order((seen.x, seen.y), [place for place, _ in self._poses])
+        self._order = self.order(seen, [place for place, _ in self._poses])
+
+    def order(self, seen: Estimate, places: list[Point]) -> list[int]:
+        """In which order to visit places [m]: the shortest way."""
+        return best_order((seen.x, seen.y), places)
 
     def _look(self, seen: Estimate, t: float) -> None:
         """Take the errors of now, and see whether it is time to go on."""

@@ -81,6 +81,13 @@ class Observation(dict[str, BoatObservation]):
             return self.task
         raise KeyError(name)
 
+    def get(self, name: str, default: Any = None) -> Any:
+        """A boat, or the task; `default` where there is none."""
+        try:
+            return self[name]
+        except KeyError:
+            return default
+
     if TYPE_CHECKING:
 
         @overload
