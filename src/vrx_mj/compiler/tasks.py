@@ -1,6 +1,7 @@
 """What a task's section says, resolved in its world: plain data for the referee, `World.parameters["task"]`."""
 
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.task_parts import AnimalConfig, ChannelConfig, ShownObject
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import UnknownNameError
+from vrx_mj.errors import UnknownNameError, VrxWarning
 
 __all__ = ["Shooter", "task_parameters", "waypoints"]
 
@@ -130,6 +131,9 @@ def _gates(site: Site, at: Loc, channel: ChannelConfig) -> list[Row]:
     if not pairs:
         text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(PARTNERS)}; it has {listed(parts)}"
         site.fault((*at, "gates"), text)
+    lone = [name for name in parts if LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
+    if lone and not channel.gates:
+        warnings.warn(f"{owner}: no gate at {listed(lone)}, without a partner", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
     return [{"left": prefix + left, "right": prefix + right} for left, right in pairs]
 

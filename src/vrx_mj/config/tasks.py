@@ -225,8 +225,6 @@ class GymkhanaTask(TaskConfig):
 
     scores: ClassVar[str] = "mean distance to the beacon with penalties, in m, 200 without the channel; lower is better"
     type: Literal["gymkhana"]
-    collision_buffer: NonNegative = 10.0
-    """Dead time after a counted collision [s]."""
     channel: GymkhanaChannel
     """Its course, gates, obstacle_penalty and collision_buffer."""
     pinger: Vec3

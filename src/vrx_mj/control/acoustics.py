@@ -21,8 +21,6 @@ HASTE = 1.5
 BOW = 3.0
 """Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
 
-NO_CAMERA = "no camera"
-"""The kinds of buoys do not matter here."""
 BERTH = 4.2
 """Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
 CAUTIOUS = 3.0
@@ -86,7 +84,7 @@ class BeaconFollower(Listener):
     def begin(self) -> None:
         """Forget the beacon and the buoys."""
         super().begin()
-        self._beacon, self._lookout = MovingBeacon(), Lookout(camera=NO_CAMERA)
+        self._beacon, self._lookout = MovingBeacon(), Lookout()
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
         """Take a sound into the estimate, once the task runs: before, the beacon is not yet where it will be."""
@@ -95,7 +93,7 @@ class BeaconFollower(Listener):
         sound = self.sound(boat, seen, t)
         if sound is not None:
             self._beacon.update(sound, t)
-        self._lookout.look(boat, seen, t)
+        self._lookout.look(boat, seen, t, colors=False)
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Follow, around the buoys."""

@@ -1,7 +1,7 @@
 """Steering clear of buoys: the course nearest to the wanted one that passes them at a distance.
 
-Courses are tried every few degrees, and each is charged for what it passes too near, the more the nearer that is (a polar
-histogram without the grid: Borenstein and Koren, The vector field histogram, 1991).
+Courses are tried every few degrees, and each is charged for what it passes too near, the more the nearer that is (a
+polar histogram without the grid: Borenstein and Koren, The vector field histogram, 1991).
 """
 
 import math

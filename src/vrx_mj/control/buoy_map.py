@@ -16,7 +16,7 @@ from vrx_mj.control.pictures import Look
 __all__ = ["WIDEST", "Buoy", "BuoyMap", "kind_of"]
 
 SAME = 2.0
-"""Something seen within this distance [m] of where a buoy was is that buoy; in VRX's fields two are 1 m apart at least."""
+"""What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
 WIDEST = 1.4
 """What is wider than this [m] is no buoy, but shore or dock."""
 HIGHEST = 2.0

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.control.avoidance import clear_course
 from vrx_mj.control.buoy_map import Buoy
-from vrx_mj.control.gates import WIDEST, Gate, gate_of, next_gate, opening, paired, wall
+from vrx_mj.control.gates import WIDEST, Gate, gate_of, next_gate, opening, paired, side_of, wall
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lookout import Lookout
 from vrx_mj.control.navigation import Estimate
@@ -84,15 +84,12 @@ class Channel(Skipper):
         self.lookout = Lookout(period=0.5)
         self._done: list[Gate] = []
         self._gate: Gate | None = None
-        self._side = ""
+        self._sides: list[tuple[Point, str]] = []
         self._since = math.nan
         self._start: tuple[Point, float] | None = None
         self._course: float | None = None
         self._then = 0.0
         self._searched: tuple[int, Roam] | None = None
-
-    def status(self):
-        return self._gate and [round(v) for v in self._gate.middle], len(self._done), [(round(b.x),round(b.y),b.kind or dict(b.votes),b.looks) for b in self.lookout.map.sure if self._new(b.place)]
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Cross the gate that is next, or look for it."""
@@ -102,6 +99,7 @@ class Channel(Skipper):
             self._gate = self._choose(t)
         if task.get("state") != "running":
             return self._look_around(seen, t)
+        self._note(seen, t)
         if self._gate is None:
             return self._search(seen, t)
         return self._cross(self._gate, seen, t)
@@ -122,7 +120,7 @@ class Channel(Skipper):
         return next_gate(self._start[0], None, gates)
 
     def _doubtful(self, gate: Gate, last: Gate, t: float) -> bool:
-        """Whether something of unknown kind lies nearer to the last gate than the next one does: that may be another."""
+        """Whether something unknown lies nearer to the last gate than the next one does: that may be another."""
         if self._chart is not None or t - self._since > DOUBT:
             return False
         nearer = math.dist(last.middle, gate.middle) - 4.0
@@ -163,7 +161,6 @@ class Channel(Skipper):
         cos, sin = math.cos(gate.course), math.sin(gate.course)
         along = (seen.x - middle[0]) * cos + (seen.y - middle[1]) * sin
         across = (seen.y - middle[1]) * cos - (seen.x - middle[0]) * sin
-        self._note(gate, seen, t)
         slope = abs(across) / (RUN_OUT - along) if along < -0.5 else math.inf
         lined_up = slope < STEEPEST and slope * RUN_OUT < max(0.5, room - BERTH)
         ahead = RUN_OUT if lined_up else -RUN_UP
@@ -172,19 +169,22 @@ class Channel(Skipper):
             walls += wall(gate)
         return self.go(seen, t, (middle[0] + ahead * cos, middle[1] + ahead * sin), walls)
 
-    def _note(self, gate: Gate, seen: Estimate, t: float) -> None:
-        """See whether the gate was crossed."""
-        cos, sin = math.cos(gate.course), math.sin(gate.course)
-        east, north = seen.x - gate.middle[0], seen.y - gate.middle[1]
-        inside = abs(north * cos - east * sin) < gate.width / 2.0
-        side = ("after" if east * cos + north * sin >= 0.0 else "before") if inside else ""
-        if self._side == "before" and side == "after":
-            self._done.append(gate)
-            self._gate, self._side, self._since = self._choose(t), "", t
-        else:
-            self._side = side
+    def _note(self, seen: Estimate, t: float) -> None:
+        """See whether a gate was crossed, whichever; they are known again by their middles, as buoys drift."""
+        sides = []
+        for gate in self._known():
+            before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < OLD), "")
+            side = side_of(gate, (seen.x, seen.y))
+            if before == "before" and side == "after":
+                self._done.append(gate)
+                self._gate, self._since = self._choose(t), t
+            else:
+                sides.append((gate.middle, side))
+        self._sides = sides
 
-    def go(self, seen: Estimate, t: float, place: Point, walls: Sequence[Point] = (), *, share: float = 1.0) -> Commands:
+    def go(
+        self, seen: Estimate, t: float, place: Point, walls: Sequence[Point] = (), *, share: float = 1.0
+    ) -> Commands:
         """Commands toward a place [m], clear of buoys and walls, at a share of the cruising speed."""
         distance, bearing = seen.to(*place)
         discs = [(buoy.place, BERTH) for buoy in self.lookout.map.buoys]

@@ -30,8 +30,8 @@ class Cluster(NamedTuple):
     """Height of the lowest return [m]."""
     top: float
     """Height of the highest [m]."""
-    count: int
-    """Number of returns."""
+    returns: int
+    """Their number."""
 
 
 def leveled(
@@ -104,7 +104,7 @@ def _cluster(points: FloatArray) -> Cluster:
 def standing_free(
     points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
 ) -> list[Cluster]:
-    """Those clusters of level returns, up to `widest` [m] across, that keep `apart` [m] from wider ones: shores, docks."""
+    """Clusters of level returns up to `widest` [m] across that keep `apart` [m] from all wider ones: shores, docks."""
     groups = grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])
     found = [(_cluster(group), group) for group in groups]
     wide = [group[:, :2] for cluster, group in found if cluster.extent > widest]

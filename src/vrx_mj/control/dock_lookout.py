@@ -43,7 +43,7 @@ PANEL_HEIGHT = 1.9
 LAMP_HEIGHT = 1.65
 """Of the lamps above the water [m], VRX's light buoy: 1.3 m and its float's 0.37."""
 LAMP = (0.25, 0.4)
-"""Half the width and height of what is looked at there [m]: a lamp of 0.19 x 0.39 m, and waves; no placard behind it."""
+"""Half the width and height of what is looked at there [m]: a lamp of 0.19 x 0.39 m, and waves; nothing behind it."""
 LAMP_SIGHT = 50.0
 """From how far a lit lamp is looked for in passing [m]."""
 LOW_TOWER, HIGH_TOWER = 1.15, 3.2
@@ -53,7 +53,7 @@ TOWER = 2.6
 OFFSHORE = 4.0
 """How far from all that is wider it must be [m]."""
 DARK_FOR, WATCHED = 7.0, 20.0
-"""A tower that stays dark for so long [s], or tells no three colours in so long, is no light buoy: its period is 5 s."""
+"""What stays dark for so long [s], or tells no three colours in so long, is no light buoy: its period is 5 s."""
 
 
 @dataclass
@@ -159,7 +159,7 @@ class DockLookout:
 
 
 def banks(points: FloatArray, here: Point, *, reach: float = 20.0, cell: float = 2.0) -> list[Point]:
-    """Where something stands out of the water near by [m], one place in each cell that has returns, (n, 3) from `here`."""
+    """Where something stands out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
     near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
     cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
     return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]

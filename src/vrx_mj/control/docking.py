@@ -26,7 +26,7 @@ CLEAR = 12.5
 COMMIT = 9.0
 """Nearer than this [m] the boat goes on in; before, it waits until it is in line: the fingers end at 8.5."""
 IN_LINE = (0.35, 0.10)
-"""How far off the bay's axis [m] and its heading [rad] the boat may be to go in: the bay leaves 0.78 m to either side."""
+"""How far off the bay's axis [m] and heading [rad] the boat may be to go in: the bay leaves 0.78 m to either side."""
 SLOW = 0.8
 """Speed into and out of the bay [m/s]: it stops within half a metre."""
 AXIS_RATE = 0.7
@@ -51,8 +51,8 @@ TOWER_PATIENCE = 50.0
 """How long to try for a tower that may be the light buoy [s]."""
 TOWER_REACH = 60.0
 """Towers that were not seen lit are gone to up to this distance from the start [m]."""
-LIGHTS_UNTIL = 150.0
-"""How long the lights are looked for [s since the task runs]; then the bay comes first."""
+LIGHTS_UNTIL = 130.0
+"""How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
 TURNING = 0.45
 """How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.5 rad/s."""
 SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
@@ -64,15 +64,15 @@ class Docking(Skipper):
 
     Perception (`DockLookout`): upright panels of 2 m are placards, the camera ahead reads their symbols; narrow towers
     may be light buoys, and are watched from near until three colours were seen between two darks. The symbol comes from
-    the task, where it tells, else from the lights. Guidance: line up on the bay's axis `LINE_UP` before the placard, go in
-    slowly along it, stay, and back out, where the points come. The zones of VRX's docks lie alike before their placards, so
-    nothing else of the dock need be known; all that the lidar sees is kept off, and a placard's two sides. Where nothing is
-    known the boat goes to see what lies ahead of its start (`Roam`). No balls are thrown.
+    the task, where it tells, else from the lights. Guidance: line up on the bay's axis `LINE_UP` before the placard, go
+    in slowly along it, stay, and back out, where the points come. The zones of VRX's docks lie alike before their
+    placards, so nothing else of the dock need be known; the boat keeps off all that the lidar sees, and off both sides
+    of a placard. Where nothing is known it goes to see what lies ahead of its start (`Roam`). No balls are thrown.
     """
 
     def begin(self) -> None:
         """Forget the dock and the lights."""
-        self._lookout = DockLookout()
+        self.lookout = DockLookout()
         self._heading = math.nan
         self._roam: Roam | None = None
         self._colors: list[str] | None = None
@@ -85,7 +85,7 @@ class Docking(Skipper):
         """Look, and do what is next."""
         if math.isnan(self._heading):
             self._heading = seen.heading
-        self._lookout.look(boat, seen, t, near_only=self._stage in ("in", "stay", "out"))
+        self.lookout.look(boat, seen, t, near_only=self._stage in ("in", "stay", "out"))
         if task.get("state") != "running":
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + TURNING)
         if self._roam is None:
@@ -98,8 +98,11 @@ class Docking(Skipper):
 
     def _find(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Read the lights, if the task asks for that, then find the bay."""
-        tower = self._tower(seen)
-        if task.get("color_sequence_open") and tower is not None and t - self._started < LIGHTS_UNTIL:
+        assert self._roam is not None, "before the task runs"
+        if task.get("color_sequence_open") and t - self._started < LIGHTS_UNTIL:
+            tower = self._tower(seen)
+            if tower is None:
+                return self._go(seen, t, self._roam.next(seen, t))
             return self._scan(boat, seen, tower, t)
         self._bay = self._right_bay(task)
         if self._bay is None:
@@ -111,7 +114,7 @@ class Docking(Skipper):
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
         assert self._roam is not None, "before the task runs"
         likely = self._roam.likely
-        known = [tower for tower in self._lookout.towers if tower.lit or likely(tower.place, TOWER_REACH)]
+        known = [tower for tower in self.lookout.towers if tower.lit or likely(tower.place, TOWER_REACH)]
         return min(known, key=lambda tower: (not tower.lit, seen.to(*tower.place)[0]), default=None)
 
     def _scan(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> Commands:
@@ -122,7 +125,7 @@ class Docking(Skipper):
         if distance > LAMP_RANGE:
             return self._go(seen, t, tower.place)
         if abs(wrapped(bearing - seen.heading)) < 0.5:
-            self._colors = self._lookout.watch(boat, seen, tower, t)
+            self._colors = self.lookout.watch(boat, seen, tower, t)
             if self._colors:
                 self.messages["color_sequence"] = self._colors
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
@@ -132,7 +135,7 @@ class Docking(Skipper):
         wanted = task.get("symbol")
         if wanted is None and self._colors:
             wanted = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"
-        return next((face for face in self._lookout.faces if face.symbol and face.symbol == wanted), None)
+        return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
 
     def _explore(self, seen: Estimate, t: float) -> Commands:
         """Go where a placard can be read that was not yet; else where nobody was."""
@@ -149,9 +152,9 @@ class Docking(Skipper):
         return self.pilot.sail(seen, t, 0.0, 0.0, seen.to(*face.place)[1])
 
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
-        """What to look at next, and where from: an unread face, from before it, or else the back of one that was read."""
+        """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
         assert self._roam is not None, "before the task runs"
-        known = [face for face in self._lookout.faces if self._roam.likely(face.place, math.inf)]
+        known = [face for face in self.lookout.faces if self._roam.likely(face.place, math.inf)]
         unread = [face for face in known if face.looks < 5 and face.tried < FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]
         if not views:
@@ -193,9 +196,9 @@ class Docking(Skipper):
     def _go(self, seen: Estimate, t: float, place: Point) -> Commands:
         """Commands toward a place, clear of placards and of all that the lidar sees."""
         distance, bearing = seen.to(*place)
-        sides = [face.ahead(side) for face in self._lookout.faces for side in (-3.5, 3.5)]
+        sides = [face.ahead(side) for face in self.lookout.faces for side in (-3.5, 3.5)]
         discs = [(side, KEEP_OFF) for side in sides if math.dist(side, place) > KEEP_OFF]
-        discs += [(bank, OFF_BANK) for bank in self._lookout.banks]
+        discs += [(bank, OFF_BANK) for bank in self.lookout.banks]
         course = clear_course((seen.x, seen.y), bearing, discs, reach=min(REACH, distance), before=self._course)
         self._course = course
         speed = min(CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)

@@ -5,11 +5,12 @@ Red right returning: who crosses a gate as it should has the red buoy to starboa
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from vrx_mj.control.guidance import Point, wrapped
 
-__all__ = ["WIDEST", "Gate", "gate_of", "next_gate", "opening", "paired", "wall"]
+__all__ = ["WIDEST", "Gate", "gate_of", "next_gate", "opening", "paired", "side_of", "wall"]
 
 NARROWEST, WIDEST = 5.0, 32.0
 """Of gates [m]: VRX's are 8 to 29."""
@@ -46,7 +47,7 @@ def paired(reds: Sequence[Point], partners: Sequence[Point]) -> list[Gate]:
 
     Once those have found each other, the same is asked of who is left.
     """
-    gates = []
+    gates: list[Gate] = []
     left, free = list(reds), list(partners)
     while True:
         found = _mutual(left, free)
@@ -81,11 +82,20 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
     return min(near, key=effort, default=None)
 
 
+def side_of(gate: Gate, place: Point) -> str:
+    """Where a place is: `before` a gate or `after` it, within its width, or else nothing."""
+    cos, sin = math.cos(gate.course), math.sin(gate.course)
+    east, north = place[0] - gate.middle[0], place[1] - gate.middle[1]
+    if abs(north * cos - east * sin) >= gate.width / 2.0:
+        return ""
+    return "after" if east * cos + north * sin >= 0.0 else "before"
+
+
 def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> tuple[Point, float]:
     """Where to go through a gate [m], and how much room there is to either side [m].
 
-    It is the gate's middle, or that of its widest part where a buoy lies in between. `berth` [m] is the distance to keep
-    from buoys; what lies further before or behind the gate can be steered around.
+    It is the gate's middle, or that of its widest part where a buoy lies in between. `berth` [m] is the distance to
+    keep from buoys; what lies further before or behind the gate can be steered around.
     """
     cos, sin = math.cos(gate.course), math.sin(gate.course)
     marks = [-gate.width / 2.0, gate.width / 2.0]  # along the gate, to port positive
@@ -98,7 +108,7 @@ def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> tuple[Point, fl
     if room >= min(berth + 0.5, gate.width / 2.0):
         return gate.middle, room
     marks.sort()
-    low, high = max(zip(marks, marks[1:], strict=False), key=lambda pair: pair[1] - pair[0])
+    low, high = max(pairwise(marks), key=lambda pair: pair[1] - pair[0])
     left = (low + high) / 2.0
     return (gate.middle[0] - left * sin, gate.middle[1] + left * cos), (high - low) / 2.0
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.control.navigation import Estimate, sensor_named
+from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
+from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import project
 from vrx_mj.control.sightings import OLD, SYDNEY, Blob, blobs, kind_of
 from vrx_mj.control.skipper import Commands, Skipper
@@ -121,13 +122,11 @@ class Perceiver(Skipper):
         if task.get("state") != "running" or t < self._next:
             return
         self._next = t + PERIOD
-        camera = sensor_named(boat, "front_left") or sensor_named(boat, "camera")
+        camera = camera_ahead(boat)
         if camera is None:
             return
         reading = boat.sensors[camera]
-        mount, matrix = reading.mount, np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
-        assert mount is not None, "a camera without a place on the boat"
-        view = View(np.asarray(mount.position), np.asarray(mount.rotation), matrix, seen)
+        view = View(*mounting(reading), intrinsics(reading), seen)
         for blob in blobs(reading.data.rgb, view.horizon() + BELOW):
             self._take(view, blob, t)
         self._sights = [sight for sight in self._sights if t - sight.last < GONE]

@@ -22,8 +22,12 @@ NEAR, TALL = 18.0, 0.9
 """Within that distance [m] a panel shows at least so much of its height [m], or it is something lower."""
 NARROW, WIDE = 1.4, 2.5
 """Of a panel [m]: VRX's are 2 m wide."""
-THICK = 0.14
-"""Returns of a plane lie at most so far off it, as a root of the mean square [m]."""
+THICK = 0.12
+"""Returns of a plane lie at most so far off it [m]: the lidar errs by 1 cm, and the dock rolls."""
+MOST = 0.6
+"""Share of the returns that must lie on it: the rest may be of the panel behind."""
+PICKED = 10
+"""Through so many of the returns planes are laid."""
 SAME = 1.2
 """Faces nearer than this [m] that look the same way are one."""
 SHARE = 0.3
@@ -118,17 +122,45 @@ def _face(points: FloatArray) -> Face | None:
     level, heights = points[:, :2], points[:, 2]
     if heights.max() > HIGH or (np.hypot(*level.mean(axis=0)) < NEAR and np.ptp(heights) < TALL):
         return None
+    on_it = _on_a_line(level)
+    if on_it.mean() < MOST:
+        return None
+    level = level[on_it]
     middle = level.mean(axis=0)
-    sizes, axes = np.linalg.eigh(np.cov((level - middle).T))
-    along, normal = axes[:, 1], axes[:, 0]
+    along, normal = _axes(level)
     spread = (level - middle) @ along
     width = float(spread.max() - spread.min())
-    if not NARROW < width < WIDE or math.sqrt(max(0.0, float(sizes[0]))) > THICK:
+    if not NARROW < width < WIDE:
         return None
     x, y = middle + along * (spread.max() + spread.min()) / 2.0
     if normal @ (x, y) > 0.0:
         normal = -normal
     return Face(float(x), float(y), math.atan2(float(normal[1]), float(normal[0])))
+
+
+def _on_a_line(level: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which of the points, (n, 2) [m], lie on the line that most do: of two panels back to back one is seen whole.
+
+    Lines are tried through pairs of points that are far apart in the order of their direction from the boat.
+    """
+    order = np.argsort(np.arctan2(level[:, 1], level[:, 0]))
+    picked = level[order[np.linspace(0, len(level) - 1, min(len(level), PICKED)).round().astype(int)]]
+    best = np.zeros(len(level), bool)
+    for row, one in enumerate(picked):
+        for other in picked[row + 1 :]:
+            gap = float(np.hypot(*(other - one)))
+            if gap > NARROW / 2.0:
+                east, north = (other - one) / gap
+                close = np.abs((level[:, 1] - one[1]) * east - (level[:, 0] - one[0]) * north) < THICK
+                if close.sum() > best.sum():
+                    best = close
+    return best
+
+
+def _axes(level: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Directions along and across what points, (n, 2), make, unit vectors."""
+    _, axes = np.linalg.eigh(np.cov((level - level.mean(axis=0)).T))
+    return axes[:, 1], axes[:, 0]
 
 
 def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]:
@@ -148,8 +180,9 @@ def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]
 def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
     """The symbol in a picture of a placard, as red_circle; empty if there is none.
 
-    The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle all,
-    circle pi/4, cross 0.56, triangle 1/2) and, of the last two, from whether its upper third is as wide as the lower.
+    The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
+    all, circle pi/4, cross 0.56, triangle 1/2) and, of the last two, from whether its upper third is as wide as the
+    lower.
     """
     codes = vivid(window, lead=lead)
     counts = [int((codes == code).sum()) for code in range(len(COLORS))]

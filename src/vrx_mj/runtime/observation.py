@@ -81,6 +81,10 @@ class Observation(dict[str, BoatObservation]):
             return self.task
         raise KeyError(name)
 
+    def __contains__(self, name: object) -> bool:
+        """Whether there is such a boat, or a task."""
+        return super().__contains__(name) or (name == TASK and self.task is not None)
+
     def get(self, name: str, default: Any = None) -> Any:
         """A boat, or the task; `default` where there is none."""
         try:

@@ -131,8 +131,7 @@ class Officiating:
         Raises:
             StateError: it is of another task.
         """
-        if (self.referee is None) != (not text):
-            raise StateError("the state is of a run with a task, and this one has none, or the other way round")
+        self.check(text)
         if self.referee is None:
             return
         state = json.loads(text)
@@ -140,6 +139,25 @@ class Officiating:
         self._seen = int(state["seen"])
         self._sent = [Message(topic, content) for topic, content in state["sent"]]
         self._record = [(time, line, level) for time, line, level in state["lines"]]
+
+    def check(self, text: str) -> None:
+        """Tell whether `load` can take this.
+
+        Raises:
+            StateError: it is of another task, or damaged.
+        """
+        if (self.referee is None) != (not text):
+            raise StateError("the state is of a run with a task, and this one has none, or the other way round")
+        if self.referee is None:
+            return
+        try:
+            state = json.loads(text)
+            whole = {"seen", "sent", "lines"} <= state.keys()
+        except (ValueError, AttributeError):
+            whole = False
+        if not whole:
+            raise StateError(f"the state of the task '{self.referee.type}' is damaged")
+        self.referee.check(state)
 
     def _on_earth(self, told: Any) -> Any:
         """What is told, with latitude and longitude [degrees] where a moving thing's are left open."""

@@ -16,6 +16,7 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.layout import frame_stride
 from vrx_mj.tasks.meaning import MEANINGS
 
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
@@ -24,6 +25,8 @@ goes to the task, `{topic: content}`."""
 
 NO_TASK = 60.0
 """How long a world without a task runs [s], unless it is told."""
+PHASES = 3
+"""Of a task, one of which begins at a frame at most: so many frames late it may end."""
 CONTROL_RATE = 10.0
 """Calls of a controller per simulated second [Hz]."""
 
@@ -136,8 +139,10 @@ def planned(sim: Simulation) -> float:
     task = sim.task
     if task is None:
         return NO_TASK
-    left = float(task["running_time"] + task["remaining_time"] + task["elapsed_time"]) - sim.time
-    return max(1, math.ceil(left / sim.timestep - 1e-6) + 1) * sim.timestep
+    end = float(task["running_time"] + task["remaining_time"] + task["elapsed_time"])
+    stride = frame_stride(sim.timestep)
+    frames = math.ceil(end / (stride * sim.timestep) - 1e-6) + PHASES
+    return max(1, frames * stride - round(sim.time / sim.timestep)) * sim.timestep
 
 
 def load_controller(name: str, seed: int) -> Controller:
@@ -243,7 +248,7 @@ def _send(sim: Simulation, messages: Any) -> None:
     if not isinstance(messages, Mapping):
         raise CommandError(f"the controller sent {messages!r} to the task: a mapping of topics is needed")
     for topic, content in messages.items():
-        several = isinstance(content, list) and all(isinstance(item, Mapping | list) for item in content)
+        several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:
             sim.send(topic, item)
 

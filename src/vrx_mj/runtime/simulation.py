@@ -236,6 +236,7 @@ class Simulation(Instruments, Signals):
         self._subscriptions.check_idle("set_state")
         state.check(self._world_id)
         self._rig.check(state.ours)
+        self._officiating.check(state.task)
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)

@@ -12,23 +12,20 @@ class Meaning:
 
     unit: str
     better: Literal["lower", "higher"]
-    about: str
 
 
 MEANINGS = {
-    "stationkeeping": Meaning("m", "lower", "mean error of the pose since the run began"),
-    "wayfinding": Meaning("m", "lower", "mean over the waypoints of the least error of the pose"),
-    "perception": Meaning("m", "lower", "mean error of the landmarks' positions; 10 for one that was not found"),
-    "navigation_course": Meaning("s", "lower", "time per gate with penalties; 200 is a failure"),
-    "follow_path": Meaning("points", "higher", "10 for each gate, 1 for each in a row, less 3 for each collision"),
-    "dock": Meaning("points", "higher", "docking, and docking in the right bay"),
-    "scan_and_dock": Meaning("points", "higher", "the light buoy's colours, docking, and docking in the right bay"),
-    "scan_dock_deliver": Meaning(
-        "points", "higher", "the colours, docking, the right bay, and balls through the holes"
-    ),
-    "wildlife": Meaning("s", "lower", "time to circle the animals, less bonuses"),
-    "gymkhana": Meaning("m", "lower", "mean distance to the black box since the run began; 200 is a failed channel"),
-    "acoustic_perception": Meaning("s", "lower", "time until the beacon is reached"),
-    "acoustic_tracking": Meaning("m", "lower", "mean distance to the moving beacon"),
+    "stationkeeping": Meaning("m", "lower"),
+    "wayfinding": Meaning("m", "lower"),
+    "perception": Meaning("m", "lower"),
+    "navigation_course": Meaning("s", "lower"),
+    "follow_path": Meaning("points", "higher"),
+    "dock": Meaning("points", "higher"),
+    "scan_and_dock": Meaning("points", "higher"),
+    "scan_dock_deliver": Meaning("points", "higher"),
+    "wildlife": Meaning("s", "lower"),
+    "gymkhana": Meaning("m", "lower"),
+    "acoustic_perception": Meaning("s", "lower"),
+    "acoustic_tracking": Meaning("m", "lower"),
 }
 """By the type of the task."""

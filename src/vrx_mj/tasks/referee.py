@@ -102,7 +102,7 @@ class Referee:
     @property
     def progress(self) -> dict[str, Any]:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
-        return deepcopy(getattr(self._rules, "progress", {}))
+        return deepcopy(dict(self._rules.progress))
 
     # The desk
 
@@ -135,14 +135,23 @@ class Referee:
         Raises:
             StateError: it is of another task.
         """
+        self.check(state)
+        self._load_rules(state["rules"])
+        self.sheet = Sheet(**state["sheet"])
+
+    def check(self, state: Mapping[str, Any]) -> None:
+        """Tell whether `load` can take this.
+
+        Raises:
+            StateError: it is of another task.
+        """
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task '{state.get('type')}', not '{self.type}'")
         try:
-            sheet = Sheet(**state["sheet"])
-            self._load_rules(state["rules"])
+            Sheet(**state["sheet"])
+            type(self._rules.state)(**state["rules"])
         except (KeyError, TypeError) as error:
             raise StateError(f"the state does not fit the task '{self.type}': {error}") from error
-        self.sheet = sheet
 
     # Inside
 
@@ -179,8 +188,11 @@ class Referee:
         if other is None or frame.touches[other] - self.sheet.last_hit <= self.buffer:
             return
         self.sheet.last_hit = frame.touches[other]
-        self.sheet.collisions += 1
-        self.tell(f"{self.name}: {self.boat} hits {other}, collision {self.sheet.collisions}", "WARN")
+        number = ""
+        if self._rules.counts_hits:
+            self.sheet.collisions += 1
+            number = f", collision {self.sheet.collisions}"
+        self.tell(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
         self._rules.hit(other, frame, self)
 
     def _load_rules(self, state: Mapping[str, Any]) -> None:

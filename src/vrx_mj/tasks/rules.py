@@ -1,5 +1,6 @@
 """What a task has to say to the referee: the part that differs from task to task."""
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError
@@ -33,12 +34,15 @@ class Desk(Protocol):
 
 
 class Rules(Protocol):
-    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
-
-    Rules may have a property `progress`: how far the parts of the task are, such as gates, for maps and recordings.
-    """
+    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts."""
 
     state: Any
+    counts_hits: bool
+    """Whether a hit goes into the count of collisions."""
+
+    @property
+    def progress(self) -> Mapping[str, Any]:
+        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -72,8 +76,15 @@ class PlainRules:
 
     state: Any
     watched: tuple[str, ...] = ()
+    counts_hits = True
+    """Whether a hit goes into the count of collisions."""
     title = "the task"
     """In error messages."""
+
+    @property
+    def progress(self) -> Mapping[str, Any]:
+        """Nothing that a map could show."""
+        return {}
 
     def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
         """Nothing happens between phases."""

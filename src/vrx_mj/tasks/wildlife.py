@@ -71,6 +71,7 @@ class Wildlife(PlainRules):
     def __init__(self, task: Mapping[str, Any]) -> None:
         self._boat, self._animals = task["boat"], tuple(task["animals"])
         self._classic = task["profile"] != "vrx3"
+        self.counts_hits = not self._classic
         self._radius, self._bonus = float(task["engagement_distance"]), float(task["time_bonus"])
         self._rate = task["publication_rate"]
         self.watched = tuple(str(animal["name"]) for animal in self._animals)
@@ -106,8 +107,6 @@ class Wildlife(PlainRules):
 
     def hit(self, other: str, frame: Frame, desk: Desk) -> None:
         """Any collision starts over all circles under way."""
-        if self._classic:
-            desk.sheet.collisions -= 1
         for number, circled in enumerate(self.state.circled):
             if circled and not self._done(number):
                 desk.tell(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
@@ -180,6 +179,7 @@ class Wildlife(PlainRules):
             if len(circled) == GATES:
                 own.status[number] = "circumnavigated"
                 desk.tell(f"{name} circled: {self._bonus:g} s bonus in the end")
+                return
 
     def _start_over(self, number: int, why: str, desk: Desk) -> None:
         circled = self.state.circled[number]

@@ -6,7 +6,7 @@ import mujoco
 import pytest
 
 from vrx_mj.compiler.compile import compile_world
-from vrx_mj.errors import ConfigError
+from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.runtime.rig import stepping_models
 
 EARTH = {"georeference": {"latitude": -33.724223, "longitude": 150.679736}}
@@ -114,7 +114,8 @@ def test_the_partners_of_red_buoys_have_any_colour_and_the_numbers_order_them():
         ("red_bound_3", 20),
     ]
     placed = [{"name": name, "model": "mb_marker_buoy_red", "pose": [20, y, 0, 0, 0, 0]} for name, y in parts]
-    task = task_of({"type": "follow_path"}, *placed)
+    with pytest.warns(VrxWarning, match="^the world: no gate at red_bound_3, without a partner$"):
+        task = task_of({"type": "follow_path"}, *placed)
     pairs = [(gate["left"], gate["right"]) for gate in task["gates"]]
     assert pairs == [("red_bound_2", "white_bound_2"), ("red_bound_10", "black_bound_10")]
     assert (task["points_per_gate_crossed"], task["bonus"], task["obstacle_penalty"]) == (10.0, 1.0, 3.0)

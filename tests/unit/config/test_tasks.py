@@ -42,7 +42,7 @@ VALUES = {
     "scan_and_dock": {"dock_bonus_points": 10.0, "correct_dock_bonus_points": 10.0, "enable_color_checker": True},
     "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0, "enable_color_checker": True},
     "wildlife": {"engagement_distance": 10.0, "time_bonus": 30.0, "collision_buffer": 10.0, "publication_rate": None},
-    "gymkhana": {"obstacle_penalty": 1.0, "collision_buffer": 10.0},
+    "gymkhana": {"obstacle_penalty": 1.0, "collision_buffer": 3.0},
     "acoustic_perception": {"goal_tolerance": 3.0, "collision_buffer": 3.0},
     "acoustic_tracking": {"pinger_depth": 2.0, "obstacle_penalty": 1.0},
 }

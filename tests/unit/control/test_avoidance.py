@@ -29,7 +29,9 @@ def test_one_buoy_ahead_is_passed_at_its_distance_within_a_step(distance, bearin
     centre = (distance * math.cos(wanted + bearing), distance * math.sin(wanted + bearing))
     course = clear_course((0.0, 0.0), wanted, [(centre, 2.7)], reach=16.0)
     assert passed(course, centre) > 2.7 - distance * math.radians(5.0)
-    assert abs(math.remainder(course - wanted, math.tau)) < math.asin(2.7 / distance) + abs(bearing) + math.radians(10.0)
+    assert abs(math.remainder(course - wanted, math.tau)) < math.asin(2.7 / distance) + abs(bearing) + math.radians(
+        10.0
+    )
 
 
 def test_the_side_chosen_before_is_kept():

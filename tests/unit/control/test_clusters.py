@@ -55,7 +55,7 @@ def test_a_cluster_has_the_middle_and_the_measures_of_its_returns():
     seen = np.array([[10.0, 5.0, 0.1], [10.3, 5.4, 0.9], [30.0, 0.0, 0.5], [10.1, 5.2, 9.0]])
     one, other = sorted(clusters(seen, high=3.5))
     assert one == Cluster(pytest.approx(10.15), pytest.approx(5.2), pytest.approx(0.5), 0.1, 0.9, 2)
-    assert (other.x, other.y, other.count, other.extent) == (30.0, 0.0, 1, 0.0)
+    assert (other.x, other.y, other.returns, other.extent) == (30.0, 0.0, 1, 0.0)
 
 
 def test_nothing_seen_is_no_cluster():
@@ -64,7 +64,7 @@ def test_nothing_seen_is_no_cluster():
 
 
 def test_a_stone_on_the_shore_does_not_stand_free_and_a_buoy_off_it_does():
-    shore = Cluster(0.0, 0.0, 20.0, 0.0, 1.0, 99)
-    stone, buoy = Cluster(12.0, 0.0, 0.3, 0.0, 0.5, 3), Cluster(14.0, 0.0, 0.3, 0.0, 0.5, 3)
-    assert standing_free([shore, stone, buoy], widest=1.4, apart=3.0) == [buoy]
-    assert standing_free([stone, buoy], widest=1.4, apart=3.0) == [stone, buoy]
+    shore = np.stack([np.arange(0.0, 20.0, 0.3), np.zeros(67), np.full(67, 0.5)], axis=1)
+    stone, buoy = np.array([[10.0, 2.0, 0.5]]), np.array([[10.0, 6.0, 0.5]])  # a circle about the shore has both
+    assert [one.y for one in standing_free(np.concatenate([shore, stone, buoy]), widest=1.4, apart=3.0)] == [6.0]
+    assert {one.y for one in standing_free(np.concatenate([stone, buoy]), widest=1.4, apart=3.0)} == {2.0, 6.0}

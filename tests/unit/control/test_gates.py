@@ -1,16 +1,23 @@
 """Gates from buoys: red right returning, pairs, order, and where to go through."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.gates import gate_of, next_gate, opening, paired, wall
+from vrx_mj.control.gates import gate_of, next_gate, opening, paired, side_of, wall
 
 COURSES = {  # red and partner of each gate in order: VRX's short_navigation_course1, navigation_phase2_3, short..._5
     "short": [((0, 12), (0, 0)), ((-20, 0), (-10, -10)), ((-34, -6), (-36, -18)), ((-44, 4), (-58, 4))],
-    "bend": [((0, 0), (0, -15)), ((-20, 15), (-20, 0)), ((-25, 30), (-40, 30)), ((-20, 45), (-20, 60)), ((0, 60), (0, 75))],
+    "bend": [
+        ((0, 0), (0, -15)),
+        ((-20, 15), (-20, 0)),
+        ((-25, 30), (-40, 30)),
+        ((-20, 45), (-20, 60)),
+        ((0, 60), (0, 75)),
+    ],
     "long": [
         *[((0, 18), (0, 0)), ((-30, 8), (-30, -12)), ((-60, 0), (-60, -16)), ((-90, 12), (-103, 0))],
         *[((-140, 0), (-140, -20)), ((-180, -10), (-170, -30)), ((-199, -70), (-180, -55))],
@@ -26,8 +33,8 @@ def test_red_is_to_starboard_of_who_crosses():
     assert gate.course == pytest.approx(math.pi / 2)
 
 
-@given(*[st.floats(-100, 100)] * 3, st.floats(5, 30), st.floats(-math.pi, math.pi))
-def test_wherever_a_gate_is_red_lies_a_quarter_turn_to_starboard_of_its_course(x, y, _, width, angle):
+@given(st.floats(-100, 100), st.floats(-100, 100), st.floats(5, 30), st.floats(-math.pi, math.pi))
+def test_wherever_a_gate_is_red_lies_a_quarter_turn_to_starboard_of_its_course(x, y, width, angle):
     red = (x + width * math.cos(angle), y + width * math.sin(angle))
     gate = gate_of(red, (x, y))
     to_red = math.atan2(red[1] - gate.middle[1], red[0] - gate.middle[0])
@@ -39,7 +46,7 @@ def test_pairs_and_their_order_are_those_of_the_course(course):
     wanted = [gate_of(red, partner) for red, partner in course]
     found = paired([red for red, _ in course], [partner for _, partner in reversed(course)])
     assert set(found) == set(wanted)
-    for here, after in zip(wanted, wanted[1:], strict=False):
+    for here, after in pairwise(wanted):
         left = [gate for gate in wanted if wanted.index(gate) > wanted.index(here)]
         assert next_gate(here.middle, here.course, left) == after
 
@@ -69,4 +76,9 @@ def test_the_opening_is_the_middle_or_beside_what_lies_in_it():
 def test_a_wall_is_as_long_as_its_gate_and_has_no_holes():
     places = wall(gate_of((0.0, 12.0), (0.0, 0.0)))
     assert {places[0], places[-1]} == {(0.0, 12.0), (0.0, 0.0)}
-    assert max(math.dist(*pair) for pair in zip(places, places[1:], strict=False)) <= 2.0
+    assert max(math.dist(*pair) for pair in pairwise(places)) <= 2.0
+
+
+@pytest.mark.parametrize(("place", "side"), [((-1.0, 3.0), "after"), ((1.0, 3.0), "before"), ((1.0, 13.0), "")])
+def test_a_place_is_before_or_after_a_gate_or_outside(place, side):
+    assert side_of(gate_of((0.0, 12.0), (0.0, 0.0)), place) == side  # westward

@@ -24,6 +24,16 @@ def test_a_panel_is_found_with_its_place_and_the_side_it_shows(facing):
     assert math.remainder(face.facing - facing, math.tau) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_of_two_panels_back_to_back_the_one_in_front_is_found_also_from_the_side():
+    facing = math.pi + 0.7
+    back = (12.0 - 1.1 * math.cos(facing), 1.0 - 1.1 * math.sin(facing))
+    edge = panel(*back, facing)
+    edge = edge[edge[:, 1] < back[1] - 0.6]  # what the one in front does not hide
+    (face,) = faces(np.concatenate([panel(12.0, 1.0, facing), edge]))
+    assert face.place == pytest.approx((12.0, 1.0), abs=0.05)
+    assert math.remainder(face.facing - facing, math.tau) == pytest.approx(0.0, abs=0.02)
+
+
 def test_neither_narrow_nor_wide_nor_high_nor_low_nor_thick_things_are_panels():
     block = np.concatenate([panel(12.0 + depth, 0.0, math.pi) for depth in np.linspace(0.0, 1.5, 8)])
     for other in (
