@@ -1,6 +1,7 @@
 """A task in a run: its referee sees the same whoever records, steers or resumes, and a recording scores alike."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -142,7 +143,7 @@ def test_a_hit_is_counted_and_told(sim):
     hits = [time for time, text, _ in sim.task_events if text.startswith("stationkeeping: wamv hits near, collision")]
     assert len(hits) == sim.task["num_collisions"] > 0
     assert hits[0] > 3.0  # VRX counts none in the first seconds of the dead time
-    assert all(later - earlier > 2.9 for earlier, later in zip(hits, hits[1:], strict=False))  # told at the next frame
+    assert all(later - earlier > 2.9 for earlier, later in pairwise(hits))  # told at the next frame
 
 
 def test_the_other_boats_hits_are_its_own():
@@ -162,7 +163,7 @@ def test_a_message_that_the_task_does_not_take_is_refused(sim):
 
 def test_a_state_of_a_run_without_a_task_is_refused(sim):
     state = sim.get_state()
-    with pytest.raises(StateError, match="^the state is of a run with a task, and this one has none"):
+    with pytest.raises(StateError, match=r"^the state is of a run with a task, and this one has none"):
         sim.set_state(vrx_mj.State(**{**vars(state), "task": ""}))
 
 

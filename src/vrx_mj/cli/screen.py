@@ -66,9 +66,7 @@ def _standing(sim: "Simulation") -> str:
     return "sailing" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"
 
 
-def score_line(
-    name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool
-) -> str:
+def score_line(name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool) -> str:
     """A task's result in one line."""
     hits = f"{collisions} collision{'' if collisions == 1 else 's'}"
     end = ", timed out" if timed_out else ""

@@ -1,4 +1,4 @@
-"""From east, north and up to WGS84 latitude, longitude and altitude, in scalars: sensors and tasks ask at every reading.
+"""From east, north and up to WGS84 latitude, longitude and altitude, in scalars, as sensors and tasks ask for it.
 
 pymap3d does the same for arrays, a hundred times slower for one point; a test holds the two together.
 """
