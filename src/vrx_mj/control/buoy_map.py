@@ -50,7 +50,7 @@ class Buoy:
     last: float = 0.0
     """When [s]."""
     looks: int = 0
-    """How often it was looked at through a camera."""
+    """How often it was looked at through a camera from near."""
     tried: float = 0.0
     """For how long it was tried to see it [s]."""
     votes: Counter[str] = field(default_factory=Counter)

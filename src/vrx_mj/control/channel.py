@@ -39,9 +39,11 @@ AT_GOAL = 4.0
 OLD = 4.0
 """A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
 SWEEP = 0.55
-"""Turning rate of looking around [rad/s]."""
+"""How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
 PATIENCE = 14.0
 """How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
+GATE_PATIENCE = 75.0
+"""How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
 DOUBT = 30.0
 """How long after a gate others may be looked for that lie nearer than the next one known [s]."""
 SIGHT = 70.0
@@ -50,6 +52,8 @@ LOOK_FROM = 14.0
 """From how far they are looked at [m]: there a buoy is 40 pixels high."""
 TRIED = 12.0
 """For so long it is tried to see one of them better [s]."""
+ON_THE_WAY = 0.2
+"""Share of the time on the way there that counts as trying: something may bar the way."""
 TRIED_HALF = 40.0
 """For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
 ROW = 10.0
@@ -68,8 +72,8 @@ class Channel(Skipper):
     are new. Two buoys that are each other's nearest, one of them red, are a gate (`gates.paired`); the next is the one
     with the least way and turning, the first is the one with a white buoy. Guidance: to a point `RUN_UP` before the
     gate's opening and straight on, on the course nearest to that which is clear (`avoidance.clear_course`). Gates whose
-    turn has not come are walls. Where nothing is known the boat goes on for a while, goes to see what it cannot tell
-    yet, or turns to look around.
+    turn has not come are walls. While something of unknown kind lies nearer than the next gate, or a red buoy without a
+    partner, the boat goes to see that first; where nothing at all is known it searches ahead (`Roam`).
 
     With a chart, the gates' buoys [m, as red and partner by gate], nothing is to be found: `chart` is in the frame of
     the world's map, x and y, or {latitude, longitude}; obstacles still come from the lidar.
@@ -89,6 +93,7 @@ class Channel(Skipper):
         self._start: tuple[Point, float] | None = None
         self._course: float | None = None
         self._then = 0.0
+        self._aim: tuple[Point, float] = (math.inf, math.inf), 0.0
         self._searched: tuple[int, Roam] | None = None
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
@@ -102,7 +107,17 @@ class Channel(Skipper):
         self._note(seen, t)
         if self._gate is None:
             return self._search(seen, t)
-        return self._cross(self._gate, seen, t)
+        gate = self._gate
+        self._give_up(gate, t)
+        return self._cross(gate, seen, t)
+
+    def _give_up(self, gate: Gate, t: float) -> None:
+        """Leave a gate that could not be crossed for long: it may be one that was to come earlier, or none at all."""
+        if math.dist(gate.middle, self._aim[0]) > OLD:
+            self._aim = gate.middle, t
+        elif t - self._aim[1] > GATE_PATIENCE:
+            self._done.append(gate)
+            self._gate, self._since, self._aim = self._choose(t), t, (gate.middle, t)
 
     # Which gate
 
@@ -206,10 +221,10 @@ class Channel(Skipper):
         if buoy is None:
             return self.go(seen, t, self._roam(seen, t).next(seen, t), self._walls(), share=0.7)
         distance, bearing = seen.to(*buoy.place)
+        buoy.tried += min(1.0, t - self._then) * (1.0 if distance < LOOK_FROM else ON_THE_WAY)
+        self._then = t
         if distance > LOOK_FROM:
             return self.go(seen, t, buoy.place, self._walls(), share=0.7)
-        buoy.tried += min(1.0, t - self._then)
-        self._then = t
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing) if strange else self._look_around(seen, t)
 
     def _roam(self, seen: Estimate, t: float) -> Roam:
@@ -238,7 +253,7 @@ class Channel(Skipper):
 
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP, turn=0.0)
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP)
 
 
 def _in_a_row(buoy: Buoy, unknown: Sequence[Buoy]) -> bool:

@@ -30,6 +30,8 @@ REACH = 120.0
 """How far the lidar's returns are taken [m]."""
 LEGIBLE = (5.0, 45.0)
 """From where to where a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
+PLAIN = 25.0
+"""From where a symbol is read in any haze of VRX's [m]."""
 OBLIQUE = 1.0
 """Largest angle [rad] off its axis from which a placard is read."""
 FIELD = 0.6
@@ -151,7 +153,7 @@ class DockLookout:
         for face in signs:
             window = cutout(reading, seen, (face.x, face.y, PANEL_HEIGHT), PANEL)
             if window is not None:
-                face.note(symbol_in(window))
+                face.note(symbol_in(window), near=seen.to(*face.place)[0] < PLAIN)
         for tower in towers:
             window = cutout(reading, seen, (*tower.place, LAMP_HEIGHT), LAMP)
             tower.looks += 1

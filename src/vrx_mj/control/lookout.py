@@ -32,6 +32,8 @@ NEAREST, FARTHEST = 6.0, 45.0
 """From where to where a buoy is looked at through the camera [m]."""
 ENOUGH = 4
 """So many votes settle a kind."""
+PLAIN = 25.0
+"""What was looked at from nearer than this [m] and not told counts as looked at; further off a wave may hide it."""
 WINDOW = (1.4, 2.4)
 """What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
 FIELD = 0.62
@@ -75,7 +77,7 @@ class Lookout:
             if where is None:
                 continue
             column, row, ahead = where
-            buoy.looks += 1
+            buoy.looks += ahead < PLAIN
             look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=WINDOW)
             kind = kind_of(look) if look else ""
             if kind:

@@ -53,7 +53,7 @@ class Face:
     seen: int = 1
     """How often."""
     looks: int = 0
-    """How often it was looked at through a camera from where a symbol can be read."""
+    """How often it was looked at through a camera from near."""
     tried: float = 0.0
     """For how long it was tried to see it from before [s]."""
     votes: Counter[str] = field(default_factory=Counter)
@@ -64,9 +64,9 @@ class Face:
         """Where its middle is [m]."""
         return self.x, self.y
 
-    def note(self, symbol: str) -> None:
-        """It was looked at, and this symbol read, or none."""
-        self.looks += 1
+    def note(self, symbol: str, *, near: bool = True) -> None:
+        """It was looked at, and this symbol read, or none; from afar that says little, in haze."""
+        self.looks += near
         if symbol:
             self.votes[symbol] += 1
 
