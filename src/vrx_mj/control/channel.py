@@ -10,7 +10,7 @@ from vrx_mj.control.gates import WIDEST, Gate, gate_of, next_gate, opening, pair
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lookout import Lookout
 from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.search import Roam
+from vrx_mj.control.search import Roam, in_a_row
 from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ FASTEST = 3.0
 """Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
 BERTH = 2.7
 """How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
+OFF_BANK = 3.5
+"""How far to keep from a shore [m]."""
 REACH = 16.0
 """From how far a buoy is steered clear of [m]: time for a turn of 60 degrees at 2 m/s."""
 RUN_UP = 9.0
@@ -56,8 +58,6 @@ ON_THE_WAY = 0.2
 """Share of the time on the way there that counts as trying: something may bar the way."""
 TRIED_HALF = 40.0
 """For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
-ROW = 10.0
-"""Where more than three things of unknown kind are within this distance [m], they are stones."""
 READABLE = 8
 """What so many pictures did not tell is not asked again."""
 EXIT = ("blue", "black")
@@ -204,6 +204,7 @@ class Channel(Skipper):
         distance, bearing = seen.to(*place)
         discs = [(buoy.place, BERTH) for buoy in self.lookout.map.buoys]
         discs = [disc for disc in discs if math.dist(disc[0], place) > 1.0] + [(point, BERTH) for point in walls]
+        discs += [(bank, OFF_BANK) for bank in self.lookout.banks]
         reach = min(REACH, distance + BERTH)
         course = clear_course((seen.x, seen.y), bearing, discs, reach=reach, before=self._course)
         self._course = course
@@ -243,7 +244,8 @@ class Channel(Skipper):
         unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
         known = (buoy for buoy in unknown if buoy.looks < READABLE and buoy.tried < TRIED and buoy.seen > 3)
         known = (buoy for buoy in known if self._new(buoy.place) and self._likely(buoy.place))
-        near = [buoy for buoy in known if to(*buoy.place)[0] < within and not _in_a_row(buoy, unknown)]
+        unsure = [buoy.place for buoy in unknown]
+        near = [buoy for buoy in known if to(*buoy.place)[0] < within and not in_a_row(buoy.place, unsure)]
         return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
     def _likely(self, place: Point) -> bool:
@@ -254,11 +256,6 @@ class Channel(Skipper):
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""
         return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP)
-
-
-def _in_a_row(buoy: Buoy, unknown: Sequence[Buoy]) -> bool:
-    """Whether something is one of many: stones of a shore, of which a lidar sees one here and there."""
-    return sum(math.dist(buoy.place, other.place) < ROW for other in unknown) > 3
 
 
 class Gymkhana(Channel):

@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Cluster", "clusters", "grouped", "leveled", "standing_free"]
+__all__ = ["Cluster", "banks", "clusters", "grouped", "leveled", "standing_free"]
 
 FloatArray = npt.NDArray[np.float64]
+Bank = tuple[float, float]
+"""A place that something solid is at [m]."""
 CELL = 0.5
 """Side of the grid's cells [m]: returns in cells that touch, corners included, belong together."""
 OWN = (-3.2, 3.2, 1.8)
@@ -103,13 +105,24 @@ def _cluster(points: FloatArray) -> Cluster:
 
 def standing_free(
     points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
-) -> list[Cluster]:
-    """Clusters of level returns up to `widest` [m] across that keep `apart` [m] from all wider ones: shores, docks."""
+) -> tuple[list[Cluster], FloatArray]:
+    """What is narrow and stands free, and the returns of what is wide, (n, 3) [m], as shores and docks.
+
+    Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
+    """
     groups = grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])
     found = [(_cluster(group), group) for group in groups]
-    wide = [group[:, :2] for cluster, group in found if cluster.extent > widest]
     small = [cluster for cluster, _ in found if cluster.extent <= widest]
-    if not wide:
-        return small
-    x, y = np.concatenate(wide).T
-    return [one for one in small if float(np.hypot(x - one.x, y - one.y).min()) > apart]
+    broad = [group for cluster, group in found if cluster.extent > widest]
+    if not broad:
+        return small, np.empty((0, 3))
+    wide = np.concatenate(broad)
+    free = [one for one in small if float(np.hypot(wide[:, 0] - one.x, wide[:, 1] - one.y).min()) > apart]
+    return free, wide
+
+
+def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[Bank]:
+    """Where something stands out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
+    near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
+    cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
+    return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.control.cameras import camera_ahead, cutout, mounting
-from vrx_mj.control.clusters import Cluster, leveled, standing_free
+from vrx_mj.control.clusters import Cluster, banks, leveled, standing_free
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lights import OFF, lamp_color, sequence
 from vrx_mj.control.navigation import Estimate, sensor_named
@@ -17,7 +17,7 @@ from vrx_mj.control.placards import Face, FaceMap, faces, symbol_in
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
-__all__ = ["DockLookout", "Tower", "banks"]
+__all__ = ["DockLookout", "Tower"]
 
 FloatArray = npt.NDArray[np.float64]
 PERIOD = 0.5
@@ -46,7 +46,7 @@ LAMP_HEIGHT = 1.65
 """Of the lamps above the water [m], VRX's light buoy: 1.3 m and its float's 0.37."""
 LAMP = (0.25, 0.4)
 """Half the width and height of what is looked at there [m]: a lamp of 0.19 x 0.39 m, and waves; nothing behind it."""
-LAMP_SIGHT = 50.0
+LAMP_SIGHT = 60.0
 """From how far a lit lamp is looked for in passing [m]."""
 LOW_TOWER, HIGH_TOWER = 1.15, 3.2
 """How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
@@ -110,7 +110,8 @@ class DockLookout:
         if near_only:
             return
         self.banks = banks(points, (seen.x, seen.y))
-        for cluster in standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE):
+        free, _ = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
+        for cluster in free:
             self._note_tower(cluster, seen)
         if t >= self._next_picture - 1e-6:
             self._read(boat, seen, t)
@@ -158,13 +159,6 @@ class DockLookout:
             window = cutout(reading, seen, (*tower.place, LAMP_HEIGHT), LAMP)
             tower.looks += 1
             tower.lit = window is not None and lamp_color(window) != OFF
-
-
-def banks(points: FloatArray, here: Point, *, reach: float = 20.0, cell: float = 2.0) -> list[Point]:
-    """Where something stands out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
-    near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
-    cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
-    return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
 
 
 def _legible(face: Face, seen: Estimate) -> bool:

@@ -9,7 +9,7 @@ from vrx_mj.control.dock_lookout import DockLookout, Tower
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.placards import Face
-from vrx_mj.control.search import Roam
+from vrx_mj.control.search import Roam, in_a_row
 from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ TOWER_REACH = 60.0
 """Towers that were not seen lit are gone to up to this distance from the start [m]."""
 LIGHTS_UNTIL = 130.0
 """How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
+LOOK_AROUND = 13.0
+"""How long to look around at first [s], until a lit tower is seen: a whole turn."""
 TURNING = 0.45
 """How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.5 rad/s."""
 SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
@@ -87,7 +89,7 @@ class Docking(Skipper):
             self._heading = seen.heading
         self.lookout.look(boat, seen, t, near_only=self._stage in ("in", "stay", "out"))
         if task.get("state") != "running":
-            return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + TURNING)
+            return self._turn(seen, t)
         if self._roam is None:
             self._started, self._roam = t, Roam((seen.x, seen.y), self._heading, t)
         if self._stage == "find":
@@ -101,6 +103,8 @@ class Docking(Skipper):
         assert self._roam is not None, "before the task runs"
         if task.get("color_sequence_open") and t - self._started < LIGHTS_UNTIL:
             tower = self._tower(seen)
+            if t - self._started < LOOK_AROUND and not (tower and tower.lit):
+                return self._turn(seen, t)
             if tower is None:
                 return self._go(seen, t, self._roam.next(seen, t))
             return self._scan(boat, seen, tower, t)
@@ -114,7 +118,12 @@ class Docking(Skipper):
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
         assert self._roam is not None, "before the task runs"
         likely = self._roam.likely
-        known = [tower for tower in self.lookout.towers if tower.lit or likely(tower.place, TOWER_REACH)]
+        places = [tower.place for tower in self.lookout.towers]
+        known = [
+            tower
+            for tower in self.lookout.towers
+            if tower.lit or (likely(tower.place, TOWER_REACH) and not in_a_row(tower.place, places))
+        ]
         return min(known, key=lambda tower: (not tower.lit, seen.to(*tower.place)[0]), default=None)
 
     def _scan(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> Commands:
@@ -192,6 +201,10 @@ class Docking(Skipper):
         return self.pilot.sail(seen, t, out * cos - side * sin, out * sin + side * cos, heading)
 
     # How to go
+
+    def _turn(self, seen: Estimate, t: float) -> Commands:
+        """Look around, on the spot."""
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + TURNING)
 
     def _go(self, seen: Estimate, t: float, place: Point) -> Commands:
         """Commands toward a place, clear of placards and of all that the lidar sees."""

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
 from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
-from vrx_mj.control.clusters import leveled, standing_free
+from vrx_mj.control.clusters import banks, leveled, standing_free
+from vrx_mj.control.guidance import Point
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import look_at, project
 
@@ -45,6 +46,8 @@ class Lookout:
 
     def __init__(self, *, period: float = PERIOD) -> None:
         self.map = BuoyMap()
+        self.banks: list[Point] = []
+        """Where something wide is near by [m], as a shore."""
         self._period = period
         self._next = -math.inf
 
@@ -58,7 +61,9 @@ class Lookout:
         if not hasattr(reading.data, "points"):
             return False
         points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=REACH)
-        self.map.see((seen.x, seen.y), standing_free(points, widest=WIDEST, apart=SHORE), t)
+        free, wide = standing_free(points, widest=WIDEST, apart=SHORE)
+        self.map.see((seen.x, seen.y), free, t)
+        self.banks = banks(wide, (seen.x, seen.y))
         if colors:
             self._color(boat, seen, t)
         return True

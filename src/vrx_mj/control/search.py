@@ -1,11 +1,12 @@
 """Searching: where to go as long as nothing is known of what is looked for."""
 
 import math
+from collections.abc import Iterable
 
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.navigation import Estimate
 
-__all__ = ["Roam"]
+__all__ = ["Roam", "in_a_row"]
 
 LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
 """Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
@@ -15,6 +16,15 @@ THERE = 6.0
 """A place within this distance [m] was reached."""
 ASIDE = 1.9
 """Boats begin with the bow toward the course: what lies further than this [rad] off it is taken for the shore's."""
+
+
+ROW, MOST = 12.0, 1
+"""What has more others than that within that distance [m] is one of many: stones of a shore."""
+
+
+def in_a_row(place: Point, others: Iterable[Point]) -> bool:
+    """Whether something unknown is one of many: a lidar sees one stone here and one there."""
+    return sum(0.0 < math.dist(place, other) < ROW for other in others) > MOST
 
 
 class Roam:

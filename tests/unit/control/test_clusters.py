@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.control.clusters import Cluster, clusters, grouped, leveled, standing_free
+from vrx_mj.control.clusters import Cluster, banks, clusters, grouped, leveled, standing_free
 
 MOUNT = (np.array([0.7, 0.0, 1.8]), np.eye(3))
 
@@ -66,5 +66,14 @@ def test_nothing_seen_is_no_cluster():
 def test_a_stone_on_the_shore_does_not_stand_free_and_a_buoy_off_it_does():
     shore = np.stack([np.arange(0.0, 20.0, 0.3), np.zeros(67), np.full(67, 0.5)], axis=1)
     stone, buoy = np.array([[10.0, 2.0, 0.5]]), np.array([[10.0, 6.0, 0.5]])  # a circle about the shore has both
-    assert [one.y for one in standing_free(np.concatenate([shore, stone, buoy]), widest=1.4, apart=3.0)] == [6.0]
-    assert {one.y for one in standing_free(np.concatenate([stone, buoy]), widest=1.4, apart=3.0)} == {2.0, 6.0}
+    free, wide = standing_free(np.concatenate([shore, stone, buoy]), widest=1.4, apart=3.0)
+    assert [one.y for one in free] == [6.0]
+    assert len(wide) == len(shore)
+    free, wide = standing_free(np.concatenate([stone, buoy]), widest=1.4, apart=3.0)
+    assert {one.y for one in free} == {2.0, 6.0}
+    assert wide.shape == (0, 3)
+
+
+def test_banks_are_near_and_out_of_the_water():
+    seen = np.array([[5.0, 0.0, 0.2], [5.3, 0.1, 0.2], [9.0, 9.0, -1.0], [60.0, 0.0, 1.0]])
+    assert banks(seen, (100.0, 0.0)) == [(105.0, 1.0)]

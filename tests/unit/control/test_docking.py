@@ -9,7 +9,7 @@ import pytest
 from vrx_mj.control import Channel, Docking
 from vrx_mj.control.buoy_map import Buoy
 from vrx_mj.control.cameras import cutout
-from vrx_mj.control.dock_lookout import Tower, banks
+from vrx_mj.control.dock_lookout import Tower
 from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
 from vrx_mj.control.gates import gate_of
 from vrx_mj.control.navigation import Estimate
@@ -112,11 +112,6 @@ def test_a_search_goes_on_when_it_is_there_or_has_tried_for_long():
     assert roam.likely((10.0, 30.0), 60.0)
     assert not roam.likely((10.0, 90.0), 60.0)
     assert not roam.likely((10.0, -30.0), 60.0)
-
-
-def test_banks_are_near_and_out_of_the_water():
-    seen = np.array([[5.0, 0.0, 0.2], [5.3, 0.1, 0.2], [9.0, 9.0, -1.0], [60.0, 0.0, 1.0]])
-    assert banks(seen, (100.0, 0.0)) == [(105.0, 1.0)]
 
 
 def test_a_cutout_is_about_its_place_and_whole():
