@@ -38,4 +38,4 @@ def _to_geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
         reduced = math.atan2(MINOR * math.sin(phi), MAJOR * math.cos(phi))
     sin, cos = math.sin(phi), math.cos(phi)
     altitude = p * cos + z * sin - MAJOR * math.sqrt(1.0 - SQUARE * sin * sin)
-    return math.degrees(phi), math.degrees(math.atan2(y, x)), altitude
+    return math.degrees(phi), math.degrees(math.atan2(y, x)), float(altitude)
