@@ -75,7 +75,7 @@ def tasks_of_worlds(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
 def task_types(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
     """Unit and direction of each type of task, sorted."""
     tasks = tasks_of_worlds(results).values()
-    return dict(sorted((task["type"], task) for task in tasks))
+    return {task["type"]: task for task in sorted(tasks, key=lambda task: task["type"])}
 
 
 def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[Line]:

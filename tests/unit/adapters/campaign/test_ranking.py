@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -39,3 +40,11 @@ def test_a_controller_that_failed_everywhere_is_last():
 def test_without_a_score_there_is_nothing_to_rank():
     (line,) = leaderboard([failed("a:f", "hold", 0)], ("a:f",))
     assert (line.ranks, line.total) == ({}, 0)
+
+
+def test_tasks_of_one_type_may_have_names_of_their_own():
+    results = [scored("a:f", "hold", 0, 1.0), scored("a:f", "stay", 0, 3.0)]
+    assert results[1].task is not None
+    results[1] = replace(results[1], task={**results[1].task, "name": "another"})
+    (line,) = leaderboard(results, ("a:f",))
+    assert line.means["stationkeeping"].scores == (1.0, 3.0)
