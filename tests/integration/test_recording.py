@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
+from vrx_mj.errors import CommandError
 
 COMMANDS = {"wamv1": {"left": 0.8, "right": 0.5, "left_angle": 0.3}}
 WORLD = {
@@ -30,6 +31,25 @@ def recorded(sim, tmp_path_factory):
             poses.append(obs["wamv1"].position)
         sim.event("done")
     return path, np.array(poses), sim.get_state()
+
+
+def test_a_recording_is_of_one_run(tmp_path):
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean"))
+    begun = sim.get_state()
+    text = (
+        "{0} while the run is recorded: a recording is of one run; call {0} before it begins, or end it and begin "
+        "another"
+    )
+    with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
+        sim.step(duration=0.1)
+        with pytest.raises(CommandError) as raised:
+            sim.reset()
+        assert str(raised.value) == text.format("reset")
+        with pytest.raises(CommandError) as raised:
+            sim.set_state(begun)
+        assert str(raised.value) == text.format("set_state")
+        assert sim.time == 0.1
+    sim.reset()
 
 
 def test_what_is_read_is_what_was_sailed(recorded):

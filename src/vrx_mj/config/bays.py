@@ -12,10 +12,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Pose, Positive, Vec3, numbers
-from vrx_mj.config.displays import SYMBOLS
+from vrx_mj.config.displays import SYMBOLS, Symbol
 from vrx_mj.config.docks import Cell
 from vrx_mj.config.poses import apply, rotation
-from vrx_mj.config.task_parts import Symbol
 
 __all__ = [
     "BLOCKS",

@@ -1,16 +1,17 @@
 """What light buoys and placards can show, in VRX's order (light_buoy_plugin.cc, placard_plugin.cc)."""
 
 from itertools import product
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator
 
 from vrx_mj.config.base import Config, Name, NotEmpty, fault
 from vrx_mj.config.wording import shown
 
-__all__ = ["LIGHT_COLORS", "LIGHT_PATTERNS", "OFF", "RGB", "SHAPES", "SYMBOLS", "LightConfig"]
+__all__ = ["LIGHT_COLORS", "LIGHT_PATTERNS", "OFF", "RGB", "SHAPES", "SYMBOLS", "ColorName", "LightConfig", "Symbol"]
 
-LIGHT_COLORS = ("red", "green", "blue", "yellow")
+ColorName = Literal["red", "green", "blue", "yellow"]
+LIGHT_COLORS: tuple[str, ...] = get_args(ColorName)
 OFF: Literal["off"] = "off"
 SHAPES = ("circle", "cross", "triangle", "rectangle")
 RGB = {"red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0), "yellow": (1.0, 1.0, 0.0),
@@ -33,6 +34,15 @@ def _three(value: Any) -> Any:
     return tuple(value)
 
 
+def _symbol(value: str) -> str:
+    if value not in SYMBOLS:
+        colors, shapes = ", ".join(LIGHT_COLORS), ", ".join(SHAPES)
+        raise fault(f"a symbol is COLOUR_SHAPE, of {colors} and {shapes}; got {shown(value)}")
+    return value
+
+
+Symbol = Annotated[str, BeforeValidator(_symbol)]
+"""What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], BeforeValidator(_three)]
 

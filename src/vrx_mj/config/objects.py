@@ -28,13 +28,12 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.bays import BLOCKS, BayConfig, HoleConfig, MooringConfig, PlacardConfig
 from vrx_mj.config.berths import berth_faults, berths
-from vrx_mj.config.displays import LightConfig
+from vrx_mj.config.displays import LightConfig, Symbol
 from vrx_mj.config.docks import dock_faults, is_drawing, load_dock
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.paths import PathConfig
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.task_parts import Symbol
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning

@@ -1,7 +1,6 @@
-"""What tasks are made of: places, symbols, gates, bays, animals."""
+"""What tasks are made of: places, gates, bays, animals."""
 
-from itertools import product
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -14,10 +13,10 @@ from vrx_mj.config.base import (
     Pose,
     Positive,
     Switch,
-    fault,
     faults,
     numbers,
 )
+from vrx_mj.config.displays import Symbol
 from vrx_mj.config.wording import shown
 
 __all__ = [
@@ -25,24 +24,11 @@ __all__ = [
     "BaySign",
     "Cartesian",
     "ChannelConfig",
-    "Color",
     "Geodetic",
     "GymkhanaChannel",
     "ShownObject",
-    "Symbol",
     "TargetConfig",
 ]
-
-Color = Literal["red", "green", "blue", "yellow"]
-Shape = Literal["circle", "cross", "triangle", "rectangle"]
-SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(get_args(Color), get_args(Shape)))
-
-
-def _symbol(value: str) -> str:
-    if value not in SYMBOLS:
-        colors, shapes = ", ".join(get_args(Color)), ", ".join(get_args(Shape))
-        raise fault(f"a symbol is COLOUR_SHAPE, of {colors} and {shapes}; got {shown(value)}")
-    return value
 
 
 def _gates(value: Any) -> Any:
@@ -60,8 +46,6 @@ def _gate(value: Any, index: int) -> Any:
     return tuple(value)
 
 
-Symbol = Annotated[str, BeforeValidator(_symbol)]
-"""What a placard shows, as `red_circle`."""
 Gate = tuple[str, str]
 Gates = Annotated[tuple[Gate, ...], BeforeValidator(_gates)]
 Geodetic = Annotated[tuple[Latitude, Longitude, float], numbers("latitude longitude yaw")]

@@ -7,12 +7,12 @@ from pydantic import BeforeValidator, PrivateAttr, field_validator, model_valida
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, NonNegative, NotEmpty, Positive, Switch, Vec3, fault, faults
+from vrx_mj.config.displays import LIGHT_COLORS, ColorName
 from vrx_mj.config.task_parts import (
     AnimalConfig,
     BaySign,
     Cartesian,
     ChannelConfig,
-    Color,
     Geodetic,
     GymkhanaChannel,
     ShownObject,
@@ -167,7 +167,7 @@ class DockTask(TaskConfig):
     """The dock's bays in its order: name, symbol and dock_allowed of each."""
     light_buoy: str | None = None
     """Name of the light buoy."""
-    color_sequence: tuple[Color, Color, Color] = ("red", "green", "blue")
+    color_sequence: tuple[ColorName, ColorName, ColorName] = ("red", "green", "blue")
     """What the light buoy shows, and what is to be reported."""
     color_bonus_points: NonNegative = 10.0
     """For the right report of the colours."""
@@ -193,7 +193,7 @@ class DockTask(TaskConfig):
     @classmethod
     def _has_three(cls, value: Any) -> Any:
         if not isinstance(value, tuple | list) or len(value) != 3:
-            raise fault(f"expected three colours of {', '.join(get_args(Color))}, got {shown(value)}")
+            raise fault(f"expected three colours of {', '.join(LIGHT_COLORS)}, got {shown(value)}")
         return tuple(value)
 
 

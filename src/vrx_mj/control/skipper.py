@@ -25,7 +25,7 @@ def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 class Skipper:
-    """A controller of the first boat there is; subclasses say in `steer` what it does.
+    """A controller of the boat that has the task, or else of the first; subclasses say in `steer` what it does.
 
     Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no
     place of it or of anything else is taken from the simulation, except as `Navigator` tells.
@@ -49,9 +49,10 @@ class Skipper:
         return self._pilot
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """Commands for the first boat, and messages to the task."""
-        name = next(iter(obs))
-        boat, task = obs[name], task_of(obs)
+        """Commands for the task's boat, or else the first, and messages to the task."""
+        task = task_of(obs)
+        name = str(task.get("boat") or next(iter(obs)))
+        boat = obs[name]
         if self._pilot is None:
             self._pilot = Pilot(boat.thrusters)
         seen = self.navigator(boat, t)

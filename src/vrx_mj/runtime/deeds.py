@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.tasks.actions import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 from vrx_mj.tasks.frame import Message
 
@@ -21,8 +22,9 @@ AT_REST = (0.0,) * 6
 class Deeds:
     """The referee's hands in a simulation."""
 
-    def __init__(self, sim: "Simulation") -> None:
+    def __init__(self, sim: "Simulation", sampler: Sampler) -> None:
         self._sim: Simulation = weakref.proxy(sim)
+        self._sampler = sampler
 
     def act(self, action: Action) -> None:
         """Do something to the world."""
@@ -42,7 +44,8 @@ class Deeds:
 
     def frame(self, row: npt.NDArray[np.float64], messages: Sequence[Message]) -> None:
         """A frame was looked at: recordings keep it."""
-        self._sim.frame(row, messages)
+        for listener in self._sampler.listeners:
+            listener.frame(self._sim.time, row, messages)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a line into the recordings."""

@@ -151,9 +151,7 @@ def load_controller(name: str, seed: int) -> Controller:
     Raises:
         VrxError: there is no such module, or nothing in it by that name.
     """
-    module_name, _, attribute = name.partition(":")
-    if not attribute or not all(part.isidentifier() or part[:1].isdigit() for part in module_name.split(".")):
-        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+    module_name, attribute = split_name(name)
     try:
         module = import_module(module_name)
     except ModuleNotFoundError as error:
@@ -170,6 +168,14 @@ def load_controller(name: str, seed: int) -> Controller:
     if hasattr(controller, "reset"):
         controller.reset(seed)
     return cast("Controller", controller)
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Module and attribute of a controller's name; VrxError: it is not `module:function`."""
+    module, _, attribute = name.partition(":")
+    if not (attribute.isidentifier() and all(part.isidentifier() or part[:1].isdigit() for part in module.split("."))):
+        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+    return module, attribute
 
 
 def _check_parameters(name: str, controller: Any) -> None:

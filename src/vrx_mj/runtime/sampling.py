@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.errors import CommandError
 from vrx_mj.tasks.frame import Message
 
 FloatArray = npt.NDArray[np.float64]
@@ -60,11 +61,13 @@ class Sampler:
         del self._strides[listener]
         self._begin()
 
-    def restart(self) -> None:
-        """Begin with a row at once: the state was set from outside."""
-        self.drain()
-        self._rows = 0
-        self.table[COUNTDOWN] = 0
+    def check_free(self, what: str) -> None:
+        """Refuse what would make another run of the one that is recorded."""
+        if self._strides:
+            raise CommandError(
+                f"{what} while the run is recorded: a recording is of one run; call {what} before it begins, or end it "
+                "and begin another"
+            )
 
     def drain(self) -> None:
         """Hand the filled rows to the listeners, to each those that are due by its rate."""

@@ -32,7 +32,6 @@ from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.thrusters import thrusters
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.tasks.frame import Message
 
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
@@ -67,7 +66,7 @@ class Simulation(Instruments, Signals):
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
         self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
         self._officiating = Officiating(world, self._rig, self._bodies.stand)
-        self._deeds = Deeds(self)
+        self._deeds = Deeds(self, self._sampler)
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
@@ -136,15 +135,19 @@ class Simulation(Instruments, Signals):
     # Running
 
     def reset(self, seed: int | None = None) -> Observation:
-        """Go back to the start, with the world's seed or another; returns what the boats see."""
+        """Go back to the start, with the world's seed or another; returns what the boats see.
+
+        Raises:
+            CommandError: the run is being recorded: a recording is of one run.
+        """
         self._subscriptions.check_idle("reset")
+        self._sampler.check_free("reset")
         self._seed = self._world.seed if seed is None else int(seed)
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()
         self._officiating.reset()
         self._settle()
-        self._sampler.restart()
         return self.observe()
 
     def command(self, boat: str, **commands: float) -> None:
@@ -232,8 +235,10 @@ class Simulation(Instruments, Signals):
 
         Raises:
             StateError: it belongs to another world or another version, or is not finite.
+            CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("set_state")
+        self._sampler.check_free("set_state")
         state.check(self._world_id)
         self._rig.check(state.ours)
         self._officiating.check(state.task)
@@ -245,7 +250,6 @@ class Simulation(Instruments, Signals):
         self._rig.key(state.seed)
         self._wind.forget()
         self._settle()
-        self._sampler.restart()
         return self.observe()
 
     def set_boat(
@@ -356,11 +360,6 @@ class Simulation(Instruments, Signals):
     def row(self) -> npt.NDArray[np.float64]:
         """The row of the present moment, as listeners get them."""
         return self._rig.row(self.time)
-
-    def frame(self, row: npt.NDArray[np.float64], messages: Sequence[Message]) -> None:
-        """Have the recordings keep a frame that the referee looked at."""
-        for listener in self._sampler.listeners:
-            listener.frame(self.time, row, messages)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a line into the recordings, at the present time."""

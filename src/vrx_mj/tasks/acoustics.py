@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vrx_mj.tasks.actions import SetPinger
-from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.frame import EARLY, Frame
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from vrx_mj.config.displays import LIGHT_COLORS
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.actions import LightUp, ShowSymbol
-from vrx_mj.tasks.frame import Frame, Stand
-from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Phase, Sheet
 from vrx_mj.tasks.zones import Box, relative
@@ -19,7 +19,6 @@ from vrx_mj.tasks.zones import Box, relative
 __all__ = ["Docking"]
 
 TOPIC = "color_sequence"
-COLORS = ("red", "green", "blue", "yellow")
 FASTEST = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
 
@@ -234,8 +233,8 @@ class Docking(PlainRules):
 def _colors(content: Any) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
-    if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(COLORS):
-        raise CommandError(f"{TOPIC} is {content!r}: it takes a list of three of {', '.join(COLORS)}")
+    if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
+        raise CommandError(f"{TOPIC} is {content!r}: it takes a list of three of {', '.join(LIGHT_COLORS)}")
     return colors
 
 

@@ -5,12 +5,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["FRAME_RATE", "Frame", "Message", "Stand"]
+__all__ = ["EARLY", "FRAME_RATE", "Frame", "Message", "Stand"]
 
 FRAME_RATE = 20.0
 """Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.
 
 Recordings have rows at the same steps, so that a recording gives the score that the run gave."""
+EARLY = 1e-6
+"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 
 
 @dataclass(frozen=True, slots=True)

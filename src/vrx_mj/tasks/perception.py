@@ -7,8 +7,7 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.actions import PlaceObject
-from vrx_mj.tasks.frame import Frame, Stand
-from vrx_mj.tasks.referee import EARLY
+from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.rules import Desk, PlainRules
 
 __all__ = ["Perception", "ahead_of"]

@@ -12,14 +12,12 @@ from typing import Any
 
 from vrx_mj.errors import StateError
 from vrx_mj.tasks.actions import Action, Release
-from vrx_mj.tasks.frame import Frame, Message
+from vrx_mj.tasks.frame import EARLY, Frame, Message
 from vrx_mj.tasks.rules import Outputs, Rules
 from vrx_mj.tasks.sheet import Phase, Sheet
 
 __all__ = ["Referee", "Verdict", "dead_time"]
 
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 DEAD_TIME_VRX3 = 3.0
 """[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
 
@@ -96,8 +94,8 @@ class Referee:
 
     @property
     def info(self) -> dict[str, Any]:
-        """What VRX's `/vrx/task/info` tells: phase, times [s], collisions and score."""
-        return {"type": self.type, "name": self.name, **self.sheet.info()}
+        """What VRX's `/vrx/task/info` tells, phase, times [s], collisions and score; and which boat has the task."""
+        return {"type": self.type, "name": self.name, "boat": self.boat, **self.sheet.info()}
 
     @property
     def progress(self) -> dict[str, Any]:

@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.gates import Side
-from vrx_mj.tasks.referee import EARLY
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 

@@ -45,6 +45,7 @@ def test_phases_follow_the_clock():
     assert referee.info == {
         "type": "stationkeeping",
         "name": "stationkeeping",
+        "boat": "wamv",
         "state": "finished",
         "ready_time": 10.0,
         "running_time": 20.0,

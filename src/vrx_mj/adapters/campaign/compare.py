@@ -13,6 +13,8 @@ from vrx_mj.adapters.campaign.results import Result
 __all__ = ["Change", "Comparison", "Test", "compare", "paired_test"]
 
 SIGNIFICANT = 0.05
+SHOWN = 3
+"""How many names a note lists."""
 FEWEST = 6
 """With fewer pairs that differ no two-sided test of signed ranks gets below 0.05: five give 2 / 2^5."""
 
@@ -110,7 +112,7 @@ def compare(now: Campaign, earlier: Campaign) -> Comparison:
         same=len(pairs) - len(changes),
         changes=tuple(sorted(changes, key=_severity)),
         tests=tuple(_adjusted(tests)),
-        notes=tuple(_notes(now, earlier, names)),
+        notes=(*_notes(now, earlier, names), *_changed_worlds(pairs)),
     )
 
 
@@ -183,6 +185,19 @@ def _adjusted(tests: Sequence[Test]) -> Iterator[Test]:
         adjusted[index] = least
     for index, test in enumerate(tests):
         yield replace(test, adjusted=adjusted.get(index))
+
+
+def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
+    """Which worlds are not the same in both."""
+    changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
+    if changed:
+        more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
+        yield f"other worlds by the same names then and now: {', '.join([*changed][:SHOWN])}{more}"
+
+
+def _differ(before: str, after: str) -> bool:
+    """Whether two fingerprints differ; that of a failed trial is not known."""
+    return bool(before and after) and before != after
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:

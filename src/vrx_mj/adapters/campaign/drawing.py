@@ -91,9 +91,8 @@ def _marks(sketch: Mapping[str, Any], view: Box, pixel: float) -> Iterator[str]:
 
 def _zones(sketch: Mapping[str, Any]) -> Iterator[str]:
     """Docks, bays, and the circles round animals."""
-    half = sketch["cell"] / 2.0
     for dock in sketch["docks"]:
-        cells = "".join(_square(x, y, half, dock["yaw"]) for x, y in dock["cells"])
+        cells = "".join(_square(x, y, dock["cell"] / 2.0, dock["yaw"]) for x, y in dock["cells"])
         yield f'<path class="dock" d="{cells}"><title>{escape(dock["name"])}</title></path>'
     for bay in sketch["bays"]:
         kind = "bay allowed" if bay["allowed"] else "bay"

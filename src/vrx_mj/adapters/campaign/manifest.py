@@ -1,16 +1,17 @@
 """What a campaign's folder holds, and whether a plan may go on there."""
 
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.adapters.campaign.plan import Cell, Plan
-from vrx_mj.adapters.campaign.provenance import code_version, controller_hashes
+from vrx_mj.adapters.campaign.provenance import code_version, controller_hashes, is_ours
 from vrx_mj.adapters.campaign.results import FORMAT, Result, read_json, read_results, write_json
-from vrx_mj.errors import CommandError, RecordError
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.runtime.run import fingerprint
 
 __all__ = ["Campaign", "Manifest", "begin", "read_campaign"]
@@ -74,10 +75,11 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
         raise CommandError(f"the folder '{folder}' is not empty, and holds no campaign: give another one with -o")
     if restart:
         _forget(folder)
-    elif (folder / MANIFEST).is_file():
-        _check_fits(folder, _read_manifest(folder), manifest)
+    results = read_results(folder, plan.cells)
+    if (folder / MANIFEST).is_file():
+        _check_fits(folder, [*_differences(_read_manifest(folder), manifest), *_changed_worlds(plan, results)])
     _write_manifest(folder, manifest)
-    return Campaign(folder, manifest, read_results(folder, plan.cells))
+    return Campaign(folder, manifest, results)
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -90,8 +92,7 @@ def read_campaign(folder: Path) -> Campaign:
     return Campaign(folder, manifest, read_results(folder, manifest.plan.cells))
 
 
-def _check_fits(folder: Path, old: Manifest, new: Manifest) -> None:
-    differences = list(_differences(old, new))
+def _check_fits(folder: Path, differences: Sequence[str]) -> None:
     if differences:
         lines = "\n".join(f"  {text}" for text in differences)
         raise CommandError(
@@ -116,6 +117,20 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
             yield f"its --{option} was {_shown(was)}, and now is {_shown(now)}"
+
+
+def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
+    """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
+    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
+    for world, (cell, before) in sailed.items():
+        if own_fleet or not is_ours("worlds", world):
+            try:
+                same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
+            except VrxError:
+                same = False
+            if not same:
+                yield f"the world {world}{f', or the fleet {plan.fleet},' if own_fleet else ''} has changed since"
 
 
 def _shown(value: Any) -> str:

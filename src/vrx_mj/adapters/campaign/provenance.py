@@ -1,4 +1,4 @@
-"""What a campaign's results depend on: the code of the simulator, and the files of the controllers."""
+"""What a campaign's results depend on: the simulator, the files of the controllers, and those of the user's worlds."""
 
 import sys
 from functools import cache
@@ -7,16 +7,26 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 import vrx_mj
+from vrx_mj.config.search import find, is_path
 from vrx_mj.errors import VrxError
+from vrx_mj.resources import root
+from vrx_mj.runtime.run import split_name
 
-__all__ = ["code_version", "controller_hash", "controller_hashes"]
+__all__ = ["code_version", "controller_hash", "controller_hashes", "is_ours"]
+
+DATA = ("assets", "templates", "fleets")
+"""Folders of vrx_mj's data."""
 
 
 @cache
 def code_version() -> str:
-    """The version of vrx_mj with a digest of its modules: what changes a score without a new version shows too."""
+    """The version of vrx_mj with a digest of its modules and data: what changes a score without a new one shows too."""
     folder = Path(vrx_mj.__file__).resolve().parent
-    return f"{vrx_mj.__version__} {_digest(folder, sorted(folder.rglob('*.py')))[:12]}"
+    digest = sha256(_digest(folder, sorted(folder.rglob("*.py"))).encode())
+    for name in DATA:
+        files = sorted(file for file in (root() / name).rglob("*") if file.is_file())
+        digest.update(_digest(root(), files).encode())
+    return f"{vrx_mj.__version__} {digest.hexdigest()[:12]}"
 
 
 def controller_hashes(controllers: tuple[str, ...]) -> dict[str, str]:
@@ -32,13 +42,16 @@ def controller_hash(name: str) -> str:
     Raises:
         VrxError: the name is not of that form, or there is no such module.
     """
-    module, _, attribute = name.partition(":")
-    if not (attribute.isidentifier() and all(part.isidentifier() or part[:1].isdigit() for part in module.split("."))):
-        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+    module, _ = split_name(name)
     found = _sources(module)
     if found is None:
         raise VrxError(f"no module named '{module}' for the controller '{name}'")
     return _digest(*found)
+
+
+def is_ours(kind: str, name: str) -> bool:
+    """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` tells of changes."""
+    return not is_path(name.partition("#")[0]) and find(kind, name).is_relative_to(root())
 
 
 def _sources(module: str) -> tuple[Path, list[Path]] | None:

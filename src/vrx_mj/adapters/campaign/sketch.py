@@ -3,7 +3,7 @@
 from typing import Any
 
 from vrx_mj.adapters.course import Bay, Course
-from vrx_mj.adapters.map import DOCK_CELL, map_of
+from vrx_mj.adapters.map import map_of
 from vrx_mj.compiler.world import World
 
 __all__ = ["sketch_of"]
@@ -22,8 +22,10 @@ def sketch_of(world: World) -> Row:
         "description": world.parameters["description"],
         "task": None if task is None else {"type": task["type"], "name": task["name"]},
         "shore": [_points(ring) for ring in scene.shore],
-        "docks": [{"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw} for dock in scene.docks],
-        "cell": DOCK_CELL,
+        "docks": [
+            {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
+            for dock in scene.docks
+        ],
         "objects": [
             {"name": item.name, "spot": list(spots[item.name]), "color": _hex(item.color), "size": item.size}
             for item in scene.objects

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -80,6 +81,16 @@ def test_two_single_controllers_are_compared_whatever_their_names(tmp_path):
     result = both(tmp_path, before, after)
     assert (result.common, result.notes) == (1, ("new:f is compared with old:f",))
     assert both(tmp_path, before, [*after, scored("b:f", "hold", 0, 1.0)]).common == 0
+
+
+def test_worlds_that_are_not_the_same_are_noted(tmp_path):
+    names = ["cove", "bay", "lake", "pond", "open"]
+    before = [replace(scored("a:f", world, 0, 5.0), world_sha256="1") for world in names]
+    after = [replace(scored("a:f", world, 0, 4.0), world_sha256="2" if world != "open" else "1") for world in names]
+    assert both(tmp_path, before, after).notes == (
+        "other worlds by the same names then and now: cove, bay, lake and 1 more",
+    )
+    assert both(tmp_path, before, [replace(after[0], world_sha256="")]).notes == ()
 
 
 def test_what_else_differs_is_noted(tmp_path):

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import pytest
 
 from campaigns import failed, scored
 from vrx_mj.adapters.campaign.manifest import begin, read_campaign
 from vrx_mj.adapters.campaign.plan import Cell, Plan
 from vrx_mj.adapters.campaign.results import write_json, write_result
+from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError, RecordError
 
 PLAN = Plan(("boat:f",), ("hold", "bay"), (0, 1), duration=10.0)
@@ -70,6 +73,23 @@ def test_a_changed_controller_or_program_is_noticed(folder, monkeypatch):
     assert message(folder, PLAN) == another(
         folder, f"it was sailed by vrx_mj {before}, and this is 9.9 new", "the controller boat:f has changed since"
     )
+
+
+def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):
+    world, fleet = folder.parent / "bay.yaml", folder.parent / "pair.yaml"
+    world.write_text("sea: {gain: 0.0}\n", encoding="utf-8")
+    fleet.write_text("boats:\n  - {name: a, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
+    plan = Plan(("boat:f",), ("bay.yaml", "ocean"), (0,), fleet="pair.yaml")
+    begin(folder, plan)
+    for cell in plan.cells:
+        sha256 = compile_world(cell.world, fleet=plan.fleet, seed=cell.seed).sha256
+        write_result(folder / cell.folder, replace(scored(*vars(cell).values(), 1.0), world_sha256=sha256))
+    assert not begin(folder, plan).left
+    world.write_text("sea: {gain: 0.3}\n", encoding="utf-8")
+    told = "the world bay.yaml, or the fleet pair.yaml, has changed since"
+    assert message(folder, plan) == another(folder, told)
+    fleet.write_text("boats:\n  - {name: b, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
+    assert message(folder, plan) == another(folder, told, told.replace("bay.yaml", "ocean"))
 
 
 def test_restart_forgets_the_campaign_and_nothing_else(folder):

@@ -16,7 +16,7 @@ def sketch(name="w", task="stationkeeping"):
     return {
         "name": name, "description": EVIL, "task": {"type": task, "name": task},
         "shore": [[[-500.0, -500.0], [500.0, -500.0], [500.0, -1.0], [-500.0, -1.0]]],
-        "docks": [{"name": EVIL, "cells": [[10.0, 10.0], [12.0, 10.0]], "yaw": 0.5}], "cell": 2.0,
+        "docks": [{"name": EVIL, "cells": [[10.0, 10.0], [12.0, 10.0]], "yaw": 0.5, "cell": 2.0}],
         "objects": [{"name": EVIL, "spot": [5.0, 5.0], "color": "#ff0000", "size": 1.0}],
         "boats": [{"name": "wamv", "x": 0.0, "y": 0.0, "yaw": 1.0}], "waypoints": [[20.0, 5.0, 0.0]],
         "gates": [{"left": [1.0, 2.0], "right": [3.0, 4.0], "yaw": 0.0}],

@@ -17,7 +17,7 @@ WORLD = {
     "task": {"type": "wayfinding", "waypoints_cart": [[5, 6, 0.5], [7, 8, 1.0]]},
 }
 KINDS = ("shore", "docks", "objects", "boats", "waypoints", "gates", "bays", "paths", "circles", "beacons")
-BARE = {**{kind: [] for kind in KINDS}, "cell": 2.0}
+BARE = {kind: [] for kind in KINDS}
 
 
 @pytest.fixture(scope="module")
