@@ -48,7 +48,7 @@ def test_a_recording_is_of_one_run(tmp_path):
         with pytest.raises(CommandError) as raised:
             sim.set_state(begun)
         assert str(raised.value) == text.format("set_state")
-        assert sim.time == 0.1
+        assert sim.time == pytest.approx(0.1)
     sim.reset()
 
 
