@@ -181,7 +181,7 @@ def list_(
 
 @app.command("map")
 def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None, package_path: Packages = None) -> None:
-    """Draw what a world looks like from above: shore, docks, objects, boats, waypoints, wind and waves.
+    """Draw what a world looks like from above: shore, docks, objects, boats, the course of its task, wind and waves.
 
     Example: vrx-mj map example_course --fleet trio -o map.png
     """

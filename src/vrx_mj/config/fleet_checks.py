@@ -84,17 +84,17 @@ def _distance_faults(boats: Sequence[Located]) -> Iterator[Fault]:
 
 
 def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
-    """Wind on things that are neither boats, nor kinds of boats, nor objects of the world or their models."""
+    """Wind on things that are neither boats, nor kinds of boats, nor docks, nor objects of the world or their models."""
     listed = world.wind.objects if world.wind else ()
     if not listed:
         return []
     known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))
-    known |= set(_names(world.objects, ""))
+    known |= {*_names(world.objects, ""), *(dock.name for dock in world.docks)}
     return [
         Problem(f"world {world.name}", None, None, f"wind.objects[{index}].model", str(error))
         for index, thing in enumerate(listed)
         if thing.model not in known
-        for error in [UnknownNameError("boat, object or robot", thing.model, sorted(known))]
+        for error in [UnknownNameError("boat, object, dock or robot", thing.model, sorted(known))]
     ]
 
 

@@ -9,12 +9,12 @@ from numba.core import event
 
 from vrx_mj.physics.kernel import cached
 
-KERNELS = 80
+KERNELS = 130
 """About how many kernels the loop is made of: for the progress only."""
 
 
 @contextlib.contextmanager
-def announced(first_call: Callable[..., Any], what: str = "the physics", seconds: int = 15) -> Iterator[None]:
+def announced(first_call: Callable[..., Any], what: str = "the physics", seconds: int = 25) -> Iterator[None]:
     """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.

@@ -243,6 +243,7 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
         os.kill(os.getpid(), signal.SIGTERM)  # ends as Ctrl-C does
 
     monkeypatch.setattr(package, "watch", few_frames)
+    before = signal.getsignal(signal.SIGTERM)
     view(Simulation(trio), browser=True, tell=told.append)
     ports, listening, running = shown
     assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
@@ -250,7 +251,7 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
     assert told[:2] == ["In the browser: as asked.", f"Open {page}"]
     assert told[-1] == "stopped at 1.5 s of simulated time"
     assert [addresses(port) for port in ports] == [[], []]
-    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGTERM) == before
 
 
 def test_a_server_that_does_not_start_says_what_rerun_said(monkeypatch):
