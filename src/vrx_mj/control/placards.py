@@ -38,6 +38,8 @@ VIVID = 0.55
 Fog of half the depth of colour halves it: there a symbol is read from nearer."""
 FAINT = 40.0
 """Of 255: what is darker has no colour."""
+TILTS = np.radians([-12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0])
+"""How far symbols may lie aslant in a picture [rad], in waves."""
 
 
 @dataclass
@@ -198,9 +200,19 @@ def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
     return f"{COLORS[color]}_{shape}" if shape else ""
 
 
+def _fill(mask: npt.NDArray[np.bool_]) -> float:
+    """How much a mask fills of the box about it that lies as aslant as it does: the boat rolls, and the dock."""
+    down, right = np.nonzero(mask)
+    boxes = []
+    for tilt in TILTS:
+        cos, sin = math.cos(tilt), math.sin(tilt)
+        boxes.append((np.ptp(cos * down - sin * right) + 1.0) * (np.ptp(cos * right + sin * down) + 1.0))
+    return len(down) / float(min(boxes))
+
+
 def _shape(mask: npt.NDArray[np.bool_]) -> str:
     """Of a mask that fills its box from side to side."""
-    fill = float(mask.mean())
+    fill = _fill(mask)
     third = max(1, len(mask) // 3)
     upper, lower = float(mask[:third].mean()), float(mask[-third:].mean())
     if fill > 0.9:
