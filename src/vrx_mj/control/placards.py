@@ -38,8 +38,8 @@ VIVID = 0.55
 Fog of half the depth of colour halves it: there a symbol is read from nearer."""
 FAINT = 40.0
 """Of 255: what is darker has no colour."""
-TILTS = np.radians([-12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0])
-"""How far symbols may lie aslant in a picture [rad], in waves."""
+LEANS = tuple(np.linspace(-0.3, 0.3, 9))
+"""Slopes that the sides of symbols may have in a picture, in waves."""
 
 
 @dataclass
@@ -201,13 +201,12 @@ def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
 
 
 def _fill(mask: npt.NDArray[np.bool_]) -> float:
-    """How much a mask fills of the box about it that lies as aslant as it does: the boat rolls, and the dock."""
+    """How much a mask fills of the parallelogram about it: seen from aside by a boat that rolls, a square is one."""
     down, right = np.nonzero(mask)
-    boxes = []
-    for tilt in TILTS:
-        cos, sin = math.cos(tilt), math.sin(tilt)
-        boxes.append((np.ptp(cos * down - sin * right) + 1.0) * (np.ptp(cos * right + sin * down) + 1.0))
-    return len(down) / float(min(boxes))
+    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in LEANS}
+    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in LEANS}
+    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in LEANS for other in LEANS]
+    return len(down) / float(min(areas))
 
 
 def _shape(mask: npt.NDArray[np.bool_]) -> str:
@@ -215,7 +214,7 @@ def _shape(mask: npt.NDArray[np.bool_]) -> str:
     fill = _fill(mask)
     third = max(1, len(mask) // 3)
     upper, lower = float(mask[:third].mean()), float(mask[-third:].mean())
-    if fill > 0.9:
+    if fill > 0.88:
         return "rectangle"
     if fill > 0.68:
         return "circle"
