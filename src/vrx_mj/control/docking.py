@@ -49,7 +49,7 @@ LAMP_RANGE = 32.0
 """From where the lights are read [m]: there a lamp is 5 pixels wide."""
 TOWER_PATIENCE = 70.0
 """How long to try for a tower that may be the light buoy [s]."""
-TOWER_REACH = 130.0
+TOWER_REACH = 180.0
 """Towers that were not seen lit are gone to up to this distance from the start [m]."""
 LIGHTS_UNTIL = 130.0
 """How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
@@ -120,6 +120,8 @@ class Docking(Skipper):
             tower = self._tower(seen)
             if t - self._started < LOOK_AROUND and not (tower and tower.lit):
                 return self._turn(seen, t)
+            if tower is None and self._right_bay(task):
+                return self._go(seen, t, self._roam.next(seen, t))
             if tower is None:
                 return self._explore(seen, t)
             return self._scan(boat, seen, tower, t)
