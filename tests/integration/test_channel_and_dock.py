@@ -70,9 +70,9 @@ def test_a_chart_leads_through_the_gates_of_a_boat_without_a_camera():
     ("world", "points"),
     [
         ("vrx2019/phase2/dock1", 20.0),  # a floating dock 150 m off; the bay seen first is the wrong one
-        ("vrx2019/phase2/scan_and_dock1", 30.0),
-        ("vrx2022/phase2/scan_dock_deliver0", 30.0),
-        ("vrx2022/phase2/scan_dock_deliver2", 30.0),  # at dusk, wind of 8 m/s
+        ("vrx2019/phase2/scan_and_dock1", 30.0),  # a light buoy 80 m off, with a shore and its stones nearer
+        ("vrx2022/phase2/scan_dock_deliver3", 30.0),
+        ("vrx2023/phase2/scan_dock_deliver4", 30.0),  # waves of gain 0.6, in which a square looks askew
     ],
 )
 def test_the_lights_are_read_and_the_right_bay_is_docked_in(world, points):

@@ -38,24 +38,33 @@ FIELD = 0.6
 """Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
 READ, LOOKS = 5, 12
 """So many symbols read are enough, and so many pictures without one."""
+GLANCES = 7
+"""So many pictures of a tower tell whether it is lit: its period is 5 s, of which it is dark for 2."""
 PANEL = (1.1, 1.4)
 """Half the width and height [m] of what is looked at of a placard, about `PANEL_HEIGHT`."""
 PANEL_HEIGHT = 1.9
 """[m]: symbols of 2022 are at 1.5, of 2018 at 2.35, with half a metre to either side."""
-LAMP_HEIGHT = 1.65
-"""Of the lamps above the water [m], VRX's light buoy: 1.3 m and its float's 0.37."""
-LAMP = (0.25, 0.4)
-"""Half the width and height of what is looked at there [m]: a lamp of 0.19 x 0.39 m, and waves; nothing behind it."""
+LAMP_HEIGHT = 1.3
+"""Above the water [m], of the middle between the lamps, at 1.6, and the box below them, at 0.9: VRX's light buoy."""
+LAMP = (0.35, 1.4)
+"""Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
 LAMP_SIGHT = 60.0
 """From how far a lit lamp is looked for in passing [m]."""
+LAMP_PLAIN = 35.0
+"""What shows no colours from within this distance [m] is no light buoy, in any haze of VRX's."""
 LOW_TOWER, HIGH_TOWER = 1.15, 3.2
 """How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
 TOWER = 2.6
 """How wide it is at most [m]: VRX's float is 1.6 m square."""
+DOUBT = 20.0
+"""What was seen so often counts as twice as far off as it is, see `Tower.far`."""
 OFFSHORE = 4.0
 """How far from all that is wider it must be [m]."""
 DARK_FOR, WATCHED = 7.0, 20.0
 """What stays dark for so long [s], or tells no three colours in so long, is no light buoy: its period is 5 s."""
+BANK_CELL, BANK_MEMORY, BANK_REACH = 2.0, 20.0, 25.0
+"""Places of banks are told apart by so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
+lowest ring; those further off than that [m] are left out."""
 
 
 @dataclass
@@ -68,8 +77,8 @@ class Tower:
     """How often the lidar saw it."""
     looks: int = 0
     """How often it was looked at in passing."""
-    lit: bool = False
-    """Whether it had a colour then."""
+    colors: set[str] = field(default_factory=set)
+    """Those seen then."""
     since: float = math.inf
     """When it was first gone to [s]."""
     shows: list[tuple[float, str]] = field(default_factory=list)
@@ -77,14 +86,22 @@ class Tower:
     dark: bool = False
     """Whether it is given up, as no light buoy."""
 
+    @property
+    def lit(self) -> bool:
+        """Whether it showed two colours: trees and stones, in the light of the evening, show one at most."""
+        return len(self.colors) > 1
+
+    def far(self, seen: Estimate) -> float:
+        """How far off it is [m], more so if it was hardly seen: of a shore a lidar sees now this stone, now that."""
+        return seen.to(*self.place)[0] * (1.0 + DOUBT / self.seen)
+
 
 class DockLookout:
     """Keeps a map of placards and of towers, in the local frame of the boat's navigation."""
 
     def __init__(self) -> None:
         self._map, self._towers = FaceMap(), list[Tower]()
-        self.banks: list[Point] = []
-        """Where the lidar sees something near by [m], see `banks`."""
+        self._banks: dict[tuple[int, int], float] = {}
         self._next_look = self._next_picture = -math.inf
 
     @property
@@ -98,6 +115,11 @@ class DockLookout:
         known = [tower for tower in self._towers if tower.seen > 3 and not tower.dark]
         return [tower for tower in known if all(math.dist(tower.place, face.place) > 2.5 for face in self._map.faces)]
 
+    @property
+    def banks(self) -> list[Point]:
+        """Where the lidar saw something near by of late [m]."""
+        return [(BANK_CELL * column, BANK_CELL * row) for column, row in self._banks]
+
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, near_only: bool = False) -> None:
         """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
         lidar = sensor_named(boat, "lidar")
@@ -109,10 +131,11 @@ class DockLookout:
         self._map.see((seen.x, seen.y), faces(points))
         if near_only:
             return
-        self.banks = banks(points, (seen.x, seen.y))
-        free, _ = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
+        self._note_banks(points, seen, t)
+        free, wide = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
         for cluster in free:
             self._note_tower(cluster, seen)
+        self._drop_towers(wide, seen)
         if t >= self._next_picture - 1e-6:
             self._read(boat, seen, t)
 
@@ -126,8 +149,8 @@ class DockLookout:
             return None
         window = cutout(boat.sensors[camera], seen, (*tower.place, LAMP_HEIGHT), LAMP)
         shows.append((t, lamp_color(window) if window is not None else OFF))
-        lit = sum(color != OFF for _, color in shows)
-        tower.dark = t - shows[0][0] > (DARK_FOR if lit < 4 else WATCHED)
+        tower.colors |= {shows[-1][1]} - {OFF}
+        tower.dark = t - shows[0][0] > (WATCHED if tower.lit else DARK_FOR)
         return sequence(shows)
 
     # Inside
@@ -142,10 +165,26 @@ class DockLookout:
                 return
         self._towers.append(Tower(place))
 
+    def _note_banks(self, points: FloatArray, seen: Estimate, t: float) -> None:
+        here = (seen.x, seen.y)
+        for x, y in banks(points, here, cell=BANK_CELL):
+            self._banks[round(x / BANK_CELL), round(y / BANK_CELL)] = t
+        near = {
+            cell for cell in self._banks if math.dist(here, (cell[0] * BANK_CELL, cell[1] * BANK_CELL)) < BANK_REACH
+        }
+        self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < BANK_MEMORY}
+
+    def _drop_towers(self, wide: FloatArray, seen: Estimate) -> None:
+        """Doubt the towers that turn out to stand on, or beside, something wide."""
+        for tower in self._towers:
+            east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
+            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
+                tower.seen = max(1, tower.seen - 1)
+
     def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""
         signs = [face for face in self._map.faces if _legible(face, seen)]
-        towers = [tower for tower in self.towers if not tower.lit and tower.looks < LOOKS and _in_view(tower, seen)]
+        towers = [tower for tower in self.towers if not tower.lit and tower.looks < GLANCES and _in_view(tower, seen)]
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return
@@ -157,8 +196,10 @@ class DockLookout:
                 face.note(symbol_in(window), near=seen.to(*face.place)[0] < PLAIN)
         for tower in towers:
             window = cutout(reading, seen, (*tower.place, LAMP_HEIGHT), LAMP)
-            tower.looks += 1
-            tower.lit = window is not None and lamp_color(window) != OFF
+            if window is not None:
+                tower.looks += seen.to(*tower.place)[0] < LAMP_PLAIN
+                tower.colors |= {lamp_color(window)} - {OFF}
+                tower.dark = tower.looks >= GLANCES and not tower.lit
 
 
 def _legible(face: Face, seen: Estimate) -> bool:

@@ -31,7 +31,7 @@ SLOW = 0.8
 """Speed into and out of the bay [m/s]: it stops within half a metre."""
 AXIS_RATE = 0.7
 """How fast an error along the bay's axis or across it dies [1/s], as the pilot's rate for a position."""
-CRUISE = 2.0
+CRUISE = 2.6
 """Speed on the way [m/s]."""
 STAY = 11.5
 """How long to stay [s]: 10 are asked for, from when the boat is inside."""
@@ -47,12 +47,24 @@ NEAR = 40.0
 """[m]"""
 LAMP_RANGE = 32.0
 """From where the lights are read [m]: there a lamp is 5 pixels wide."""
-TOWER_PATIENCE = 50.0
+TOWER_PATIENCE = 70.0
 """How long to try for a tower that may be the light buoy [s]."""
-TOWER_REACH = 60.0
+TOWER_REACH = 180.0
 """Towers that were not seen lit are gone to up to this distance from the start [m]."""
 LIGHTS_UNTIL = 130.0
 """How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
+TO_DOCK = 75.0
+"""How long it takes to line up, go in, stay and back out, in waves and wind [s]."""
+MADE_GOOD = 1.5
+"""Speed made good on the way to a bay [m/s]."""
+ASIDE = 1.3
+"""Who is further than this from the axis [m] inside of `COMMIT` is not in the bay: out, and once more."""
+STUCK, MOVED = 9.0, 1.5
+"""Who wants to go somewhere and did not get that far [m] in so long [s] is aground, or caught."""
+BACK_OFF = 6.0
+"""How long to go astern then [s]."""
+AGROUND = 4.0
+"""How far ahead of the boat's origin what it is stuck on is taken to lie [m]."""
 LOOK_AROUND = 13.0
 """How long to look around at first [s], until a lit tower is seen: a whole turn."""
 TURNING = 0.45
@@ -81,6 +93,9 @@ class Docking(Skipper):
         self._bay: Face | None = None
         self._stage, self._since = "find", 0.0
         self._course: float | None = None
+        self._stuck_on: list[Point] = []
+        self._last_moved: tuple[Point, float] = (math.inf, math.inf), 0.0
+        self._last_went = self._astern_until = -math.inf
         self._started = self._then = math.nan
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
@@ -101,18 +116,40 @@ class Docking(Skipper):
     def _find(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
         """Read the lights, if the task asks for that, then find the bay."""
         assert self._roam is not None, "before the task runs"
-        if task.get("color_sequence_open") and t - self._started < LIGHTS_UNTIL:
+        if task.get("color_sequence_open") and self._time_for_lights(seen, task, t):
             tower = self._tower(seen)
             if t - self._started < LOOK_AROUND and not (tower and tower.lit):
                 return self._turn(seen, t)
-            if tower is None:
+            if tower is None and self._right_bay(task):
                 return self._go(seen, t, self._roam.next(seen, t))
+            if tower is None:
+                return self._explore(seen, t)
             return self._scan(boat, seen, tower, t)
-        self._bay = self._right_bay(task)
+        self._bay = self._right_bay(task) or self._last_resort(seen, task)
         if self._bay is None:
             return self._explore(seen, t)
         self._stage = "line up"
         return self._dock(seen, t)
+
+    def _time_for_lights(self, seen: Estimate, task: Mapping[str, Any], t: float) -> bool:
+        """Whether to look for the lights: in the beginning, and later as long as a bay is known that can wait."""
+        if t - self._started < LIGHTS_UNTIL:
+            return True
+        return self._right_bay(task) is not None and self._last_resort(seen, task) is None
+
+    def _last_resort(self, seen: Estimate, task: Mapping[str, Any]) -> Face | None:
+        """A bay, once there is just time enough to dock there: the right one, one of its colour, or the nearest."""
+        wanted = self._wanted(task) or ""
+
+        def worth(face: Face) -> tuple[bool, bool, float]:
+            other_color = face.symbol.partition("_")[0] != wanted.partition("_")[0]
+            return face.symbol != wanted, other_color, seen.to(*face.place)[0]
+
+        best = min((face for face in self.lookout.faces if face.symbol), key=worth, default=None)
+        if best is None:
+            return None
+        needed = TO_DOCK + seen.to(*best.ahead(LINE_UP))[0] / MADE_GOOD
+        return best if task.get("remaining_time", math.inf) < needed else None
 
     def _tower(self, seen: Estimate) -> Tower | None:
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
@@ -124,7 +161,7 @@ class Docking(Skipper):
             for tower in self.lookout.towers
             if tower.lit or (likely(tower.place, TOWER_REACH) and not in_a_row(tower.place, places))
         ]
-        return min(known, key=lambda tower: (not tower.lit, seen.to(*tower.place)[0]), default=None)
+        return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
 
     def _scan(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> Commands:
         """Go where the lights can be read, and watch them."""
@@ -141,10 +178,15 @@ class Docking(Skipper):
 
     def _right_bay(self, task: Mapping[str, Any]) -> Face | None:
         """The face that shows the symbol that is looked for."""
-        wanted = task.get("symbol")
-        if wanted is None and self._colors:
-            wanted = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"
+        wanted = self._wanted(task)
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
+
+    def _wanted(self, task: Mapping[str, Any]) -> str | None:
+        """The symbol that is looked for, as far as the task or the lights tell."""
+        if self._colors:
+            lights = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"
+            return str(task.get("symbol", lights))
+        return task.get("symbol")
 
     def _explore(self, seen: Estimate, t: float) -> Commands:
         """Go where a placard can be read that was not yet; else where nobody was."""
@@ -164,7 +206,7 @@ class Docking(Skipper):
         """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
         assert self._roam is not None, "before the task runs"
         known = [face for face in self.lookout.faces if self._roam.likely(face.place, math.inf)]
-        unread = [face for face in known if face.looks < 5 and face.tried < FACE_PATIENCE]
+        unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]
         if not views:
             signs = [face for face in known if face.symbol and face.tried < 2 * FACE_PATIENCE]
@@ -182,10 +224,14 @@ class Docking(Skipper):
             if seen.to(*place)[0] > 3.0 and not (ahead > CLEAR and abs(left) < 2.0):
                 return self._go(seen, t, place)
             self._stage = "in"
+        if self._stage == "in" and ahead < COMMIT and abs(left) > ASIDE:
+            self._stage = "out"
         if self._stage == "in" and abs(ahead - BERTH) < 0.5:
             self._stage, self._since = "stay", t
         if self._stage == "stay" and t - self._since > STAY:
             self._stage = "out"
+        if self._stage == "out" and ahead > LINE_UP - 1.0:  # the points would have come on the way
+            self._stage = "line up"
         return self._along(self._bay, seen, t, LINE_UP if self._stage == "out" else BERTH)
 
     def _along(self, bay: Face, seen: Estimate, t: float, to: float) -> Commands:
@@ -211,8 +257,23 @@ class Docking(Skipper):
         distance, bearing = seen.to(*place)
         sides = [face.ahead(side) for face in self.lookout.faces for side in (-3.5, 3.5)]
         discs = [(side, KEEP_OFF) for side in sides if math.dist(side, place) > KEEP_OFF]
-        discs += [(bank, OFF_BANK) for bank in self.lookout.banks]
+        discs += [(bank, OFF_BANK) for bank in [*self.lookout.banks, *self._stuck_on]]
+        if self._stuck(seen, t):
+            back = seen.heading + math.pi
+            return self.pilot.sail(seen, t, math.cos(back), math.sin(back), seen.heading)
         course = clear_course((seen.x, seen.y), bearing, discs, reach=min(REACH, distance), before=self._course)
         self._course = course
         speed = min(CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)
         return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
+
+    def _stuck(self, seen: Estimate, t: float) -> bool:
+        """Whether to go astern: for a while, after the boat did not get on; what it is stuck on is kept off then."""
+        here = seen.x, seen.y
+        if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > MOVED:
+            self._last_moved = here, t
+        self._last_went = t
+        if t - self._last_moved[1] > STUCK:
+            self._last_moved, self._astern_until = (here, t), t + BACK_OFF
+            cos, sin = math.cos(seen.heading), math.sin(seen.heading)
+            self._stuck_on.append((seen.x + AGROUND * cos, seen.y + AGROUND * sin))
+        return t < self._astern_until

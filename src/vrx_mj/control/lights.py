@@ -14,16 +14,28 @@ LEAST = 4
 """So many pixels of one colour are a lamp that is lit."""
 PURE = 0.6
 """Share of the vivid pixels that have the lamp's colour."""
+GAP = 0.07
+"""What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
 
 
 def lamp_color(window: npt.NDArray[np.uint8]) -> str:
-    """The colour of a lamp in a small picture of it, or `OFF`."""
+    """The colour of the lamps in a picture of a light buoy, or `OFF`.
+
+    Under its lamps the buoy carries a yellow box, so the upper one of two coloured things is a lamp, and something
+    yellow alone is none. So nothing need be known of how high the buoy floats, nor of how waves lift it and the boat.
+    """
     codes = vivid(window)
+    rows = np.nonzero((codes >= 0).any(axis=1))[0]
+    parts = [codes[part] for part in np.split(rows, np.nonzero(np.diff(rows) > GAP * len(codes))[0] + 1)]
+    colors = [color for color in map(_color, parts) if color]
+    return colors[0] if len(colors) > 1 or colors[:1] not in ([], ["yellow"]) else OFF
+
+
+def _color(codes: npt.NDArray[np.int_]) -> str:
+    """The colour of most of the vivid pixels; empty where there is none."""
     counts = [int((codes == code).sum()) for code in range(len(COLORS))]
     most = int(np.argmax(counts))
-    if counts[most] < LEAST or counts[most] < PURE * sum(counts):
-        return OFF
-    return COLORS[most]
+    return COLORS[most] if counts[most] >= max(LEAST, PURE * sum(counts)) else ""
 
 
 def sequence(seen: Sequence[tuple[float, str]]) -> list[str] | None:

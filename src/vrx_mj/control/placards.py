@@ -38,6 +38,8 @@ VIVID = 0.55
 Fog of half the depth of colour halves it: there a symbol is read from nearer."""
 FAINT = 40.0
 """Of 255: what is darker has no colour."""
+LEANS = tuple(np.linspace(-0.3, 0.3, 9))
+"""Slopes that the sides of symbols may have in a picture, in waves."""
 
 
 @dataclass
@@ -198,12 +200,21 @@ def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
     return f"{COLORS[color]}_{shape}" if shape else ""
 
 
+def _fill(mask: npt.NDArray[np.bool_]) -> float:
+    """How much a mask fills of the parallelogram about it: seen from aside by a boat that rolls, a square is one."""
+    down, right = np.nonzero(mask)
+    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in LEANS}
+    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in LEANS}
+    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in LEANS for other in LEANS]
+    return len(down) / float(min(areas))
+
+
 def _shape(mask: npt.NDArray[np.bool_]) -> str:
     """Of a mask that fills its box from side to side."""
-    fill = float(mask.mean())
+    fill = _fill(mask)
     third = max(1, len(mask) // 3)
     upper, lower = float(mask[:third].mean()), float(mask[-third:].mean())
-    if fill > 0.9:
+    if fill > 0.88:
         return "rectangle"
     if fill > 0.68:
         return "circle"

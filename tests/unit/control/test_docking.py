@@ -96,7 +96,7 @@ def test_a_tower_seen_lit_comes_first_and_one_behind_the_start_last(docking):
     near, far, behind = Tower((20.0, 0.0), seen=9), Tower((50.0, 5.0), seen=9), Tower((-10.0, 0.0), seen=9)
     docking.lookout._towers = [behind, far, near]
     assert docking._tower(estimate(0.0, 0.0)) is near
-    far.lit = True
+    far.colors = {"red", "blue"}
     assert docking._tower(estimate(0.0, 0.0)) is far
     near.dark = far.dark = True
     assert docking._tower(estimate(0.0, 0.0)) is None

@@ -92,10 +92,14 @@ def test_an_empty_placard_has_no_symbol():
 
 @pytest.mark.parametrize("color", RGB)
 def test_a_lamp_is_lit_or_off(color):
-    window = np.full((20, 14, 3), (120, 150, 170), np.uint8)
+    window = np.full((56, 14, 3), (120, 150, 170), np.uint8)
     assert lamp_color(window) == OFF
-    window[8:12, 6:9] = np.array(RGB[color]) * 230
-    assert lamp_color(window) == color
+    window[36:40, 5:9] = np.array(RGB["yellow"]) * 180  # the box below the lamps
+    assert lamp_color(window) == OFF
+    for lamp in (4, 12, 20):  # waves lift the boat
+        lit = window.copy()
+        lit[lamp : lamp + 8, 6:9] = np.array(RGB[color]) * 230
+        assert lamp_color(lit) == color
 
 
 def blinking(colors, *, period=0.4, start=0.0, length=12.0):
