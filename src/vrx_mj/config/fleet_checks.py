@@ -84,7 +84,7 @@ def _distance_faults(boats: Sequence[Located]) -> Iterator[Fault]:
 
 
 def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
-    """Wind on things that are neither boats, nor kinds of boats, nor docks, nor objects of the world or their models."""
+    """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
     listed = world.wind.objects if world.wind else ()
     if not listed:
         return []
