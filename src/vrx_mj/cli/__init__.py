@@ -17,8 +17,17 @@ def main() -> None:
     except KeyboardInterrupt:  # while packages were loaded; from then on commands say what became of them
         raise SystemExit(130) from None
     except Exception as error:
+        if _interrupted(error):
+            raise SystemExit(130) from None
         line = intruder(error)
         if line is None:
             raise
         sys.stderr.write(f"{line}\n")
         raise SystemExit(2) from None
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: a package that it hits while it loads may raise another one in its place."""
+    return error is not None and (
+        isinstance(error, KeyboardInterrupt) or _interrupted(error.__cause__ or error.__context__)
+    )

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.cli.files import look_in, writing
-from vrx_mj.cli.limits import core_share
 from vrx_mj.errors import CommandError
+from vrx_mj.runtime.limits import core_share
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.campaign.manifest import Campaign

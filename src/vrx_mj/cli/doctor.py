@@ -24,7 +24,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrx_mj.cli.environment import PACKAGES
-from vrx_mj.cli.limits import core_share, free_memory
+from vrx_mj.runtime.limits import core_share, free_memory
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.view.display import Attempt

@@ -101,6 +101,7 @@ THRUSTER = np.dtype(
         ("max_command", _f),
         ("max_forward", _f),  # [N]
         ("max_reverse", _f),  # [N], sign ignored
+        ("gain", _f),  # factor of its force: 1, unless a batch varies it
         ("timeout", _f),  # a command holds this long [s]; <= 0: for ever
         ("max_angle", _f),  # largest steering target [rad]
         ("kp", _f),  # servo stiffness [N m/rad]

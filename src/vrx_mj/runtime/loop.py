@@ -178,7 +178,7 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
         return
     command = effective_command(own, time)
     if command != own.applied or own.fresh == 0:
-        own.applied, own.thrust, own.fresh = command, thrust_force(thruster, command), 1
+        own.applied, own.thrust, own.fresh = command, thruster.gain * thrust_force(thruster, command), 1
 
 
 @kernel

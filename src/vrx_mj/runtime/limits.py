@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-__all__ = ["core_share", "free_memory"]
+__all__ = ["core_share", "free_memory", "thread_count"]
 
 ROOT = Path("/")
 """Where `sys/fs/cgroup` and `proc` are; Linux has them."""
@@ -32,6 +32,19 @@ def core_share(root: Path = ROOT) -> tuple[int, float]:
     if quota is None or not period or quota <= 0:
         return count, float(count)
     return count, min(float(count), quota / period)
+
+
+def thread_count() -> int:
+    """How many threads to compute with: what OMP_NUM_THREADS says, or SLURM_CPUS_PER_TASK, or else the share of cores.
+
+    Never more than the share; the first number of a list such as `4,2` counts; what is no number above 0 is ignored.
+    """
+    share = max(1, int(core_share()[1]))
+    for name in ("OMP_NUM_THREADS", "SLURM_CPUS_PER_TASK"):
+        first = os.environ.get(name, "").partition(",")[0].strip()
+        if first.isdecimal() and int(first) > 0:
+            return min(share, int(first))
+    return share
 
 
 def _first(file: Path, index: int = 0) -> float | None:

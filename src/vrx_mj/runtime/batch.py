@@ -1,0 +1,454 @@
+"""Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
+
+import time as clock
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.config.poses import quaternion
+from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
+from vrx_mj.physics.noise import stream_key
+from vrx_mj.physics.tables import RUDDER, Table
+from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.crew import Crew
+from vrx_mj.runtime.durations import whole_steps
+from vrx_mj.runtime.limits import thread_count
+from vrx_mj.runtime.loop import HUGE
+from vrx_mj.runtime.rig import Rig, stepping_models
+from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
+from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.warmup import announced
+
+__all__ = ["Batch"]
+
+Floats = npt.NDArray[np.float64]
+Rows = npt.ArrayLike | None
+"""Which rows: a mask (n,) of truths, their numbers, or None for all."""
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+SLICE = 0.05
+"""Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
+STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
+"""Tables that change from step to step, in the order in which a state has them."""
+
+
+class Batch:
+    """`n` worlds that begin alike and go their own ways, advanced together by all cores.
+
+    Row i moves as a `Simulation` of the same world and seed does, to the last bit, whatever the number of rows and
+    threads. Nobody officiates, senses or records here: `get_state(row)` gives a state that a `Simulation` goes on from,
+    and does all that. A row whose parameters were varied is of another world than that one.
+    """
+
+    def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
+        """Rows of a world.
+
+        Args:
+            world: what every row is; it must have no task (`compile_world({"extends": name, "task": None})`).
+            n: how many rows.
+            seed: as `reset` takes it.
+            threads: by default OMP_NUM_THREADS or SLURM_CPUS_PER_TASK, or as many as there are cores to use.
+
+        Raises:
+            CommandError: no rows, no threads, or the world has a task.
+        """
+        for name, count in (("n", n), ("threads", 1 if threads is None else threads)):
+            if count != int(count) or count < 1:
+                raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
+        if world.parameters.get("task"):
+            text = 'compile it without, {"extends": name, "task": None}'
+            raise CommandError(f"the world {world.name} has a task, and in a batch nobody officiates: {text}")
+        self.world, self.n = world, int(n)
+        self._world_id = world.sha256
+        self._model, quiet = stepping_models(world)
+        self._rig = Rig(world, self._model, quiet, mujoco.MjData(self._model))
+        self._rig.reset(0)
+        self._waves: Table
+        self._thrusters: Table
+        self._crew = Crew(threads or thread_count())
+        self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
+        self._masses = np.ones(self.n)
+        self._build()
+        self._pace = 1e-5
+        with announced(advance_rows):
+            self.reset(seed=seed)
+            self.advance(0)
+
+    # What it is
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats of every row, in the order of the second axis."""
+        return self.world.boats
+
+    @property
+    def timestep(self) -> float:
+        """Physics step [s]."""
+        return self._rig.timestep
+
+    @property
+    def threads(self) -> int:
+        """Threads that share the rows."""
+        return self._crew.threads
+
+    @property
+    def seeds(self) -> npt.NDArray[np.int64]:
+        """(n,) the seed of each row's present run."""
+        return self._seeds.copy()
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """Boat and name of every command, in the order of `command`'s second axis: thrusts, then steering angles."""
+        return tuple((boat, name) for boat, name, _, _ in self._channels)
+
+    @property
+    def largest(self) -> Floats:
+        """(channels, 2) least and greatest useful value of every command: of its full power, its N, or its angle [rad].
+
+        Beyond them a thrust is capped, and an angle clamped.
+        """
+        return np.array([self._limits(row, column) for _, _, row, column in self._channels]).reshape(-1, 2)
+
+    @property
+    def time(self) -> Floats:
+        """(n,) simulated time of each row [s]."""
+        return self._time.copy()
+
+    @property
+    def diverged(self) -> npt.NDArray[np.bool_]:
+        """(n,) which rows have a state that is not finite, or huge: they stand until they are reset."""
+        return self._done < 0
+
+    @property
+    def features(self) -> Floats:
+        """(n, boats, 13), a view that the next call changes.
+
+        Position (3) [m, ENU] and quaternion (4) (w, x, y, z) of each boat's `base_link` origin, its velocity (3) [m/s]
+        and angular velocity (3) [rad/s] in body axes.
+        """
+        return self._features
+
+    @property
+    def wind(self) -> Floats:
+        """(n, 2) the wind's velocity in each row [m/s], east and north, where it blows toward."""
+        speed: Floats = self._stacks["wind_state"]["speed"]
+        velocity: Floats = speed * self._wind["direction"][:, 0]
+        return velocity
+
+    # Running
+
+    def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | npt.NDArray[np.integer] | None = None) -> None:
+        """Bring rows back to their start; parameters that were varied stay so.
+
+        Args:
+            rows: which; by default all.
+            seed: one for each of these rows, or a number s for s + i in row i; by default s is the world's seed.
+
+        Raises:
+            CommandError: there are no such rows, or the seeds are not whole numbers, one for each of these rows.
+        """
+        which = self._which(rows)
+        self._seeds[which] = self._seeds_of(which, seed)
+        for name in STACKED:
+            self._stacks[name][which] = getattr(self._rig, name)
+        self._movers[which] = self._rig.movers
+        self._look[which] = np.zeros(1, self._look.dtype)
+        self._wind["key"][which, 0] = [stream_key(int(s), "wind", str(self._rig.wind_seed)) for s in self._seeds[which]]
+        self._stacks["wind_state"]["speed"][which, 0] = self._wind["mean"][which, 0]
+        self._time[which], self._done[which] = 0.0, 0
+        reset_rows(which, self._rows, self._qpos, self._qvel)
+        self._observe()
+
+    def command(self, values: npt.ArrayLike, rows: Rows = None) -> None:
+        """Command rows, (rows, channels): thrusts and steering angles, in the order of `channels`.
+
+        They mean, and last for, what they do in `Simulation.command`: shares of full power, or N in profile vrx3.
+
+        Raises:
+            CommandError: another shape, or numbers that are not finite.
+        """
+        self._give(self._which(rows), values, hold=0.0)
+
+    def step(self, values: npt.ArrayLike | None = None, *, duration: float) -> None:
+        """Advance all rows by simulated time [s], a multiple of the timestep, under commands (n, channels).
+
+        A command holds for the whole duration. Errors are those of `command` and of `advance`.
+        """
+        steps = whole_steps(duration, self.timestep)
+        if values is not None:
+            self._give(np.arange(self.n), values, hold=(steps + 0.5) * self.timestep)
+        self.advance(steps)
+
+    def advance(self, steps: int) -> None:
+        """Advance all rows by a number of physics steps, each under the commands that stand.
+
+        Raises:
+            DivergedError: rows have a state that is not finite, or huge; the others have been advanced, and these stand
+                until they are reset.
+        """
+        before, left = self.diverged, int(steps)
+        while True:
+            count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
+            begun = clock.perf_counter()
+            self._crew.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
+            left -= count
+            if count:
+                pace = (clock.perf_counter() - begun) * self.threads / (count * self.n)
+                self._pace += 0.2 * (pace - self._pace)
+            if left <= 0:
+                break
+        new = np.flatnonzero(self.diverged & ~before)
+        if len(new):
+            more = f" and {len(new) - 5} more" if len(new) > 5 else ""
+            raise DivergedError(
+                f"rows {', '.join(map(str, new[:5]))}{more} have a state that is not finite, or huge, at about t = "
+                f"{self._time[new[0]]:g} s; they stand until reset(rows)"
+            )
+
+    def set_boat(
+        self,
+        boat: str,
+        *,
+        pose: npt.ArrayLike | None = None,
+        velocity: npt.ArrayLike | None = None,
+        rows: Rows = None,
+    ) -> None:
+        """Put a boat of some rows somewhere, or set it moving; what is not given stays.
+
+        Args:
+            boat: its name.
+            pose: (rows, 6) or (6,): x, y, z, roll, pitch, yaw [m, rad, ENU] of its `base_link` origin.
+            velocity: (rows, 6) or (6,): u, v, w, p, q, r [m/s, rad/s] of that origin, body axes.
+            rows: which; by default all.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: another shape, or numbers that are not finite.
+        """
+        if boat not in self.boats:
+            raise UnknownNameError("boat", boat, self.boats)
+        which = self._which(rows)
+        hull = self._rig.hulls[self.boats.index(boat)]
+        qpos, dof = int(hull["qpos"]), int(hull["dof"])
+        if pose is not None:
+            for row, place in zip(which, _six(f"the pose of {boat}", pose, len(which)), strict=True):
+                self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
+        if velocity is not None:
+            moving = _six(f"the velocity of {boat}", velocity, len(which))
+            w, x, y, z = self._qpos[which, qpos + 3 : qpos + 7].T
+            self._qvel[which, dof : dof + 3] = _to_world(w, x, y, z, *moving[:, :3].T)
+            self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
+        write_rows(which, self._rows, self._qpos, self._qvel)
+        self._observe()
+
+    def vary(
+        self,
+        rows: Rows = None,
+        *,
+        wind_speed: npt.ArrayLike | None = None,
+        wind_direction: npt.ArrayLike | None = None,
+        gusts: npt.ArrayLike | None = None,
+        waves: npt.ArrayLike | None = None,
+        mass: npt.ArrayLike | None = None,
+        thrust: npt.ArrayLike | None = None,
+    ) -> None:
+        """Give rows parameters of their own, from their next reset on; each a number, or one for each of these rows.
+
+        Args:
+            rows: which; by default all.
+            wind_speed: mean wind [m/s].
+            wind_direction: in which the air moves [rad], counter-clockwise from east.
+            gusts: standard deviation of the gusts [m/s].
+            waves: factor of all waves' amplitudes, 0 for none.
+            mass: factor of every boat's mass and inertia; a row with one has a model of its own.
+            thrust: factor of all thrusters' forces.
+
+        Raises:
+            CommandError: another shape, or numbers that are not finite, or below 0 (0 for a mass).
+        """
+        which = self._which(rows)
+        lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
+        given = {
+            name: _each(name, value, len(which), lowest.get(name, 0.0))
+            for name, value in (("wind_speed", wind_speed), ("wind_direction", wind_direction), ("gusts", gusts),
+                                ("waves", waves), ("mass", mass), ("thrust", thrust))
+            if value is not None
+        }  # fmt: skip
+        if "wind_speed" in given:
+            self._wind["mean"][which, 0] = given["wind_speed"]
+        if "gusts" in given:
+            self._wind["gain"][which, 0] = given["gusts"]
+        if "wind_direction" in given:
+            toward = given["wind_direction"]
+            self._wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
+        if "waves" in given:
+            self._waves = self._spread(self._waves)
+            self._waves["amplitude"][which] = self._rig.waves["amplitude"] * given["waves"][:, None]
+        if "thrust" in given:
+            self._thrusters = self._spread(self._thrusters)
+            self._thrusters["gain"][which] = given["thrust"][:, None]
+        if "mass" in given:
+            self._weigh(which, given["mass"])
+
+    def get_state(self, row: int) -> State:
+        """The whole state of a row: a `Simulation` of the same world goes on from it as the row does."""
+        (row,) = self._which([row])
+        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
+        model = self._own_models.get(int(row), (self._model,))[0]
+        mujoco.mj_getState(model, self._data[row], flat, SIGNATURE)
+        moving = b"".join(self._stacks[name][row].tobytes() for name in STACKED) + self._rig.touches.tobytes()
+        ours, seed = moving + self._rig.moments.pack(), int(self._seeds[row])
+        return State(STATE_VERSION, self._world_id, seed, float(self._time[row]), flat, ours, self._rig.moving)
+
+    # Inside
+
+    def _build(self) -> None:
+        """Data and stacks of all rows."""
+        rig, model = self._rig, self._model
+        self._data = [mujoco.MjData(model) for _ in range(self.n)]
+        self._rows = np.zeros(self.n, ROW)
+        for row, data in zip(self._rows, self._data, strict=True):
+            row["model"], row["quiet"], row["data"] = model._address, rig.quiet._address, data._address
+            for name, array in (("qpos", data.qpos), ("qvel", data.qvel), ("xfrc_applied", data.xfrc_applied),
+                                ("qfrc_applied", data.qfrc_applied), ("inertia", data.M)):  # fmt: skip
+                row[name] = array.ctypes.data
+        self._seeds = np.zeros(self.n, np.int64)
+        self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
+        self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
+        self._features = np.zeros((self.n, len(self.boats), FEATURES))
+        self._stacks = {name: self._spread(getattr(rig, name)[None]) for name in STACKED}
+        self._raft_work, self._movers, self._look = (
+            self._spread(table[None]) for table in (rig.raft_work, rig.movers, rig.look)
+        )
+        self._wind = self._spread(rig.wind[None])
+        self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
+        self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
+        self._channels = _channels(self.world)
+
+    def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """A stack with a part for every row, from one that all have in common."""
+        return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
+
+    def _advance(self, first: int, last: int, steps: int) -> None:
+        rig, state = self._rig, self._stacks
+        advance_rows(
+            first, last, self._rows, self._model.nbody, len(rig.data.M), self._model.M_rowadr, self._qpos, self._qvel,
+            self._time, self._done,
+            rig.sea, self._waves, self._wind, state["wind_state"], self._hulls, rig.stations, self._thrusters,
+            state["thruster_state"], rig.floats, rig.elements, state["float_state"], state["element_state"],
+            rig.followers, rig.waypoints, state["follower_state"], rig.blocks, state["block_state"], self._raft_work,
+            rig.moorings, self._movers, rig.obstacles, self._look, rig.moments.clocks, rig.moments.caught,
+            rig.moments.marks, rig.touches, *self._idle, self.timestep, steps,
+        )  # fmt: skip
+        observe_rows(first, last, self._hulls, self._qpos, self._qvel, self._features)
+
+    def _observe(self) -> None:
+        observe_rows(0, self.n, self._hulls, self._qpos, self._qvel, self._features)
+
+    def _which(self, rows: Rows) -> npt.NDArray[np.int64]:
+        """Numbers of the rows that are meant."""
+        if rows is None:
+            return np.arange(self.n)
+        given = np.asarray(rows)
+        if given.dtype == bool and given.shape == (self.n,):
+            return np.flatnonzero(given)
+        if given.size == 0:
+            return np.zeros(0, np.int64)
+        if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < self.n).all():
+            return given.astype(np.int64)
+        raise CommandError(f"rows are {rows!r}: a mask of {self.n} truths is needed, or numbers from 0 to {self.n - 1}")
+
+    def _give(self, which: npt.NDArray[np.int64], values: npt.ArrayLike, hold: float) -> None:
+        """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
+        given = np.asarray(values, np.float64)
+        if given.shape != (len(which), len(self._channels)):
+            raise CommandError(f"commands have shape {given.shape} instead of {(len(which), len(self._channels))}")
+        if not np.isfinite(given).all():
+            at = np.argwhere(~np.isfinite(given))[0]
+            boat, name = self.channels[at[1]]
+            raise CommandError(f"the command {name} of {boat} in row {which[at[0]]} is {given[tuple(at)]}")
+        state = self._stacks["thruster_state"]
+        for number, (_, _, row, column) in enumerate(self._channels):
+            state[column][which, row] = given[:, number]
+            if column == "command":
+                timeout = float(self._rig.thrusters["timeout"][row])
+                state["expires"][which, row] = self._time[which] + (max(timeout, hold) if timeout > 0.0 else np.inf)
+
+    def _seeds_of(self, which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
+        first = self.world.seed if seed is None else seed
+        if isinstance(first, int | np.integer) and not isinstance(first, bool):
+            return int(first) + which
+        given = np.asarray(first)
+        if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer):
+            raise CommandError(f"seeds are {seed!r}: one whole number is needed, or {len(which)} of them")
+        return given.astype(np.int64)
+
+    def _limits(self, row: int, column: str) -> tuple[float, float]:
+        thruster = self._rig.thrusters[row]
+        if column == "angle_target":
+            return -float(thruster["max_angle"]), float(thruster["max_angle"])
+        if self.world.parameters["profile"] == "vrx3":
+            return -float(abs(thruster["max_reverse"])), float(thruster["max_forward"])
+        return -1.0, 1.0
+
+    def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
+        """Give rows models of their own with all boats' masses and inertias times a factor."""
+        self._hulls = self._spread(self._hulls)
+        for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
+            pair = tuple(self._heavier(model, factor) for model in (self._model, self._rig.quiet))
+            self._own_models[row] = pair
+            self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
+            self._hulls["mass"][row] = self._rig.hulls["mass"] * factor
+
+    def _heavier(self, model: mujoco.MjModel, factor: float) -> mujoco.MjModel:
+        import copy
+
+        own = copy.copy(model)
+        boats = set(self._rig.hulls["body"].tolist())
+        bodies = [body for body in range(model.nbody) if int(model.body_rootid[body]) in boats]
+        own.body_mass[bodies] *= factor
+        own.body_inertia[bodies] *= factor
+        mujoco.mj_setConst(own, mujoco.MjData(own))
+        return own
+
+
+def _channels(world: World) -> tuple[tuple[str, str, int, str], ...]:
+    """Boat, name, row of the thrusters and column of their state, of every command: thrusts, then steering angles."""
+    rows = [(world.boats[row["hull"]], row) for row in world.parameters["thrusters"]]
+    pushing = [(boat, row["name"], k, "command") for k, (boat, row) in enumerate(rows) if row["mapping"] != RUDDER]
+    steering = [
+        (boat, row["name"] + ANGLE, k, "angle_target") for k, (boat, row) in enumerate(rows) if row["max_angle"]
+    ]
+    return (*pushing, *steering)
+
+
+def _to_world(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, up: Floats) -> Floats:
+    """Vectors of body axes in world axes, (n, 3), by unit quaternions."""
+    return np.stack(
+        (
+            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
+            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
+            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
+        ),
+        axis=1,
+    )
+
+
+def _six(what: str, values: npt.ArrayLike, count: int) -> Floats:
+    given = np.asarray(values, np.float64)
+    if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
+        raise CommandError(
+            f"{what} has shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
+        )
+    return np.broadcast_to(given, (count, 6))
+
+
+def _each(what: str, value: npt.ArrayLike, count: int, least: float) -> Floats:
+    given = np.asarray(value, np.float64)
+    if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
+        at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
+        raise CommandError(f"{what} is {value!r}: one finite number{at_least}, or {count} of them")
+    return np.broadcast_to(given, (count,)).copy()
