@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from vrx_mj.compiler.compile import compile_world
     from vrx_mj.compiler.world import World
     from vrx_mj.errors import VrxError, VrxWarning
+    from vrx_mj.runtime.batch import Batch
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.run import Summary, run
     from vrx_mj.runtime.simulation import Simulation
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Batch": "runtime.batch",
     "BoatObservation": "runtime.observation",
     "Fix": "sensors.readings",
     "Image": "sensors.readings",
@@ -42,6 +44,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Batch",
     "BoatObservation",
     "Fix",
     "Image",

@@ -1,0 +1,274 @@
+"""A batch's rows are simulations, to the last bit, whatever the number of rows and threads."""
+
+import multiprocessing
+import os
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
+
+SEA = {
+    "extends": "ocean_buoys",
+    "sea": {"gain": 0.6},
+    "wind": {
+        "direction": 30, "mean_velocity": 5.0, "var_gain": 2.0, "var_time": 2.0,
+        "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
+    },
+}  # fmt: skip
+FLEET = {
+    "thrusters": "H",
+    "sensors": "none",
+    "boats": [
+        {"name": "fixed", "pose": [0, 0, 0.1, 0, 0, 0]},
+        {"name": "hinged", "pose": [0, 30, 0.1, 0, 0, 0], "engines": "hinged"},
+    ],
+}
+COMMANDS = {
+    "fixed": {"left": 0.7, "right": 0.2, "left_angle": 0.3, "right_angle": -0.1},
+    "hinged": {"left": -0.4, "right": 0.9, "left_angle": -0.2, "right_angle": 0.4},
+}
+
+
+@pytest.fixture(scope="module")
+def world():
+    return vrx_mj.compile_world(SEA, fleet=FLEET)
+
+
+@pytest.fixture(scope="module")
+def boat():
+    """One boat alone."""
+    fleet = {"thrusters": "H", "sensors": "none", "boats": [{"name": "wamv", "pose": [0, 0, 0.1, 0, 0, 0]}]}
+    return vrx_mj.compile_world({"wind": SEA["wind"], "sea": SEA["sea"]}, fleet=fleet)
+
+
+def values(batch, commands=COMMANDS):
+    return np.tile([commands[boat][name] for boat, name in batch.channels], (batch.n, 1))
+
+
+def alone(world, seed, *, change=None, commands=COMMANDS, duration=2.0):
+    """The state of a simulation after its commands; `change` is made before it is reset."""
+    sim = vrx_mj.Simulation(world)
+    if change:
+        change(sim)
+    sim.reset(seed)
+    sim.step(commands, duration=duration)
+    return sim.get_state().sha256
+
+
+ONE = {"wamv": COMMANDS["fixed"]}
+
+
+@pytest.mark.parametrize(("n", "threads"), [(1, 1), (3, 2), (40, 3)])
+def test_a_row_is_a_simulation(world, n, threads):
+    batch = vrx_mj.Batch(world, n, seed=5, threads=threads)
+    assert batch.get_state(n - 1).sha256 == vrx_mj.Simulation(world, seed=5 + n - 1).get_state().sha256
+    batch.step(values(batch), duration=2.0)
+    assert batch.get_state(n - 1).sha256 == alone(world, 5 + n - 1)
+    assert batch.seeds.tolist() == list(range(5, 5 + n))
+    assert batch.get_state(0).sha256 != batch.get_state(n - 1).sha256 or n == 1  # other gusts
+
+
+def test_what_is_seen_is_what_a_simulation_sees(world):
+    batch = vrx_mj.Batch(world, 2, seed=5)
+    batch.step(values(batch), duration=1.0)
+    sim = vrx_mj.Simulation(world)
+    sim.set_state(batch.get_state(1))
+    seen = sim.observe()
+    for index, name in enumerate(batch.boats):
+        told = seen[name]
+        expected = np.concatenate((told.position, told.quaternion, told.velocity, told.angular_velocity))
+        np.testing.assert_allclose(batch.features[1, index], expected, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(batch.wind[1], sim.wind.velocity(sim.time)[:2])
+    assert batch.time.tolist() == [sim.time] * 2
+
+
+def test_a_run_is_the_same_however_it_is_cut(world):
+    batch = vrx_mj.Batch(world, 2, seed=5)
+    batch.command(values(batch))  # which last for a second, as those of `Simulation.command`
+    for steps in (1, 49, 100, 0, 50):
+        batch.advance(steps)
+    sim = vrx_mj.Simulation(world, seed=6)
+    sim.command_all(COMMANDS)
+    sim.advance(200)
+    assert batch.get_state(1).sha256 == sim.get_state().sha256
+
+
+def test_rows_are_reset_alone(boat):
+    batch = vrx_mj.Batch(boat, 3, seed=5)
+    batch.step(values(batch, ONE), duration=1.0)
+    batch.reset([False, True, False], seed=[77])
+    assert batch.time[1] == 0.0
+    batch.step(values(batch, ONE), duration=1.0)
+    assert batch.seeds.tolist() == [5, 77, 7]
+    assert batch.get_state(1).sha256 == alone(boat, 77, commands=ONE, duration=1.0)
+    sim = vrx_mj.Simulation(boat, seed=7)
+    for _ in range(2):
+        sim.step(ONE, duration=1.0)
+    assert batch.get_state(2).sha256 == sim.get_state().sha256
+
+
+def test_boats_are_put_somewhere(boat):
+    pose, velocity = [5.0, -3.0, 0.2, 0.1, -0.05, 2.0], [1.0, 0.2, 0.0, 0.0, 0.0, 0.3]
+    batch = vrx_mj.Batch(boat, 2, seed=5)
+    batch.set_boat("wamv", pose=pose, velocity=[velocity], rows=[1])
+    sim = vrx_mj.Simulation(boat, seed=6)
+    sim.set_boat("wamv", pose=pose, velocity=velocity)
+    np.testing.assert_allclose(batch.get_state(1).mujoco, sim.get_state().mujoco, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(batch.features[1, 0, 7:10], velocity[:3], atol=1e-15)
+    assert (batch.features[0, 0, 7:] == 0.0).all()
+
+
+CALM = {**SEA["wind"], "mean_velocity": 2.0, "var_gain": 0.5, "direction": -60}
+
+
+def test_a_row_with_another_wind_is_a_world_with_it(boat):
+    batch = vrx_mj.Batch(boat, 2)
+    batch.vary([1], wind_speed=2.0, gusts=0.5, wind_direction=np.radians(-60.0))
+    batch.reset(seed=5)
+    batch.step(values(batch, ONE), duration=1.0)
+    fleet = {"thrusters": "H", "sensors": "none", "boats": [{"name": "wamv", "pose": [0, 0, 0.1, 0, 0, 0]}]}
+    other = vrx_mj.Simulation(vrx_mj.compile_world({"wind": CALM, "sea": SEA["sea"]}, fleet=fleet), seed=6)
+    other.step(ONE, duration=1.0)
+    np.testing.assert_allclose(batch.get_state(1).mujoco, other.get_state().mujoco, rtol=0, atol=1e-12)
+    assert batch.get_state(0).sha256 == alone(boat, 5, commands=ONE, duration=1.0)
+
+
+def heavy(sim):
+    for body in range(1, sim.model.nbody):
+        sim.model.body_mass[body] *= 1.25
+        sim.model.body_inertia[body] *= 1.25
+    mujoco.mj_setConst(sim.model, mujoco.MjData(sim.model))
+    sim._rig.hulls["mass"] *= 1.25
+
+
+def strong(sim):
+    sim._rig.thrusters["gain"] = 0.8
+
+
+def flat(sim):
+    sim._rig.waves["amplitude"] *= 0.5
+
+
+@pytest.mark.parametrize(
+    ("varied", "change"), [({"mass": 1.25}, heavy), ({"thrust": 0.8}, strong), ({"waves": 0.5}, flat)]
+)
+def test_a_row_with_a_parameter_of_its_own(boat, varied, change):
+    batch = vrx_mj.Batch(boat, 3, seed=5)
+    batch.vary([False, True, False], **varied)
+    batch.reset(seed=5)
+    batch.step(values(batch, ONE), duration=1.0)
+    assert batch.get_state(1).sha256 == alone(boat, 6, change=change, commands=ONE, duration=1.0)
+    assert batch.get_state(1).sha256 != alone(boat, 6, commands=ONE, duration=1.0)
+    assert batch.get_state(2).sha256 == alone(boat, 7, commands=ONE, duration=1.0)
+
+
+def test_a_row_that_diverges_stands_until_it_is_reset(boat):
+    batch = vrx_mj.Batch(boat, 3, seed=5)
+    batch.set_boat("wamv", velocity=[0, 0, 9e6, 0, 0, 0], rows=[1])
+    with pytest.raises(DivergedError) as raised:
+        batch.advance(400)
+    assert str(raised.value).startswith("rows 1 have a state that is not finite, or huge, at about t = ")
+    assert str(raised.value).endswith(" s; they stand until reset(rows)")
+    assert batch.diverged.tolist() == [False, True, False]
+    batch.advance(100)  # told once
+    sim = vrx_mj.Simulation(boat, seed=7)
+    sim.advance(500)
+    assert batch.get_state(2).sha256 == sim.get_state().sha256
+    batch.reset(batch.diverged, seed=[9])
+    batch.advance(10)
+    sim.reset(9)
+    sim.advance(10)
+    assert batch.get_state(1).sha256 == sim.get_state().sha256
+
+
+def advanced(batch, results, key):
+    batch.advance(100)
+    results[key] = [batch.get_state(row).sha256 for row in range(batch.n)]
+
+
+def in_a_child(batch, pipe):
+    results = {}
+    advanced(batch, results, "child")
+    pipe.send(results["child"])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_forked_child_goes_on_with_threads_of_its_own(boat):
+    batch = vrx_mj.Batch(boat, 40, seed=5, threads=2)
+    batch.advance(100)
+    ours, theirs = multiprocessing.Pipe()
+    child = multiprocessing.get_context("fork").Process(target=in_a_child, args=(batch, theirs))
+    child.start()
+    assert ours.poll(60.0)
+    told = ours.recv()
+    child.join()
+    results = {}
+    advanced(batch, results, "parent")
+    assert told == results["parent"]
+
+
+def test_two_batches_sail_in_two_threads(boat):
+    batches = [vrx_mj.Batch(boat, 20, seed=5, threads=2) for _ in range(2)]
+    results = {}
+    threads = [threading.Thread(target=advanced, args=(batch, results, k)) for k, batch in enumerate(batches)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    advanced(vrx_mj.Batch(boat, 20, seed=5, threads=1), results, "alone")
+    assert results[0] == results[1] == results["alone"]
+
+
+def test_the_threads_go_with_their_batch(boat):
+    before = set(threading.enumerate())
+    batch = vrx_mj.Batch(boat, 20, threads=3)
+    helpers = set(threading.enumerate()) - before
+    assert len(helpers) == 2
+    del batch
+    for thread in helpers:
+        thread.join(10.0)
+    assert not any(thread.is_alive() for thread in helpers)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda b: b.command(np.zeros((2, 3))), "commands have shape (2, 3) instead of (2, 4)"),
+        (lambda b: b.command([[0, 0, 0, 0], [0, np.nan, 0, 0]]), "the command right of wamv in row 1 is nan"),
+        (lambda b: b.reset([2]), "rows are [2]: a mask of 2 truths is needed, or numbers from 0 to 1"),
+        (lambda b: b.reset(seed=[1]), "seeds are [1]: one whole number is needed, or 2 of them"),
+        (lambda b: b.vary(mass=0.0), "mass is 0.0: one finite number above 0, or 2 of them"),
+        (lambda b: b.vary(gusts=[1.0]), "gusts is [1.0]: one finite number of 0 or more, or 2 of them"),
+        (
+            lambda b: b.set_boat("wamv", pose=[0.0] * 5),
+            "the pose of wamv has shape (5,): (2, 6) or (6,), of numbers below 1e+07, is needed",
+        ),
+    ],
+)
+def test_bad_input_is_told_and_changes_nothing(boat, call, message):
+    batch = vrx_mj.Batch(boat, 2)
+    before = batch.get_state(1).sha256
+    with pytest.raises(CommandError) as raised:
+        call(batch)
+    assert str(raised.value) == message
+    assert batch.get_state(1).sha256 == before
+
+
+def test_what_cannot_be_a_batch(boat):
+    with pytest.raises(CommandError, match=r"^n is 0: a whole number above 0 is needed$"):
+        vrx_mj.Batch(boat, 0)
+    with pytest.raises(CommandError, match=r"^threads is 1\.5: a whole number above 0 is needed$"):
+        vrx_mj.Batch(boat, 1, threads=1.5)
+    with pytest.raises(UnknownNameError, match="no boat named 'wam'"):
+        vrx_mj.Batch(boat, 1).set_boat("wam", pose=[0.0] * 6)
+    with pytest.raises(CommandError) as raised:
+        vrx_mj.Batch(vrx_mj.compile_world("stationkeeping_task"), 1)
+    assert str(raised.value) == (
+        "the world stationkeeping_task has a task, and in a batch nobody officiates: compile it without, "
+        '{"extends": name, "task": None}'
+    )
