@@ -12,13 +12,12 @@ from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.physics.tables import RUDDER, Table
-from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.durations import whole_steps
 from vrx_mj.runtime.limits import thread_count
-from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.rig import Rig, stepping_models
+from vrx_mj.runtime.row_arguments import Rows, channels_of, row_seeds, row_values, row_vectors, which_rows
 from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.warmup import announced
@@ -26,8 +25,6 @@ from vrx_mj.runtime.warmup import announced
 __all__ = ["Batch"]
 
 Floats = npt.NDArray[np.float64]
-Rows = npt.ArrayLike | None
-"""Which rows: a mask (n,) of truths, their numbers, or None for all."""
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
@@ -102,7 +99,7 @@ class Batch:
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
         """Boat and name of every command, in the order of `command`'s second axis: thrusts, then steering angles."""
-        return tuple((boat, name) for boat, name, _, _ in self._channels)
+        return tuple((channel.boat, channel.name) for channel in self._channels)
 
     @property
     def largest(self) -> Floats:
@@ -110,7 +107,7 @@ class Batch:
 
         Beyond them a thrust is capped, and an angle clamped.
         """
-        return np.array([self._limits(row, column) for _, _, row, column in self._channels]).reshape(-1, 2)
+        return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 
     @property
     def time(self) -> Floats:
@@ -150,8 +147,8 @@ class Batch:
         Raises:
             CommandError: there are no such rows, or the seeds are not whole numbers, one for each of these rows.
         """
-        which = self._which(rows)
-        self._seeds[which] = self._seeds_of(which, seed)
+        which = which_rows(self.n, rows)
+        self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
         for name in STACKED:
             self._stacks[name][which] = getattr(self._rig, name)
         self._movers[which] = self._rig.movers
@@ -170,7 +167,7 @@ class Batch:
         Raises:
             CommandError: another shape, or numbers that are not finite.
         """
-        self._give(self._which(rows), values, hold=0.0)
+        self._give(which_rows(self.n, rows), values, hold=0.0)
 
     def step(self, values: npt.ArrayLike | None = None, *, duration: float) -> None:
         """Advance all rows by simulated time [s], a multiple of the timestep, under commands (n, channels).
@@ -230,14 +227,14 @@ class Batch:
         """
         if boat not in self.boats:
             raise UnknownNameError("boat", boat, self.boats)
-        which = self._which(rows)
+        which = which_rows(self.n, rows)
         hull = self._rig.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
-            for row, place in zip(which, _six(f"the pose of {boat}", pose, len(which)), strict=True):
+            for row, place in zip(which, row_vectors(f"the pose of {boat}", pose, len(which)), strict=True):
                 self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
         if velocity is not None:
-            moving = _six(f"the velocity of {boat}", velocity, len(which))
+            moving = row_vectors(f"the velocity of {boat}", velocity, len(which))
             w, x, y, z = self._qpos[which, qpos + 3 : qpos + 7].T
             self._qvel[which, dof : dof + 3] = _to_world(w, x, y, z, *moving[:, :3].T)
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
@@ -269,10 +266,10 @@ class Batch:
         Raises:
             CommandError: another shape, or numbers that are not finite, or below 0 (0 for a mass).
         """
-        which = self._which(rows)
+        which = which_rows(self.n, rows)
         lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
         given = {
-            name: _each(name, value, len(which), lowest.get(name, 0.0))
+            name: row_values(name, value, len(which), lowest.get(name, 0.0))
             for name, value in (("wind_speed", wind_speed), ("wind_direction", wind_direction), ("gusts", gusts),
                                 ("waves", waves), ("mass", mass), ("thrust", thrust))
             if value is not None
@@ -295,7 +292,7 @@ class Batch:
 
     def get_state(self, row: int) -> State:
         """The whole state of a row: a `Simulation` of the same world goes on from it as the row does."""
-        (row,) = self._which([row])
+        (row,) = which_rows(self.n, [row])
         flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
         model = self._own_models.get(int(row), (self._model,))[0]
         mujoco.mj_getState(model, self._data[row], flat, SIGNATURE)
@@ -326,7 +323,7 @@ class Batch:
         self._wind = self._spread(rig.wind[None])
         self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
         self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
-        self._channels = _channels(self.world)
+        self._channels = channels_of(self.world, rig.thrusters)
 
     def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """A stack with a part for every row, from one that all have in common."""
@@ -348,19 +345,6 @@ class Batch:
     def _observe(self) -> None:
         observe_rows(0, self.n, self._hulls, self._qpos, self._qvel, self._features)
 
-    def _which(self, rows: Rows) -> npt.NDArray[np.int64]:
-        """Numbers of the rows that are meant."""
-        if rows is None:
-            return np.arange(self.n)
-        given = np.asarray(rows)
-        if given.dtype == bool and given.shape == (self.n,):
-            return np.flatnonzero(given)
-        if given.size == 0:
-            return np.zeros(0, np.int64)
-        if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < self.n).all():
-            return given.astype(np.int64)
-        raise CommandError(f"rows are {rows!r}: a mask of {self.n} truths is needed, or numbers from 0 to {self.n - 1}")
-
     def _give(self, which: npt.NDArray[np.int64], values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
         given = np.asarray(values, np.float64)
@@ -371,28 +355,13 @@ class Batch:
             boat, name = self.channels[at[1]]
             raise CommandError(f"the command {name} of {boat} in row {which[at[0]]} is {given[tuple(at)]}")
         state = self._stacks["thruster_state"]
-        for number, (_, _, row, column) in enumerate(self._channels):
-            state[column][which, row] = given[:, number]
-            if column == "command":
-                timeout = float(self._rig.thrusters["timeout"][row])
-                state["expires"][which, row] = self._time[which] + (max(timeout, hold) if timeout > 0.0 else np.inf)
-
-    def _seeds_of(self, which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
-        first = self.world.seed if seed is None else seed
-        if isinstance(first, int | np.integer) and not isinstance(first, bool):
-            return int(first) + which
-        given = np.asarray(first)
-        if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer):
-            raise CommandError(f"seeds are {seed!r}: one whole number is needed, or {len(which)} of them")
-        return given.astype(np.int64)
-
-    def _limits(self, row: int, column: str) -> tuple[float, float]:
-        thruster = self._rig.thrusters[row]
-        if column == "angle_target":
-            return -float(thruster["max_angle"]), float(thruster["max_angle"])
-        if self.world.parameters["profile"] == "vrx3":
-            return -float(abs(thruster["max_reverse"])), float(thruster["max_forward"])
-        return -1.0, 1.0
+        for number, channel in enumerate(self._channels):
+            state[channel.column][which, channel.row] = given[:, number]
+            if channel.column == "command":
+                timeout = float(self._rig.thrusters["timeout"][channel.row])
+                state["expires"][which, channel.row] = self._time[which] + (
+                    max(timeout, hold) if timeout > 0.0 else np.inf
+                )
 
     def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
@@ -415,16 +384,6 @@ class Batch:
         return own
 
 
-def _channels(world: World) -> tuple[tuple[str, str, int, str], ...]:
-    """Boat, name, row of the thrusters and column of their state, of every command: thrusts, then steering angles."""
-    rows = [(world.boats[row["hull"]], row) for row in world.parameters["thrusters"]]
-    pushing = [(boat, row["name"], k, "command") for k, (boat, row) in enumerate(rows) if row["mapping"] != RUDDER]
-    steering = [
-        (boat, row["name"] + ANGLE, k, "angle_target") for k, (boat, row) in enumerate(rows) if row["max_angle"]
-    ]
-    return (*pushing, *steering)
-
-
 def _to_world(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, up: Floats) -> Floats:
     """Vectors of body axes in world axes, (n, 3), by unit quaternions."""
     return np.stack(
@@ -435,20 +394,3 @@ def _to_world(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, 
         ),
         axis=1,
     )
-
-
-def _six(what: str, values: npt.ArrayLike, count: int) -> Floats:
-    given = np.asarray(values, np.float64)
-    if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
-        raise CommandError(
-            f"{what} has shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
-        )
-    return np.broadcast_to(given, (count, 6))
-
-
-def _each(what: str, value: npt.ArrayLike, count: int, least: float) -> Floats:
-    given = np.asarray(value, np.float64)
-    if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
-        at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
-        raise CommandError(f"{what} is {value!r}: one finite number{at_least}, or {count} of them")
-    return np.broadcast_to(given, (count,)).copy()

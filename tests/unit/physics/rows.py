@@ -123,7 +123,7 @@ def thruster(**changes):
         "hull": 0, "body": 1, "qpos": -1, "dof": -1, "position": (-2.373776, 1.027135, 0.318237),
         "rotation": np.eye(3), "propeller": PROPELLER, "direction": (1.0, 0.0, 0.0),
         "body_com": (-0.01, 0.0, -0.02), "mapping": tables.GLF, "max_command": 1.0,
-        "max_forward": 250.0, "max_reverse": -100.0, "timeout": 1.0, "max_angle": math.pi / 2,
+        "max_forward": 250.0, "max_reverse": -100.0, "gain": 1.0, "timeout": 1.0, "max_angle": math.pi / 2,
         "kp": 300.0, "kd": 20.0, "effort": 10.0, "velocity": 10.0, "inertia": 0.131210,
         "area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0,
     }  # fmt: skip

@@ -1,3 +1,5 @@
+import os
+
 import pytest
 
 from vrx_mj.runtime import limits
@@ -25,3 +27,34 @@ def test_threads_obey_the_environment_and_the_container(monkeypatch, share, envi
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     assert limits.thread_count() == count
+
+
+def files(root, **texts):
+    for name, text in texts.items():
+        path = root / name.replace("__", "/").replace("_dot_", ".")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="ascii")
+    return root
+
+
+def test_limits_of_containers(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    meminfo = {"proc__meminfo": "MemTotal: 9 kB\nMemAvailable:    2000000 kB\n"}
+    group = "sys__fs__cgroup__"
+    assert limits.free_memory(tmp_path) is None
+    assert limits.core_share(tmp_path) == (8, 8.0)
+    new = files(
+        tmp_path / "2", **meminfo,
+        **{f"{group}memory_dot_max": "900\n", f"{group}memory_dot_current": "400\n",
+           f"{group}cpu_dot_max": "150000 100000\n"},
+    )  # fmt: skip
+    assert (limits.free_memory(new), limits.core_share(new)) == (500.0, (8, 1.5))
+    free = files(
+        tmp_path / "3", **meminfo, **{f"{group}memory_dot_max": "max\n", f"{group}cpu_dot_max": "max 100000\n"}
+    )
+    assert (limits.free_memory(free), limits.core_share(free)) == (2048000000.0, (8, 8.0))
+    old = files(tmp_path / "1", **{
+        f"{group}memory__memory_dot_limit_in_bytes": "900", f"{group}memory__memory_dot_usage_in_bytes": "100",
+        f"{group}cpu__cpu_dot_cfs_quota_us": "200000", f"{group}cpu__cpu_dot_cfs_period_us": "100000",
+    })  # fmt: skip
+    assert (limits.free_memory(old), limits.core_share(old)) == (800.0, (8, 2.0))

@@ -1,0 +1,108 @@
+"""What callers of a batch give, checked: rows, seeds, values; and which commands there are."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import CommandError
+from vrx_mj.physics.tables import RUDDER, Record, Table
+from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.loop import HUGE
+
+__all__ = ["Channel", "Rows", "channels_of", "row_seeds", "row_values", "row_vectors", "which_rows"]
+
+Floats = npt.NDArray[np.float64]
+Rows = npt.ArrayLike | None
+"""Which rows: a mask (n,) of truths, their numbers, or None for all."""
+
+
+class Channel(NamedTuple):
+    """A command: a thrust, or a steering angle."""
+
+    boat: str
+    name: str
+    row: int
+    """Of the thrusters' tables."""
+    column: str
+    """Of `THRUSTER_STATE`."""
+    limits: tuple[float, float]
+    """Least and greatest value that changes anything."""
+
+
+def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
+    """Return every command of a world with that table of thrusters: thrusts, then steering angles."""
+    newtons = world.parameters["profile"] == "vrx3"
+    pushing, steering = [], []
+    for number, (given, row) in enumerate(zip(world.parameters["thrusters"], thrusters, strict=True)):
+        boat, name = world.boats[row["hull"]], given["name"]
+        if given["mapping"] != RUDDER:
+            pushing.append(Channel(boat, name, number, "command", _thrusts(row) if newtons else (-1.0, 1.0)))
+        if given["max_angle"]:
+            angle = float(row["max_angle"])
+            steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle)))
+    return (*pushing, *steering)
+
+
+def _thrusts(thruster: Record) -> tuple[float, float]:
+    return -float(abs(thruster["max_reverse"])), float(thruster["max_forward"])
+
+
+def which_rows(n: int, rows: Rows) -> npt.NDArray[np.int64]:
+    """Return the numbers of the rows, of `n`, that are meant.
+
+    Raises:
+        CommandError: neither a mask nor numbers of rows.
+    """
+    if rows is None:
+        return np.arange(n)
+    given = np.asarray(rows)
+    if given.dtype == bool and given.shape == (n,):
+        return np.flatnonzero(given)
+    if given.size == 0:
+        return np.zeros(0, np.int64)
+    if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < n).all():
+        return given.astype(np.int64)
+    raise CommandError(f"rows are {rows!r}: a mask of {n} truths is needed, or numbers from 0 to {n - 1}")
+
+
+def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
+    """Return a seed for each of these rows: those given, or a number s and s + i in row i.
+
+    Raises:
+        CommandError: neither one whole number nor as many as there are rows.
+    """
+    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+        return int(seed) + which
+    given = np.asarray(seed)
+    if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer):
+        raise CommandError(f"seeds are {seed!r}: one whole number is needed, or {len(which)} of them")
+    return given.astype(np.int64)
+
+
+def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
+    """Return six numbers for each of `count` rows, (count, 6).
+
+    Raises:
+        CommandError: another shape, or numbers that no state may have.
+    """
+    given = np.asarray(values, np.float64)
+    if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
+        raise CommandError(
+            f"{what} has shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
+        )
+    return np.broadcast_to(given, (count, 6))
+
+
+def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Floats:
+    """Return a number for each of `count` rows, (count,).
+
+    Raises:
+        CommandError: another shape, or numbers that are not finite, or below `least`.
+    """
+    given = np.asarray(value, np.float64)
+    if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
+        at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
+        raise CommandError(f"{what} is {value!r}: one finite number{at_least}, or {count} of them")
+    return np.broadcast_to(given, (count,)).copy()
