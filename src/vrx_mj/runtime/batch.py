@@ -13,6 +13,7 @@ from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
+from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.durations import whole_steps
 from vrx_mj.runtime.limits import thread_count
@@ -129,6 +130,11 @@ class Batch:
         return self._features
 
     @property
+    def qpos(self) -> Floats:
+        """(n, nq), a view: the positions of MuJoCo's model in every row."""
+        return self._qpos
+
+    @property
     def wind(self) -> Floats:
         """(n, 2) the wind's velocity in each row [m/s], east and north, where it blows toward."""
         speed: Floats = self._stacks["wind_state"]["speed"]
@@ -169,23 +175,26 @@ class Batch:
         """
         self._give(which_rows(self.n, rows), values, hold=0.0)
 
-    def step(self, values: npt.ArrayLike | None = None, *, duration: float) -> None:
-        """Advance all rows by simulated time [s], a multiple of the timestep, under commands (n, channels).
+    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: Rows = None) -> None:
+        """Advance rows by simulated time [s], a multiple of the timestep, under commands (rows, channels).
 
         A command holds for the whole duration. Errors are those of `command` and of `advance`.
         """
         steps = whole_steps(duration, self.timestep)
         if values is not None:
-            self._give(np.arange(self.n), values, hold=(steps + 0.5) * self.timestep)
-        self.advance(steps)
+            self._give(which_rows(self.n, rows), values, hold=(steps + 0.5) * self.timestep)
+        self.advance(steps, rows)
 
-    def advance(self, steps: int) -> None:
-        """Advance all rows by a number of physics steps, each under the commands that stand.
+    def advance(self, steps: int, rows: Rows = None) -> None:
+        """Advance rows, by default all, by a number of physics steps, each under the commands that stand.
 
         Raises:
             DivergedError: rows have a state that is not finite, or huge; the others have been advanced, and these stand
                 until they are reset.
         """
+        self._going[:] = rows is None
+        if rows is not None:
+            self._going[which_rows(self.n, rows)] = True
         before, left = self.diverged, int(steps)
         while True:
             count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
@@ -193,7 +202,7 @@ class Batch:
             self._crew.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
             left -= count
             if count:
-                pace = (clock.perf_counter() - begun) * self.threads / (count * self.n)
+                pace = (clock.perf_counter() - begun) * self.threads / (count * max(1, int(self._going.sum())))
                 self._pace += 0.2 * (pace - self._pace)
             if left <= 0:
                 break
@@ -314,6 +323,7 @@ class Batch:
                 row[name] = array.ctypes.data
         self._seeds = np.zeros(self.n, np.int64)
         self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
+        self._going = np.ones(self.n, np.bool_)
         self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
         self._features = np.zeros((self.n, len(self.boats), FEATURES))
         self._stacks = {name: self._spread(getattr(rig, name)[None]) for name in STACKED}
@@ -333,7 +343,7 @@ class Batch:
         rig, state = self._rig, self._stacks
         advance_rows(
             first, last, self._rows, self._model.nbody, len(rig.data.M), self._model.M_rowadr, self._qpos, self._qvel,
-            self._time, self._done,
+            self._time, self._done, self._going,
             rig.sea, self._waves, self._wind, state["wind_state"], self._hulls, rig.stations, self._thrusters,
             state["thruster_state"], rig.floats, rig.elements, state["float_state"], state["element_state"],
             rig.followers, rig.waypoints, state["follower_state"], rig.blocks, state["block_state"], self._raft_work,
@@ -366,22 +376,12 @@ class Batch:
     def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
         self._hulls = self._spread(self._hulls)
+        boats = self._rig.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
-            pair = tuple(self._heavier(model, factor) for model in (self._model, self._rig.quiet))
+            pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
             self._own_models[row] = pair
             self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
             self._hulls["mass"][row] = self._rig.hulls["mass"] * factor
-
-    def _heavier(self, model: mujoco.MjModel, factor: float) -> mujoco.MjModel:
-        import copy
-
-        own = copy.copy(model)
-        boats = set(self._rig.hulls["body"].tolist())
-        bodies = [body for body in range(model.nbody) if int(model.body_rootid[body]) in boats]
-        own.body_mass[bodies] *= factor
-        own.body_inertia[bodies] *= factor
-        mujoco.mj_setConst(own, mujoco.MjData(own))
-        return own
 
 
 def _to_world(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, up: Floats) -> Floats:

@@ -22,6 +22,7 @@ __all__ = ["FEATURES", "ROW", "advance_rows", "observe_rows", "reset_rows", "wri
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.integer]
+Bools = npt.NDArray[np.bool_]
 
 _a = np.int64
 ROW = np.dtype(
@@ -64,7 +65,7 @@ def _numbers(address: int, size: int) -> Floats:
 @kernel
 def advance_rows(
     first: int, last: int, rows: Table, bodies: int, inertia_size: int, inertia_row: Ints, qpos: Floats, qvel: Floats,
-    time: Floats, done: Ints,
+    time: Floats, done: Ints, going: Bools,
     sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
     thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
     waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
@@ -73,11 +74,11 @@ def advance_rows(
 ) -> None:
     """Advance the rows from `first` up to `last` by `steps` physics steps of `dt` [s].
 
-    `done` holds the steps done of each row, -1 where it has diverged; such a row stands. `qpos` and `qvel`, (n, nq) and
-    (n, nv), and `time` [s], (n,), follow.
+    `done` holds the steps done of each row, -1 where it has diverged; such a row stands, as one does that is not
+    `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s], (n,), follow.
     """
     for i in range(first, last):
-        if done[i] < 0:
+        if done[i] < 0 or not going[i]:
             continue
         row = rows[i]
         own_qpos, own_qvel = _numbers(row.qpos, qpos.shape[1]), _numbers(row.qvel, qvel.shape[1])

@@ -1,0 +1,21 @@
+"""Gymnasium: tasks to learn, one boat at a time or thousands. To import this registers them.
+
+`gymnasium.make("vrx_mj.adapters.gym:vrx_mj/StationKeeping-v0")`, `gymnasium.make_vec(..., num_envs=256)`. Gymnasium and
+what it needs come with `pip install 'vrx-mj[rl]'`.
+"""
+
+import gymnasium
+
+from vrx_mj.adapters.gym.problems import PROBLEMS
+from vrx_mj.adapters.gym.single import Env
+from vrx_mj.adapters.gym.vector import VectorEnv
+
+__all__ = ["Env", "VectorEnv"]
+
+for _name in PROBLEMS:
+    gymnasium.register(
+        f"vrx_mj/{_name}-v0",
+        entry_point="vrx_mj.adapters.gym.single:Env",
+        vector_entry_point="vrx_mj.adapters.gym.vector:VectorEnv",
+        kwargs={"problem": _name},
+    )

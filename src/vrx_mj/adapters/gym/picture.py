@@ -1,0 +1,43 @@
+"""Pictures of rows, from behind and above the boat."""
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.drawing import drawing_model
+from vrx_mj.compiler.world import World
+from vrx_mj.config.poses import rotation
+from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.runtime.batch import Batch
+from vrx_mj.sensors.camera import Cameras
+
+__all__ = ["Picture"]
+
+BEHIND, ABOVE, DOWN = 12.0, 6.0, 0.35
+"""Where the camera is [m], and by how much it looks down [rad]."""
+
+
+class Picture:
+    """A camera that follows a boat; the model it draws is made for the first picture."""
+
+    def __init__(self, world: World, width: int, height: int) -> None:
+        self._world = world
+        self._lens = CameraConfig(name="picture", link="base_link", width=width, height=height, noise=0.0)
+        self._model: mujoco.MjModel | None = None
+
+    def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a row."""
+        if self._model is None:
+            self._model = drawing_model(self._world)
+            self._data = mujoco.MjData(self._model)
+            self._cameras = Cameras(self._model, self._world.parameters)
+        self._data.qpos[:] = batch.qpos[row]
+        mujoco.mj_kinematics(self._model, self._data)
+        x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
+        yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
+        place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
+        turned = np.array(rotation(0.0, DOWN, yaw))
+        rgb: npt.NDArray[np.uint8] = self._cameras.image(
+            self._lens, self._data, place, turned, float(batch.time[row])
+        ).rgb
+        return rgb

@@ -1,0 +1,62 @@
+"""One world as a `gymnasium.Env`."""
+
+from typing import Any, SupportsFloat
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
+
+from vrx_mj.adapters.gym.vector import Floats32, VectorEnv
+
+__all__ = ["Env"]
+
+
+class Env(gymnasium.Env[Floats32, Floats32]):
+    """A row of `VectorEnv` alone: its actions, observations, rewards and options are described there.
+
+    After an episode has ended `reset` must be called.
+    """
+
+    metadata = VectorEnv.metadata
+
+    def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
+        """Compile the world; `options` are those of `VectorEnv`, but for `num_envs` and `autoreset_mode`."""
+        options = {"threads": 1} | options
+        self._rows = VectorEnv(problem, 1, render_mode=render_mode, autoreset_mode=AutoresetMode.DISABLED, **options)
+        self.render_mode = render_mode
+        self.observation_space = self._rows.single_observation_space
+        self.action_space = self._rows.single_action_space
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What the features are, and in which units."""
+        return self._rows.observation_names
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode; there are no `options`."""
+        super().reset(seed=seed, options=options)
+        self._rows.use(0, self.np_random)
+        observation, info = self._rows.reset()
+        return observation[0], info
+
+    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Act for 0.1 s; errors are those of `VectorEnv.step`."""
+        given = np.asarray(action, np.float32)
+        if given.shape != self.action_space.shape:
+            text = f"the action has shape {given.shape} instead of {self.action_space.shape}"
+            raise gymnasium.error.InvalidAction(text)
+        observation, reward, done, cut, info = self._rows.step(given[None])
+        facts = {name: value[0].item() for name, value in info.items() if not name.startswith("_")}
+        return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), facts
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """A picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
+        pictures = self._rows.render()
+        return None if pictures is None else pictures[0]
+
+    def close(self) -> None:
+        """Give back what it holds; more than once if you like."""
+        self._rows.close()

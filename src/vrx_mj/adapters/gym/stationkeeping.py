@@ -1,0 +1,61 @@
+"""Station-keeping: be at a pose, and stay there."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.adapters.gym.seen import Floats, Seen, folded, pose_error
+from vrx_mj.compiler.world import World
+
+__all__ = ["StationKeeping"]
+
+RADIUS = 10.0
+"""The goal is within this distance of the start [m]."""
+
+
+class StationKeeping(Problem):
+    """The goal is drawn within 10 m of the start, with any heading.
+
+    Reward: -0.1 e in each step, with e VRX's error of the pose [m]. Nothing ends an episode before its time is up.
+    `info`: `pose_error` [m], and `mean_pose_error` [m] since the start, which is VRX's score.
+    """
+
+    world = open_water()
+    duration = 60.0
+    entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0),
+               Entry("sine of the turn to the goal's heading", 1.0), Entry("cosine of that", 1.0))  # fmt: skip
+
+    def __init__(self, n: int, world: World) -> None:
+        super().__init__(n, world)
+        self._x, self._y, self._yaw = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._error, self._sum, self._steps = np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
+
+    def start(self, row: int, random: np.random.Generator) -> Start:
+        """Goals are spread evenly over the disc; the boat starts at the origin."""
+        distance, bearing = RADIUS * np.sqrt(random.random()), random.uniform(-np.pi, np.pi)
+        self._x[row], self._y[row] = distance * np.cos(bearing), distance * np.sin(bearing)
+        self._yaw[row] = random.uniform(-np.pi, np.pi)
+        return 0.0, 0.0, random.uniform(-np.pi, np.pi)
+
+    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+        """The mean starts anew."""
+        self._sum[rows], self._steps[rows] = 0.0, 0
+        self._error[rows] = pose_error(seen, self._x, self._y, self._yaw)[rows]
+
+    def observe(self, seen: Seen) -> Floats:
+        """The goal from the boat."""
+        turn = folded(self._yaw - seen.yaw)
+        return np.stack((*seen.toward(self._x, self._y), np.sin(turn), np.cos(turn)), axis=1)
+
+    def judge(self, seen: Seen) -> Judged:
+        """Lose by the error."""
+        self._error = pose_error(seen, self._x, self._y, self._yaw)
+        self._sum += self._error
+        self._steps += 1
+        return Judged(-0.1 * self._error, np.zeros(self.n, np.bool_))
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """The errors."""
+        return {"pose_error": self._error.copy(), "mean_pose_error": self._sum / np.maximum(self._steps, 1)}

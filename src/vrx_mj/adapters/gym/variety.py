@@ -1,0 +1,40 @@
+"""Domain randomisation: wind, waves, mass and thrust, drawn anew for every episode."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["Range", "Variety"]
+
+Range = float | Sequence[float] | None
+"""A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
+
+
+class Variety:
+    """What is varied, and how."""
+
+    def __init__(self, *, wind_speed: Range, gusts: Range, waves: Range, mass: Range, thrust: Range) -> None:
+        given = {"wind_speed": wind_speed, "gusts": gusts, "waves": waves, "mass": mass, "thrust": thrust}
+        self._ranges = {name: _range(name, value) for name, value in given.items() if value is not None}
+        if "wind_speed" in self._ranges:
+            self._ranges["wind_direction"] = (-np.pi, np.pi)
+
+    def draw(self, batch: Batch, rows: npt.NDArray[np.int64], random: Sequence[np.random.Generator]) -> None:
+        """Draw for these rows, whose generators are given, what holds from their next reset on."""
+        for name, (low, high) in self._ranges.items():
+            batch.vary(rows, **{name: np.array([own.uniform(low, high) for own in random])})
+
+
+def _range(name: str, value: Any) -> tuple[float, float]:
+    given = np.asarray(value, np.float64)
+    pair = (float(given), float(given)) if given.shape == () else tuple(given.tolist())
+    least = 1e-3 if name == "mass" else 0.0
+    if len(pair) != 2 or not np.isfinite(given).all() or not least <= pair[0] <= pair[1]:
+        text = f"a number of {least:g} or more, or two, the least and the greatest, is needed"
+        raise gymnasium.error.Error(f"{name} is {value!r}: {text}")
+    return pair[0], pair[1]

@@ -1,0 +1,303 @@
+"""Many worlds as one `gymnasium.vector.VectorEnv`, advanced together by all cores."""
+
+import contextlib
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from vrx_mj.adapters.gym.picture import Picture
+from vrx_mj.adapters.gym.problem import Problem
+from vrx_mj.adapters.gym.problems import PROBLEMS
+from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Seen, seen_of
+from vrx_mj.adapters.gym.variety import Range, Variety
+from vrx_mj.compiler.compile import Source, compile_world
+from vrx_mj.errors import DivergedError, UnknownNameError
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["PERIOD", "VectorEnv"]
+
+PERIOD = 0.1
+"""Of an action [s]: 10 physics steps."""
+BOUND = 5.0
+"""Observations are clipped to this either way, in their units."""
+HEIGHT = 0.1
+"""Of the boat's origin over the water at the start [m], as VRX spawns it."""
+
+Floats32 = npt.NDArray[np.float32]
+Arrays = tuple[Floats32, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
+
+
+class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
+    """`num_envs` worlds with one boat and one problem each; row i is `Env` with the seed of row i, to the last bit.
+
+    Action, (num_envs, channels), float32 in [-1, 1]: every thrust as a share of full power ahead or astern, then every
+    steering angle as a share of the largest. Each holds for 0.1 s, 10 physics steps.
+
+    Observation, (num_envs, features), float32, clipped to [-5, 5]: surge and sway velocity [3 m/s], yaw rate
+    [0.5 rad/s], roll and pitch [0.3 rad], roll and pitch rate [0.5 rad/s], the air's velocity over ground ahead and to
+    port [10 m/s], the previous action, and the problem's entries (`observation_names`). Axes are the boat's: x ahead,
+    y to port. The numbers are true; no sensor's noise is in them.
+
+    A row whose state is no longer finite ends (terminated, reward 0, `info["diverged"]`).
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
+
+    def __init__(
+        self,
+        problem: str,
+        num_envs: int = 1,
+        *,
+        world: Source | None = None,
+        fleet: Source | None = None,
+        duration: float | None = None,
+        wind_speed: Range = None,
+        gusts: Range = None,
+        waves: Range = None,
+        mass: Range = None,
+        thrust: Range = None,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 320,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        """Compile the world and make its rows.
+
+        Args:
+            problem: StationKeeping, Wayfinding, FollowPath or Docking.
+            num_envs: how many.
+            world: instead of the problem's own; without a task, and with a dock for docking.
+            fleet: of one boat; by default a WAM-V with VRX's layout H.
+            duration: of an episode [s]; then it is truncated.
+            wind_speed: mean wind [m/s], from any direction. This and the next four: a number, or (least, greatest) of
+                which each episode draws its own; by default as the world has it.
+            gusts: their standard deviation [m/s].
+            waves: factor of the waves' amplitudes.
+            mass: factor of the boat's mass and inertia.
+            thrust: factor of all thrusters' forces.
+            threads: as for `vrx_mj.Batch`.
+            render_mode: None or rgb_array.
+            width: of pictures [pixels].
+            height: of pictures [pixels].
+            autoreset_mode: when a row whose episode ended is reset (`gymnasium.vector.AutoresetMode`).
+
+        Raises:
+            gymnasium.error.Error: an option is wrong.
+            VrxError: the world or the fleet is, as `compile_world` tells.
+        """
+        if problem not in PROBLEMS:
+            raise UnknownNameError("problem", problem, PROBLEMS)
+        if render_mode not in {None, *self.metadata["render_modes"]}:
+            raise gymnasium.error.Error(f"render_mode is {render_mode!r}: None or 'rgb_array' is possible")
+        kind = PROBLEMS[problem]
+        self.render_mode = render_mode
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
+        self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
+        compiled = compile_world(
+            kind.world if world is None else world, fleet={"sensors": "none"} if fleet is None else fleet
+        )
+        if len(compiled.boats) != 1:
+            raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
+        self._batch = Batch(compiled, num_envs, threads=threads)
+        self._problem: Problem = kind(num_envs, compiled)
+        self.num_envs = num_envs
+        self._limits = np.abs(self._batch.largest)
+        self._most = round((kind.duration if duration is None else duration) / PERIOD)
+        self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
+        self._last = np.zeros((num_envs, len(self._limits)), np.float32)
+        self._random: list[np.random.Generator] = []
+        self._picture = Picture(compiled, width, height)
+        self._spaces(kind)
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What the features are, and in which units."""
+        return self._names
+
+    # What Gymnasium wants
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode in every row.
+
+        Args:
+            seed: of row 0; row i has the next ones. Or one for each row. None: the rows' generators go on.
+            options: `reset_mask` (num_envs,): which rows are reset; the others stay as they are.
+
+        Raises:
+            gymnasium.error.Error: another shape.
+        """
+        self._check_open()
+        rows = self._masked((options or {}).get("reset_mask"))
+        self._seed(rows, seed)
+        self._begin(rows)
+        return self._observe(self._seen()), {}
+
+    def step(self, actions: npt.ArrayLike) -> Arrays:
+        """Act for 0.1 s in every row; with NEXT_STEP, rows whose episodes ended are reset instead.
+
+        Raises:
+            gymnasium.error.InvalidAction: another shape, numbers that are not finite, or beyond [-1, 1].
+            gymnasium.error.ResetNeeded: no episode was begun, or, with DISABLED, one has ended.
+        """
+        self._check_open()
+        given = self._checked(actions)
+        idle = np.zeros(self.num_envs, np.bool_)
+        if self._over.any():
+            idle = self._over.copy()
+            self._begin(np.flatnonzero(idle))
+        going = np.flatnonzero(~idle)
+        self._last[going] = given[going]
+        diverged = self._sail(going)
+        seen = self._seen()
+        reward, done = self._problem.judge(seen)
+        self._steps[going] += 1
+        reward, done = np.where(idle | diverged, 0.0, reward), (done & ~idle) | diverged
+        cut = (self._steps >= self._most) & ~done & ~idle
+        observation, info = self._observe(seen), self._told(diverged)
+        self._over = done | cut
+        if self._mode is AutoresetMode.SAME_STEP and self._over.any():
+            ended = np.flatnonzero(self._over)
+            info = {"final_obs": _of(ended, observation), "_final_obs": self._over, "final_info": info,
+                    "_final_info": self._over, **info}  # fmt: skip
+            self._begin(ended)
+            observation = self._observe(self._seen())
+            return observation, reward, done, cut, info
+        return observation, reward, done, cut, info
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
+        """A picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
+        self._check_open()
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            return None
+        self._check_begun()
+        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """The rows go with the environment."""
+
+    # Inside
+
+    def _spaces(self, kind: type[Problem]) -> None:
+        channels = [name for _, name in self._batch.channels]
+        self._entries = np.array([entry.scale for entry in kind.entries])
+        own = [f"{name} in units of {scale:g}" for name, scale in zip(OWN_NAMES, OWN, strict=True)]
+        task = [f"{entry.name} in units of {entry.scale:g}" for entry in kind.entries]
+        self._names = (*own, *(f"previous action: {name}" for name in channels), *task)
+        box = gymnasium.spaces.Box
+        self.single_observation_space = box(-BOUND, BOUND, (len(self._names),), np.float32)
+        self.single_action_space = box(-1.0, 1.0, (len(channels),), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+
+    def _seed(self, rows: npt.NDArray[np.int64], seed: int | Sequence[int | None] | None) -> None:
+        """Give rows generators of their own."""
+        if seed is None and self._random:
+            return
+        seeds = (
+            [None if seed is None else seed + row for row in range(self.num_envs)]
+            if seed is None or isinstance(seed, int | np.integer)
+            else list(seed)
+        )
+        if len(seeds) != self.num_envs:
+            raise gymnasium.error.Error(f"{len(seeds)} seeds for {self.num_envs} rows: one for each is needed, or one")
+        if not self._random:
+            self._random = [seeding.np_random(own)[0] for own in seeds]
+        for row in rows.tolist():
+            if seeds[row] is not None:
+                self._random[row] = seeding.np_random(seeds[row])[0]
+
+    def use(self, row: int, random: np.random.Generator) -> None:
+        """Have a row draw from this generator from now on."""
+        if not self._random:
+            self._random = [seeding.np_random(None)[0] for _ in range(self.num_envs)]
+        self._random[row] = random
+
+    def _begin(self, rows: npt.NDArray[np.int64]) -> None:
+        """Begin an episode in some rows."""
+        random = [self._random[row] for row in rows.tolist()]
+        self._variety.draw(self._batch, rows, random)
+        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        starts = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
+        poses = np.array([(x, y, HEIGHT, 0.0, 0.0, yaw) for x, y, yaw in starts]).reshape(-1, 6)
+        self._batch.set_boat(self._batch.boats[0], pose=poses, rows=rows)
+        self._problem.begin(rows, self._seen())
+        self._steps[rows], self._over[rows], self._last[rows] = 0, False, 0.0
+
+    def _sail(self, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Advance rows; which of them have diverged."""
+        wanted = self._last[rows].astype(np.float64)
+        values = np.where(wanted < 0.0, wanted * self._limits[:, 0], wanted * self._limits[:, 1])
+        with contextlib.suppress(DivergedError):
+            self._batch.step(values, duration=PERIOD, rows=rows)
+        return self._batch.diverged
+
+    def _seen(self) -> Seen:
+        return seen_of(self._batch.features[:, 0], self._batch.wind)
+
+    def _observe(self, seen: Seen) -> Floats32:
+        """What is observed; rows that have diverged see nothing."""
+        parts = seen.own / OWN, self._last, self._problem.observe(seen) / self._entries
+        whole = np.nan_to_num(np.concatenate(parts, axis=1), nan=0.0)
+        observed: Floats32 = np.clip(whole, -BOUND, BOUND).astype(np.float32)
+        return observed
+
+    def _told(self, diverged: npt.NDArray[np.bool_]) -> dict[str, Any]:
+        every = np.ones(self.num_envs, np.bool_)
+        info: dict[str, Any] = {}
+        for name, value in (*self._problem.facts().items(), ("diverged", diverged)):
+            info[name], info[f"_{name}"] = value, every
+        return info
+
+    def _checked(self, actions: npt.ArrayLike) -> Floats32:
+        self._check_begun()
+        if self._mode is AutoresetMode.DISABLED and self._over.any():
+            ended = np.flatnonzero(self._over)
+            text = "reset them with options={'reset_mask': ...}"
+            raise gymnasium.error.ResetNeeded(f"the episodes of rows {ended[:5].tolist()} have ended: {text}")
+        given = np.asarray(actions, np.float32)
+        if given.shape != self.action_space.shape:
+            text = f"actions have shape {given.shape} instead of {self.action_space.shape}"
+            raise gymnasium.error.InvalidAction(text)
+        wrong = ~(np.abs(given) <= 1.0)
+        if wrong.any():
+            row, channel = np.argwhere(wrong)[0]
+            name = self._batch.channels[channel][1]
+            text = f"the action {name} of row {row} is {given[row, channel]}: it must be within -1 and 1"
+            raise gymnasium.error.InvalidAction(text)
+        return given
+
+    def _masked(self, mask: Any) -> npt.NDArray[np.int64]:
+        if mask is None:
+            return np.arange(self.num_envs)
+        given = np.asarray(mask)
+        if given.shape != (self.num_envs,) or given.dtype != bool:
+            text = f"reset_mask has shape {given.shape} and type {given.dtype}: ({self.num_envs},) of bool is needed"
+            raise gymnasium.error.Error(text)
+        return np.flatnonzero(given)
+
+    def _check_begun(self) -> None:
+        if not self._random:
+            raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+
+
+def _of(rows: npt.NDArray[np.int64], observation: Floats32) -> npt.NDArray[np.object_]:
+    """Observations of some rows, None for the others, as Gymnasium wants it."""
+    found = np.full(len(observation), None, object)
+    for row in rows.tolist():
+        found[row] = observation[row].copy()
+    return found
