@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.adapters.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
 from vrx_mj.adapters.gym.seen import Floats, Seen, folded
 from vrx_mj.compiler.world import World
 from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
@@ -75,13 +75,13 @@ class Docking(Problem):
         ahead, port = seen.toward(x, y)
         return np.stack((ahead, port, np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=1)
 
-    def judge(self, seen: Seen) -> Judged:
+    def judge(self, seen: Seen, going: Mask) -> Judged:
         """Gain by coming nearer, and by being inside."""
         along, aside = self._place(seen)
         _, _, inward, half_depth, half_width, _ = self._goal.T
         straight = np.cos(inward - seen.yaw) > 0.0
         self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
-        self._held = np.where(self._inside, self._held + 1, 0)
+        self._held = np.where(self._inside, self._held + going, 0)
         cost = self._costs(seen)
         docked = self._held >= round(HOLD / STEP)
         reward = 0.1 * (self._cost - cost) + 0.1 * self._inside + 10.0 * docked

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.adapters.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
 from vrx_mj.adapters.gym.seen import Floats, Seen
 from vrx_mj.compiler.world import World
 
@@ -72,7 +72,7 @@ class FollowPath(Problem):
         more = (self._at < COUNT - 1).astype(np.float64)
         return np.stack((*seen.toward(left, up), *seen.toward(right, down), *seen.toward(*after[:2]), more), axis=1)
 
-    def judge(self, seen: Seen) -> Judged:
+    def judge(self, seen: Seen, going: Mask) -> Judged:
         """See whether the line was crossed since the step before, and where."""
         along, aside = self._line(seen)
         x, y, _ = self._present().T

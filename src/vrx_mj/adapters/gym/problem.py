@@ -10,8 +10,9 @@ import numpy.typing as npt
 from vrx_mj.adapters.gym.seen import Floats, Seen
 from vrx_mj.compiler.world import World
 
-__all__ = ["Entry", "Judged", "Problem", "open_water"]
+__all__ = ["Entry", "Judged", "Mask", "Problem", "Start", "open_water"]
 
+Mask = npt.NDArray[np.bool_]
 Start = tuple[float, float, float]
 """x, y [m] and heading [rad] of a boat at the start of an episode."""
 
@@ -28,7 +29,7 @@ class Judged(NamedTuple):
     """What a step was worth, (n,) each."""
 
     reward: Floats
-    done: npt.NDArray[np.bool_]
+    done: Mask
     """The problem is solved, or lost."""
 
 
@@ -58,8 +59,8 @@ class Problem(ABC):
         """What is observed of the task, (n, len(entries)), in the entries' units."""
 
     @abstractmethod
-    def judge(self, seen: Seen) -> Judged:
-        """Judge a step, once; rows that stood still are worth nothing."""
+    def judge(self, seen: Seen, going: Mask) -> Judged:
+        """Judge a step, once; only the rows that were `going`, (n,), count."""
 
     @abstractmethod
     def facts(self) -> dict[str, npt.NDArray[Any]]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.adapters.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
 from vrx_mj.adapters.gym.seen import Floats, Seen, folded, pose_error
 from vrx_mj.compiler.world import World
 
@@ -49,11 +49,11 @@ class StationKeeping(Problem):
         turn = folded(self._yaw - seen.yaw)
         return np.stack((*seen.toward(self._x, self._y), np.sin(turn), np.cos(turn)), axis=1)
 
-    def judge(self, seen: Seen) -> Judged:
+    def judge(self, seen: Seen, going: Mask) -> Judged:
         """Lose by the error."""
         self._error = pose_error(seen, self._x, self._y, self._yaw)
-        self._sum += self._error
-        self._steps += 1
+        self._sum += np.where(going, self._error, 0.0)
+        self._steps += going
         return Judged(-0.1 * self._error, np.zeros(self.n, np.bool_))
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:

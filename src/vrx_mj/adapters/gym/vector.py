@@ -159,7 +159,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._last[going] = given[going]
         diverged = self._sail(going)
         seen = self._seen()
-        reward, done = self._problem.judge(seen)
+        reward, done = self._problem.judge(seen, ~idle)
         self._steps[going] += 1
         reward, done = np.where(idle | diverged, 0.0, reward), (done & ~idle) | diverged
         cut = (self._steps >= self._most) & ~done & ~idle

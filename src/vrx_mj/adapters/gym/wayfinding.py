@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.adapters.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
 from vrx_mj.adapters.gym.seen import Floats, Seen, folded, pose_error
 from vrx_mj.compiler.world import World
 
@@ -61,7 +61,7 @@ class Wayfinding(Problem):
         more = (self._at < COUNT - 1).astype(np.float64)
         return np.stack((*seen.toward(x, y), np.sin(turn), np.cos(turn), *seen.toward(*after[:2]), more), axis=1)
 
-    def judge(self, seen: Seen) -> Judged:
+    def judge(self, seen: Seen, going: Mask) -> Judged:
         """Gain by what the error has become less."""
         error = self._now(seen)
         there = (error < REACHED) & (self._at < COUNT)

@@ -62,7 +62,8 @@ _WORDED = {
     "math range error": "the result is too large",
     "int too large to convert to float": "the number is too large",
 }
-_QUIET = threading.Lock()
+_PARSING = threading.Lock()
+"""One at a time: all threads share filters of warnings, and before Python 3.11.8 the depth of a parse (gh-106905)."""
 
 
 def evaluate(text: str, names: Names, budget: Budget) -> Any:
@@ -82,11 +83,12 @@ def evaluate(text: str, names: Names, budget: Budget) -> Any:
 
 def _parsed(text: str) -> ast.expr:
     try:
-        if "\\" not in text and not re.search(r"\d[a-zA-Z]", text):
-            return ast.parse(text, mode="eval").body
-        with _QUIET, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return ast.parse(text, mode="eval").body
+        with _PARSING:
+            if "\\" not in text and not re.search(r"\d[a-zA-Z]", text):
+                return ast.parse(text, mode="eval").body
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return ast.parse(text, mode="eval").body
     except SyntaxError as error:
         raise ExpressionError(_unparsed(text, error.msg)) from None
     except (ValueError, RecursionError, MemoryError):
