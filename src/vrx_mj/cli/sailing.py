@@ -8,7 +8,7 @@ from pathlib import Path
 from vrx_mj.cli.screen import watching
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.crews import fleet_controller
+from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
 from vrx_mj.runtime.simulation import Simulation
 
@@ -56,6 +56,8 @@ def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], 
     def make(sim: Simulation) -> Controller | None:
         if commands is not None:
             return steady(sim, commands)
+        if control is None and not names_controllers(sim):
+            return None
         sys.path.insert(0, str(Path.cwd()))
         return fleet_controller(sim) if control is None else load_controller(control, sim.seed)
 

@@ -3,6 +3,7 @@
 Seen from above a boat is the rectangle around what its base link carries.
 """
 
+import functools
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -37,6 +38,8 @@ STEP = 0.5
 """Between the places tried for it [m]."""
 DIRECTIONS = 120
 """At most tried at one distance."""
+TOGETHER = 250
+"""Places tried in one call of shapely's: most boats need no more."""
 FARTHEST = 200.0
 """How far a boat may be moved [m]."""
 CLEARANCE = 1.0
@@ -169,17 +172,28 @@ def _free_places(
 def _free_place(area: Area, things: Sequence[_Thing], taken: Any) -> tuple[float, float] | None:
     """The least move [m] that brings a boat into free water, with some around it."""
     outline = shapely.get_coordinates(shapely.buffer(area, MARGIN, join_style="mitre"))
-    for distance in np.arange(STEP, FARTHEST + STEP / 2, STEP):
-        count = min(math.ceil(2 * math.pi * distance / STEP), DIRECTIONS)
-        angles = 2 * math.pi * np.arange(count) / count
-        moves = distance * np.column_stack([np.cos(angles), np.sin(angles)])
+    for moves in _moves():
         places = shapely.polygons(outline + moves[:, None])
-        free = ~np.any([shapely.intersects(places, thing.area) for thing in things], axis=0) & np.ones(count, bool)
+        free = np.ones(len(moves), np.bool_)
+        for thing in things:
+            free &= ~shapely.intersects(places, thing.area)
         free[taken.query(places, predicate="intersects")[0]] = False
         if free.any():
             x, y = moves[np.argmax(free)].tolist()
             return x, y
     return None
+
+
+@functools.cache
+def _moves() -> tuple[FloatArray, ...]:
+    """The moves that are tried (n, 2) [m], the least first, in groups of about `TOGETHER`."""
+    rings = []
+    for distance in np.arange(STEP, FARTHEST + STEP / 2, STEP):
+        count = min(math.ceil(2 * math.pi * distance / STEP), DIRECTIONS)
+        angles = 2 * math.pi * np.arange(count) / count
+        rings.append(distance * np.column_stack([np.cos(angles), np.sin(angles)]))
+    moves = np.concatenate(rings)
+    return tuple(np.array_split(moves, len(moves) // TOGETHER))
 
 
 def _moved(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:

@@ -119,7 +119,7 @@ def headings(layout: Layout, places: Sequence[Spot]) -> tuple[float, ...]:
     """Heading of the boat at each place [rad]; outward from the origin, where a boat at the origin faces along x."""
     heading = layout.heading
     if heading is None and layout.name == "random":
-        draw = random.Random(layout.seed + 1)
+        draw = random.Random(f"headings {layout.seed}")  # not the stream of the places
         return tuple(2 * math.pi * draw.random() for _ in places)
     if heading is None:
         heading = "outward" if layout.name == "circle" else 0.0

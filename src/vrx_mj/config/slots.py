@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrx_mj.config.layouts import HEIGHT, Layout, headings, spots, square
@@ -152,6 +153,6 @@ def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
     count, layout = _count(fleet), _layout(fleet, seed)
     done = len(spots(layout, count))
     if done < count:
-        edge = square(layout, count)
-        text = f"full: {done} of {count} boats have a place in {edge:g} m x {edge:g} m, {layout.spacing:g} m apart"
-        yield ("size",) if fleet.size else ("layout",), text
+        edge, enough = square(layout, count), math.ceil(square(replace(layout, size=None), count))
+        text = f"{done} of {count} boats have a place in {edge:g} m x {edge:g} m, {layout.spacing:g} m apart"
+        yield ("size",) if fleet.size else ("layout",), f"{text}; take {enough} m, or a smaller spacing"

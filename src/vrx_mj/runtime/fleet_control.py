@@ -8,7 +8,12 @@ from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.run import Controller, load_controller
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["fleet_controller"]
+__all__ = ["fleet_controller", "names_controllers"]
+
+
+def names_controllers(sim: Simulation) -> bool:
+    """Whether the fleet of a simulation's world names any."""
+    return bool(_crews(sim))
 
 
 def fleet_controller(sim: Simulation) -> Controller | None:
@@ -21,10 +26,7 @@ def fleet_controller(sim: Simulation) -> Controller | None:
     Raises:
         VrxError: a controller cannot be loaded; it names the boats that want it.
     """
-    crews: dict[str, set[str]] = {}
-    for boat in sim.world.parameters["boats"]:
-        if boat.get("controller") is not None:
-            crews.setdefault(boat["controller"], set()).add(boat["name"])
+    crews = _crews(sim)
     if not crews:
         return None
     task = sim.world.parameters["task"]
@@ -40,6 +42,15 @@ def fleet_controller(sim: Simulation) -> Controller | None:
         return commands
 
     return controller
+
+
+def _crews(sim: Simulation) -> dict[str, set[str]]:
+    """The boats of each controller, by its name."""
+    crews: dict[str, set[str]] = {}
+    for boat in sim.world.parameters["boats"]:
+        if boat.get("controller") is not None:  # a world saved earlier has no such key
+            crews.setdefault(boat["controller"], set()).add(boat["name"])
+    return crews
 
 
 def _loaded(name: str, boats: set[str], seed: int) -> Controller:
