@@ -81,10 +81,11 @@ def wedge(count: int, spacing: float) -> tuple[Spot, ...]:
 
 
 def grid(count: int, spacing: float) -> tuple[Spot, ...]:
-    """Rows abreast, as many as make it nearly square, the front left first; its middle is the origin."""
+    """Rows abreast, as many as make it nearly square, the front left first; the middle of each is over the origin."""
     width = math.ceil(math.sqrt(count))
-    ahead, left = (math.ceil(count / width) - 1) / 2, (width - 1) / 2
-    return tuple((spacing * (ahead - i // width), spacing * (left - i % width)) for i in range(count))
+    rows = [min(width, count - first) for first in range(0, count, width)]
+    ranks = column(len(rows), spacing)
+    return tuple((x, y) for (x, _), abreast in zip(ranks, rows, strict=True) for _, y in line(abreast, spacing))
 
 
 def random_spots(count: int, spacing: float, size: float, seed: int) -> tuple[Spot, ...]:
