@@ -108,16 +108,9 @@ def run(
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
-        world,
-        fleet,
-        duration=duration,
-        seed=seed,
-        path=record,
-        control=control,
-        thrust=thrust,
-        sensors=sensors,
+        world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
         nudge=nudge,
-    )
+    )  # fmt: skip
     print_summary(result)
     if summary is not None:
         with writing("the summary", summary):
