@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -34,3 +35,16 @@ def test_the_heading_of_the_first_example_is_kept(tmp_path):
 def test_the_skiff_of_the_third_example_holds_its_course(tmp_path):
     summary = loaded(EXAMPLES[2]).main(tmp_path / "out.rrd", 40.0)
     assert summary.boats["skiff"].heading == pytest.approx(math.radians(60.0), abs=0.05)
+
+
+def test_the_boats_of_the_eleventh_example_keep_their_places_and_pass_the_gate(tmp_path, capsys):
+    (path,) = (path for path in EXAMPLES if path.stem.startswith("11"))
+    summary = loaded(path).main(tmp_path / "out.rrd")
+    told = capsys.readouterr().out
+    numbers = dict(re.findall(r"^(wedge|column|boats kept|7 boats passed the gate,)\D*([\d.]+) m", told, re.MULTILINE))
+    assert float(numbers["wedge"]) < 1.5
+    assert float(numbers["column"]) < 1.5
+    assert float(numbers["boats kept"]) > 7.0  # a WAM-V is 4.9 m long
+    assert float(numbers["7 boats passed the gate,"]) < 1.0  # of 6 m to either side
+    assert "no contacts of hulls and buoys" in told
+    assert min(boat.position[0] for boat in summary.boats.values()) > 88.0

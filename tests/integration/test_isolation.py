@@ -108,7 +108,7 @@ def test_boats_of_one_kind_do_the_same_in_a_flat_sea():
 
 
 def test_commands_of_one_boat_are_not_anothers():
-    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean", fleet="usv_config"))
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean", fleet="trio"))
     sim.step({"wamv2": AHEAD}, duration=2.0)
     speeds = {name: boat.speed for name, boat in sim.observe().items()}
     assert speeds["wamv2"] > 1.0 > 10.0 * max(speeds["wamv1"], speeds["wamv3"])

@@ -31,6 +31,9 @@ app.command()(campaign.campaign)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+Nudge = Annotated[
+    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
+]
 Seed = Annotated[int | None, typer.Option(help="Instead of the world's seed.")]
 Packages = Annotated[
     list[Path] | None,
@@ -54,7 +57,12 @@ def main() -> None:
 
 @app.command("compile")
 def compile_(
-    world: World, output: Output, fleet: Fleet = None, seed: Seed = None, package_path: Packages = None
+    world: World,
+    output: Output,
+    fleet: Fleet = None,
+    seed: Seed = None,
+    nudge: Nudge = False,
+    package_path: Packages = None,
 ) -> None:
     """Compile a world to MJCF that plain MuJoCo opens, with the assets it needs beside it.
 
@@ -62,7 +70,7 @@ def compile_(
     """
     from vrx_mj.compiler.compile import compile_world
 
-    compiled = compile_world(world, fleet=fleet, seed=seed)
+    compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge)
     with writing("the world", output):
         scene = compiled.save(output)
     typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{output}') sails it")
@@ -77,12 +85,15 @@ def run(
     ] = None,
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
-    control: Annotated[str | None, typer.Option(help="module:function(obs, t), called 10 times a second.")] = None,
+    control: Annotated[
+        str | None, typer.Option(help="module:function(obs, t), 10 times a second; not the fleet's.")
+    ] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands: left=0.5,right=0.5; N in profile vrx3.")] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
+    nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
     """Sail a world, and tell at the end where the boats are, and the score of its task.
@@ -97,8 +108,9 @@ def run(
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
-        world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors
-    )
+        world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
+        nudge=nudge,
+    )  # fmt: skip
     print_summary(result)
     if summary is not None:
         with writing("the summary", summary):
@@ -119,6 +131,7 @@ def view(
     control: Annotated[str | None, typer.Option(help="module:function, steers boats no key has driven.")] = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands until a key is pressed.")] = None,
     browser: Annotated[bool, typer.Option("--browser", help="In a browser, even where there is a display.")] = False,
+    nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
     """Watch a world live and drive its boats by keys; without a display, in a browser on this machine.
@@ -131,7 +144,7 @@ def view(
     from vrx_mj.runtime.simulation import Simulation
 
     steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, tell=typer.echo)
 
 
@@ -180,7 +193,13 @@ def list_(
 
 
 @app.command("map")
-def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None, package_path: Packages = None) -> None:
+def map_(
+    world: World,
+    output: Output = Path("map.png"),
+    fleet: Fleet = None,
+    nudge: Nudge = False,
+    package_path: Packages = None,
+) -> None:
     """Draw what a world looks like from above: shore, docks, objects, boats, the course of its task, wind and waves.
 
     Example: vrx-mj map example_course --fleet trio -o map.png
@@ -188,7 +207,7 @@ def map_(world: World, output: Output = Path("map.png"), fleet: Fleet = None, pa
     from vrx_mj.adapters.map import draw_map, map_of
     from vrx_mj.compiler.compile import compile_world
 
-    drawn = map_of(compile_world(world, fleet=fleet))
+    drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge))
     with writing("the map", output):
         draw_map(drawn, output)
     typer.echo(f"map: {output}")

@@ -8,6 +8,7 @@ from pathlib import Path
 from vrx_mj.cli.screen import watching
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
+from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
 from vrx_mj.runtime.simulation import Simulation
 
@@ -22,10 +23,11 @@ def sail(
     control: str | None,
     thrust: str | None,
     sensors: str | None = None,
+    nudge: bool = False,
 ) -> Summary:
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed))
+    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
@@ -42,7 +44,7 @@ def _recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str])
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:
-    """From `--control` or `--thrust` to what makes the controller of a simulation.
+    """From `--control` or `--thrust` to what makes the controller of a simulation: without either, the fleet's own.
 
     Raises:
         CommandError: both are given, or the thrust is not of its form.
@@ -52,10 +54,12 @@ def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], 
     commands = None if thrust is None else parse_thrust(thrust)
 
     def make(sim: Simulation) -> Controller | None:
-        if control is not None:
-            sys.path.insert(0, str(Path.cwd()))
-            return load_controller(control, sim.seed)
-        return None if commands is None else steady(sim, commands)
+        if commands is not None:
+            return steady(sim, commands)
+        if control is None and not names_controllers(sim):
+            return None
+        sys.path.insert(0, str(Path.cwd()))
+        return fleet_controller(sim) if control is None else load_controller(control, sim.seed)
 
     return make
 

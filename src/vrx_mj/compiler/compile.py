@@ -10,6 +10,7 @@ from typing import Any
 import mujoco
 from markupsafe import Markup, escape
 
+from vrx_mj.compiler.afloat import boats_afloat
 from vrx_mj.compiler.dock_checks import check_docks
 from vrx_mj.compiler.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
 from vrx_mj.compiler.fields import place_fields
@@ -24,12 +25,12 @@ from vrx_mj.compiler.shooters import parked_balls
 from vrx_mj.compiler.swimmers import follower_row
 from vrx_mj.compiler.tasks import task_parameters, waypoints
 from vrx_mj.compiler.templates import PREFIX, Piece, render
-from vrx_mj.compiler.terrain import on_land, shoreline, terrain_piece
+from vrx_mj.compiler.terrain import shoreline, terrain_piece
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.displays import LightConfig
-from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.fleet import BoatConfig, FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import WorldConfig, load_world
@@ -41,33 +42,36 @@ STIFF = 2.0
 Source = str | Path | Mapping[str, Any]
 
 
-def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None) -> World:
+def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None, nudge: bool = False) -> World:
     """Compile a world, with a fleet in it, to MJCF and parameters.
 
     Args:
         world: name, path of a YAML file, or the file's contents as a mapping.
         fleet: likewise; without one there is a single boat, `wamv`, at the world's spawn pose.
         seed: replaces the world's seed, from which everything random comes.
+        nudge: move boats that would start on land, on a dock or on another boat to the nearest free place, each with
+            a warning.
 
     Raises:
         ConfigError: a file is wrong; the error lists every problem with its place.
         CompileError: MuJoCo refuses what the files describe.
     """
     config = load_world(world)
-    boats = load_fleet(fleet, config)
-    return _Assembly(config, boats.name, boats.resolve(config)).world(config.seed if seed is None else seed)
+    assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
+    return assembly.world(config.seed if seed is None else seed)
 
 
 class _Assembly:
     """One world in the making: its pieces, its assets and its rows."""
 
-    def __init__(self, config: WorldConfig, fleet: str, boats: tuple[BoatConfig, ...]) -> None:
+    def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
         self.config = config
-        self.fleet = fleet
-        self.boats = boats
+        self.fleet = fleet.name
+        self.kinds: dict[Order, Boat] = {}
         self.objects = tuple(place_objects(config.objects))
         self.docks = tuple(place_docks(config.docks, config.objects))
-        spots = [boat.pose[:2] for boat in boats]
+        self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._built, nudge=nudge)
+        spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea)
         self.assets: dict[str, bytes] = {}
@@ -90,7 +94,6 @@ class _Assembly:
             "lights": [],
             "sensors": [],
         }
-        self.kinds: dict[Order, Boat] = {}
         self.balls: list[PlacedObject] = []
         self.shooters: list[tuple[str, str]] = []
         self.task: dict[str, Any] | None = None
@@ -99,7 +102,6 @@ class _Assembly:
 
     def world(self, seed: int) -> World:
         check_docks(self.config, self.docks)
-        self._warn_of_land()
         if self.config.terrain:
             self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
         for dock in self.docks:
@@ -116,13 +118,6 @@ class _Assembly:
         except ValueError as error:
             raise CompileError(f"MuJoCo refuses the world {self.config.name}: {error}") from error
         return world
-
-    def _warn_of_land(self) -> None:
-        terrain = self.config.terrain
-        ashore = [boat.name for boat in self.boats if terrain and on_land(terrain, *boat.pose[:2])]
-        if ashore:
-            text = f"on land in {self.config.name}: {', '.join(ashore)}; the shore is that of {terrain}"
-            warnings.warn(text, VrxWarning, stacklevel=3)
 
     def _text(self) -> str:
         config = self.config
@@ -291,7 +286,7 @@ def renamed(tree: Any, prefix: str) -> Any:
 
 
 def _boat_entry(boat: BoatConfig) -> dict[str, Any]:
-    fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "pose")
+    fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "controller", "pose")
     return {field: getattr(boat, field) for field in fields}
 
 

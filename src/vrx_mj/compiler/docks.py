@@ -11,7 +11,7 @@ from vrx_mj.config.bays import Box
 from vrx_mj.config.poses import apply, rotation
 from vrx_mj.errors import UnknownNameError
 
-__all__ = ["dock_zones", "docks_overlap", "find_dock"]
+__all__ = ["block_corners", "dock_zones", "docks_overlap", "find_dock"]
 
 Row = dict[str, Any]
 FloatArray = npt.NDArray[np.float64]
@@ -87,6 +87,13 @@ def docks_overlap(a: PlacedDock, b: PlacedDock) -> bool:
     near = np.argwhere(apart < np.sqrt(2.0) * sum(half))
     axes = [_axes(dock) for dock in (a, b)]
     return any(_squares_meet(squares[1][j] - squares[0][i], axes, half) for i, j in near)
+
+
+def block_corners(dock: PlacedDock) -> FloatArray:
+    """(n, 4, 2): corners of the blocks in the world [m], seen from above."""
+    around = dock.config.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    corners: FloatArray = _squares(dock)[:, None] + around @ _axes(dock)
+    return corners
 
 
 def _squares(dock: PlacedDock) -> FloatArray:

@@ -11,7 +11,7 @@ from vrx_mj.config.shapes import Shape
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
 
-__all__ = ["derived_hydrodynamics"]
+__all__ = ["boat_box", "derived_hydrodynamics"]
 
 DENSITY = 997.8
 """Of VRX's water [kg/m3]."""
@@ -36,7 +36,7 @@ def derived_hydrodynamics(boat: Boat) -> dict[str, Any]:
     Raises:
         VrxError: the boat has no shape, or no mass.
     """
-    low, high = _box(boat)
+    low, high = boat_box(boat)
     length, beam = high[0] - low[0], high[1] - low[1]
     parts = (*boat.parts, *itertools.chain.from_iterable(thruster.parts for thruster in boat.thrusters))
     mass = math.fsum(part.inertial.mass for part in parts if part.inertial)
@@ -54,8 +54,12 @@ def derived_hydrodynamics(boat: Boat) -> dict[str, Any]:
     }
 
 
-def _box(boat: Boat) -> tuple[Corner, Corner]:
-    """Least and greatest corner [m] in the base link's axes of the box around what the base link carries."""
+def boat_box(boat: Boat) -> tuple[Corner, Corner]:
+    """Least and greatest corner [m] in the base link's axes of the box around what the base link carries.
+
+    Raises:
+        VrxError: that has no shape.
+    """
     for kind in ("collisions", "visuals"):
         corners = [corner for part in boat.parts for shape in getattr(part, kind) for corner in _corners(part, shape)]
         if corners:

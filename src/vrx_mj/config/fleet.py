@@ -1,11 +1,21 @@
 """What a fleet's file says: how many boats, of which kind, where."""
 
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    Tag,
+    field_validator,
+    model_validator,
+)
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -16,27 +26,28 @@ from vrx_mj.config.base import (
     Name,
     Pose,
     Positive,
+    Seed,
     fault,
     faults,
     numbers,
 )
 from vrx_mj.config.build import Order
+from vrx_mj.config.layouts import HEIGHT, Facing, LayoutName
 from vrx_mj.config.loading import check
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import contained, is_path
+from vrx_mj.config.slots import Loc, fleet_faults, slots
+from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import Sensors, WorldConfig, check_thrusters
 
-__all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Located"]
+__all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Headings", "Located"]
 
-RADIUS = 20.0
-"""Of a circle whose file says none [m]: that of the published guide's ring."""
-SPACING = 10.0
-"""Of a line whose file says none [m]."""
+_CONTROLLER = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 
 Engines = Literal["fixed", "hinged"]
-Loc = tuple[str | int, ...]
+Headings = Literal["math", "compass"]
 
 
 class BoatConfig(Config):
@@ -58,6 +69,8 @@ class BoatConfig(Config):
     """Of `base_link` in the world [m, rad]."""
     color: Color | None = None
     engines: Engines = "fixed"
+    controller: str | None = None
+    """What commands it unless a run is told otherwise, as module:function."""
 
     @property
     def order(self) -> Order:
@@ -83,14 +96,20 @@ class FleetPosition(Config):
 
     x: Coordinate
     y: Coordinate
-    z: Coordinate = 0.1
+    z: Coordinate = HEIGHT
     Y: float = 0.0
-    """Heading [degrees], counter-clockwise from the frame's x axis."""
+    """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
 
-    @property
-    def pose(self) -> Pose:
-        """As a pose [m, rad]."""
-        return self.x, self.y, self.z, 0.0, 0.0, math.radians(self.Y)
+    def pose_in(self, headings: Headings) -> Pose:
+        """As a pose [m, rad], of which `headings` says how `Y` is meant."""
+        yaw = 90.0 - self.Y if headings == "compass" else self.Y
+        return self.x, self.y, self.z, 0.0, 0.0, math.radians(yaw)
+
+
+def _controller(value: str) -> str:
+    if not _CONTROLLER.fullmatch(value):
+        raise fault(f"expected module:function, as in my_boat:controller, got {shown(value)}")
+    return value
 
 
 class _Built(Config):
@@ -106,6 +125,8 @@ class _Built(Config):
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
     engines: Engines | None = None
+    controller: Annotated[str, AfterValidator(_controller)] | None = None
+    """What commands the boats unless a run is told otherwise: module:function, or module:Class."""
 
     @field_validator("robot")
     @classmethod
@@ -155,28 +176,63 @@ Origin = Annotated[
 ]
 
 
+def _facing(value: Any) -> Any:
+    words = get_args(Facing)
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float | str)
+        or (isinstance(value, str) and value not in words)
+    ):
+        raise fault(f"expected {', '.join(words)} or degrees, got {shown(value)}")
+    return value
+
+
+Heading = Annotated[
+    Annotated[Facing, Tag("word")] | Annotated[float, Tag("degrees")],
+    Discriminator(lambda value: "word" if isinstance(value, str) else "degrees"),
+    BeforeValidator(_facing),
+]
+
+
 class FleetConfig(_Built):
     """A fleet's file. Boats are numbered `wamv1 ... wamvN` unless `boats` names them."""
 
     name: str = "fleet"
     description: str = ""
     usv_count: Annotated[int, Field(ge=1, le=10_000)] | None = None
-    layout: Literal["circle", "line"] | None = None
-    """How to place boats where there are no `positions`; beside them it only tells the reader."""
+    layout: LayoutName | None = None
+    """How to place boats that have no `positions`."""
     radius: Positive | None = None
     """Of the circle [m]."""
+    start_angle: float | None = None
+    """Of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
     spacing: Positive | None = None
-    """Between neighbours of the line [m]."""
+    """Between neighbours; between random ones at least [m]."""
+    size: Positive | None = None
+    """Edge of the square of a random layout, around the origin [m]."""
+    seed: Seed | None = None
+    """Of a random layout; by default the world's file's."""
+    heading: Heading | None = None
+    """Of the layout's boats: outward, inward, tangent, or [degrees], read as `headings` says."""
+    headings: Headings | None = None
+    """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
     positions: tuple[FleetPosition, ...] = ()
+    """Of the first boats, whatever the layout."""
     origin: Origin = "world"
     """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
 
+    _section: Section | None = PrivateAttr(default=None)
+
+    @property
+    def section(self) -> Section:
+        """What the file says, where it says it."""
+        assert self._section is not None, "not read by load_fleet"
+        return self._section
+
     @model_validator(mode="after")
-    def _counts_agree(self) -> Self:
-        found = [*_count_faults(self), *_layout_faults(self)]
-        if not found:
-            found = _entry_faults(self)
+    def _goes_together(self) -> Self:
+        found = fleet_faults(self)
         if found:
             raise faults(*found)
         return self
@@ -193,106 +249,12 @@ class FleetConfig(_Built):
         frame = _frame(self, world)
         return tuple(
             Located(_boat(self, world, slot.name, _moved(slot.pose, frame), slot.entry), slot.where, slot.own)
-            for slot in _slots(self)
+            for slot in slots(self, world.seed)
         )
 
     def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
         """Every boat of the fleet in a world, posed in world coordinates."""
         return tuple(item.boat for item in self.located(world))
-
-
-class Slot(NamedTuple):
-    """A boat in the fleet's frame."""
-
-    name: str
-    pose: Pose
-    entry: BoatEntry | None
-    where: Loc
-    own: Loc
-
-
-def _count(fleet: FleetConfig) -> int:
-    """How many boats are numbered: those with positions, or those that a layout places."""
-    if fleet.positions:
-        return len(fleet.positions)
-    if fleet.layout or not any(entry.pose for entry in fleet.boats):
-        return fleet.usv_count or 0
-    return 0
-
-
-def _numbered(fleet: FleetConfig) -> list[Pose]:
-    """Poses of the numbered boats in the fleet's frame: a circle is sailed clockwise, a line is abreast."""
-    if fleet.positions:
-        return [position.pose for position in fleet.positions]
-    count = _count(fleet)
-    if fleet.layout == "circle":
-        radius, step = fleet.radius or RADIUS, 2 * math.pi / max(count, 1)
-        return [
-            (radius * math.sin(step * i), radius * math.cos(step * i), 0.1, 0.0, 0.0, -step * i) for i in range(count)
-        ]
-    spacing = fleet.spacing or SPACING
-    return [(0.0, spacing * ((count - 1) / 2 - i), 0.1, 0.0, 0.0, 0.0) for i in range(count)]
-
-
-def _slots(fleet: FleetConfig) -> list[Slot]:
-    """Numbered boats with what `boats` changes about them, then the boats that it adds."""
-    slots = [
-        Slot(f"wamv{i + 1}", pose, None, ("positions", i) if fleet.positions else (), ())
-        for i, pose in enumerate(_numbered(fleet))
-    ]
-    count = len(slots)
-    for index, entry in enumerate(fleet.boats):
-        own: Loc = ("boats", index)
-        at = _slot_of(entry, index, count)
-        if at is not None:
-            name, pose, _, where, _ = slots[at]
-            slots[at] = Slot(entry.name or name, entry.pose or pose, entry, own if entry.pose else where, own)
-        elif entry.pose is not None:
-            slots.append(Slot(entry.name or f"wamv{len(slots) + 1}", entry.pose, entry, own, own))
-    return slots
-
-
-def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
-    """Which numbered boat an entry is about: that of its name, or else of its place; None: a new one."""
-    number = (entry.name or "").removeprefix("wamv")
-    if entry.name and entry.name.startswith("wamv") and number.isdecimal() and 1 <= int(number) <= count:
-        return int(number) - 1
-    return index if index < count and (entry.name is None or entry.pose is None) else None
-
-
-def _count_faults(fleet: FleetConfig) -> Iterator[tuple[Loc, str]]:
-    given, placed = fleet.usv_count, len(fleet.positions)
-    if given is not None and placed and given != placed:
-        yield ("usv_count",), f"{given}, but `positions` has {placed}"
-    alone = not fleet.positions and not fleet.layout and any(entry.pose for entry in fleet.boats)
-    if given is not None and alone and given != len(fleet.boats):
-        yield ("usv_count",), f"{given}, but `boats` has {len(fleet.boats)}"
-    if fleet.layout and given is None and not placed:
-        yield ("usv_count",), f"layout {fleet.layout} without positions needs it"
-
-
-def _layout_faults(fleet: FleetConfig) -> Iterator[tuple[Loc, str]]:
-    for key, layout in (("radius", "circle"), ("spacing", "line")):
-        if getattr(fleet, key) is None:
-            continue
-        if fleet.positions:
-            yield (key,), "has no effect beside `positions`; remove one of them"
-        elif fleet.layout != layout:
-            yield (key,), f"goes with layout {layout}, got layout {fleet.layout or 'nothing'}"
-
-
-def _entry_faults(fleet: FleetConfig) -> list[tuple[Loc, str]]:
-    count, taken = _count(fleet), set()
-    found: list[tuple[Loc, str]] = []
-    for index, entry in enumerate(fleet.boats):
-        slot = _slot_of(entry, index, count)
-        if slot is None and entry.pose is None:
-            found.append((("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"))
-        elif slot in taken:
-            found.append((("boats", index), f"about wamv{(slot or 0) + 1}, as an entry before it"))
-        if slot is not None:
-            taken.add(slot)
-    return found
 
 
 def _frame(fleet: FleetConfig, world: WorldConfig) -> tuple[float, float, float]:
@@ -331,6 +293,7 @@ def _boat(fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: 
         pose=pose,
         color=entry.color if entry else None,
         engines=engines or "fixed",
+        controller=next((level.controller for level in levels if level.controller), None),
     )
 
 

@@ -1,22 +1,23 @@
-"""Reading a fleet for a world: clashing names, boats on top of one another, a fleet far from everything."""
+"""Reading a fleet for a world: clashing names, a full square, bearings, a fleet far from everything."""
 
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 
-from vrx_mj.config.fleet import FleetConfig, Located
+from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located
 from vrx_mj.config.loading import Loading, Source, file_of, read_source, validated
 from vrx_mj.config.objects import Placed, Placement, load_object
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.search import catalogue, is_path
+from vrx_mj.config.slots import room_faults
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 
 __all__ = ["load_fleet"]
 
-CLOSEST = 0.5
-"""Least horizontal distance [m] between two boats' origins."""
+OUTWARD = math.radians(5.0)
+"""How near a heading is to outward that was meant so [rad]."""
 FAR = 300.0
 """Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
 
@@ -27,13 +28,15 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     """The fleet of a name, a path or a dict, checked in a world; None: one boat at the world's spawn pose."""
     section, stem = _source(source)
     fleet = validated(FleetConfig, section, Loading(), name=stem)
+    fleet._section = section
     boats = fleet.located(world)
-    found = [*_name_faults(boats, world), *_thruster_faults(boats), *_distance_faults(boats)]
+    found = [*_name_faults(boats, world), *_thruster_faults(boats), *room_faults(fleet, world.seed)]
     problems = [problem_at(section, loc, message) for loc, message in found] + _wind_problems(world, boats)
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:
         _warn_if_far(fleet, boats, world)
+        _warn_of_bearings(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
 
@@ -66,23 +69,6 @@ def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
             yield (*own, "thrusters"), str(error)
 
 
-def _distance_faults(boats: Sequence[Located]) -> Iterator[Fault]:
-    """Boats too close to one before them. Boats are sorted along x, so that only neighbours are compared."""
-    order = sorted(range(len(boats)), key=lambda index: boats[index].boat.pose[0])
-    found: dict[int, Fault] = {}
-    for rank, first in enumerate(order):
-        for second in order[rank + 1 :]:
-            one, other = (boats[index].boat for index in sorted((first, second)))
-            if abs(one.pose[0] - other.pose[0]) >= CLOSEST:
-                break
-            apart = math.dist(one.pose[:2], other.pose[:2])
-            if apart < CLOSEST:
-                text = f"{apart:.2g} m from '{one.name}'; boats are at least {CLOSEST} m apart"
-                later = max(first, second)
-                found.setdefault(later, (boats[later].where, f"'{other.name}' is {text}"))
-    yield from (found[index] for index in sorted(found))
-
-
 def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
     """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
     listed = world.wind.objects if world.wind else ()
@@ -112,6 +98,28 @@ def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfi
         text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
         advice = f"over {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
         warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
+
+
+def _warn_of_bearings(fleet: FleetConfig) -> None:
+    """Positions whose headings point away from their middle, all of them, if they are bearings, and only then."""
+    if fleet.headings is not None or len(fleet.positions) < 2:
+        return
+    middle = [
+        math.fsum(axis) / len(fleet.positions) for axis in zip(*((p.x, p.y) for p in fleet.positions), strict=True)
+    ]
+    if _all_outward(fleet.positions, middle, "compass") and not _all_outward(fleet.positions, middle, "math"):
+        text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
+        advice = "`headings: compass` reads bearings, `headings: math` says that they are none"
+        warnings.warn(f"{text} counter-clockwise from east; {advice}", VrxWarning, stacklevel=3)
+
+
+def _all_outward(positions: Sequence[FleetPosition], middle: Sequence[float], headings: Headings) -> bool:
+    for position in positions:
+        x, y, _, _, _, yaw = position.pose_in(headings)
+        away = math.atan2(y - middle[1], x - middle[0])
+        if abs(math.remainder(yaw - away, 2 * math.pi)) > OUTWARD:
+            return False
+    return True
 
 
 def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:

@@ -72,6 +72,28 @@ def test_a_controller_from_the_current_folder_commands_the_boats(cli, folder):
     assert said.code == 2
 
 
+def test_controllers_that_a_fleet_names_command_its_boats_unless_the_run_says_otherwise(cli, folder):
+    (folder / "my_crew.py").write_text(CONTROLLERS.replace('"wamv"', '"wamv1"'), encoding="utf-8")
+    boats = "usv_count: 1\nlayout: line\n"
+    (folder / "plain.yaml").write_text(boats, encoding="utf-8")
+    (folder / "own.yaml").write_text(boats + "controller: my_crew:Turner\n", encoding="utf-8")
+    steady = summary_of(cli, "--fleet", "plain.yaml", "--thrust", "left=0.5")["state_sha256"]
+    assert summary_of(cli, "--fleet", "own.yaml")["state_sha256"] == steady
+    assert summary_of(cli, "--fleet", "own.yaml", "--thrust", "left=0.2")["state_sha256"] != steady
+    said = cli("run", "ocean", "--fleet", "own.yaml", "--duration", "1", "--control", "my_crew:nonsense")
+    assert said.err.strip() == "the controller returned 0.5: a mapping of boats is needed, or None"
+
+
+def test_nudge_moves_boats_to_free_water(cli, folder):
+    (folder / "heap.yaml").write_text("positions: [{x: 0, y: 0}, {x: 1, y: 0}]\n", encoding="utf-8")
+    refused = cli("run", "ocean", "--fleet", "heap.yaml", "--duration", "0.1")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+    assert refused.err.startswith("heap.yaml:1:27: positions[1]: 'wamv2' is on 'wamv1', 1.23 m inside it, ")
+    said = cli("run", "ocean", "--fleet", "heap.yaml", "--duration", "0.1", "--nudge")
+    assert said.code == 0
+    assert said.err.startswith("warning: 'wamv2' moved ")
+
+
 def test_a_mistake_in_a_controller_keeps_its_traceback(cli, folder):
     (folder / "wrong_boat.py").write_text(CONTROLLERS, encoding="utf-8")
     with pytest.raises(RuntimeError, match="my own mistake"):

@@ -109,11 +109,6 @@ def test_linear_fog_and_light_reach_the_model():
     assert world.parameters["scene"]["fog"] is True
 
 
-def test_a_boat_on_land_is_told():
-    with pytest.warns(VrxWarning, match="^on land in sydney_regatta: wamv1; the shore is that of sydney_regatta$"):
-        compile_world("sydney_regatta", fleet={"usv_count": 1, "positions": [{"x": -533, "y": 142}]})
-
-
 def test_shipped_worlds_compile_without_a_word():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -23,7 +23,7 @@ def placed(**world):
 
 
 def compiled(**world):
-    made = compile_world({"sea": {"model": "none"}, **world})
+    made = compile_world({"sea": {"model": "none"}, "spawn": {"pose": [-50, -50, 0.1, 0, 0, 0]}, **world})
     model = mujoco.MjModel.from_xml_string(made.mjcf, dict(made.assets))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

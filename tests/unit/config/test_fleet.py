@@ -37,11 +37,53 @@ def test_no_fleet_is_one_boat_at_the_spawn_pose(world):
     assert boat.pose == world.spawn.pose
 
 
-def test_the_published_file_places_three_boats(world, here):
+@pytest.fixture
+def guide(here):
     (here / "usv_config.yaml").write_text(GUIDE, encoding="utf-8")
-    fleet = boats("usv_config.yaml", world)
+    return here / "usv_config.yaml"
+
+
+def test_the_published_file_places_three_boats_and_says_once_what_its_headings_look_like(world, guide):
+    with pytest.warns(VrxWarning) as caught:
+        fleet = load_fleet(guide, world).resolve(world)
+    (text,) = (str(item.message) for item in caught)
+    assert text == (
+        "fleet usv_config: its headings point outward only as compass bearings, and are read as degrees "
+        "counter-clockwise from east; `headings: compass` reads bearings, `headings: math` says that they are none"
+    )
     assert [boat.name for boat in fleet] == ["wamv1", "wamv2", "wamv3"]
-    assert fleet[1].pose == (17.32, -10.0, 0.1, 0.0, 0.0, math.radians(120))
+    assert [boat.pose for boat in fleet] == [
+        (0.0, 20.0, 0.1, 0.0, 0.0, 0.0),
+        (17.32, -10.0, 0.1, 0.0, 0.0, math.radians(120)),
+        (-17.32, -10.0, 0.1, 0.0, 0.0, math.radians(240)),
+    ]
+
+
+@pytest.mark.parametrize(("word", "outward"), [("math", False), ("compass", True)])
+def test_headings_say_how_the_published_file_is_read_and_nothing_is_warned_of(word, outward, world, guide):
+    guide.write_text(GUIDE + f"headings: {word}\n", encoding="utf-8")
+    for x, y, _, _, _, yaw in (boat.pose for boat in boats(guide, world)):
+        assert (abs(math.remainder(yaw - math.atan2(y, x), math.tau)) < 1e-3) == outward
+
+
+def test_a_bearing_is_clockwise_from_north_in_the_origin_s_frame(world):
+    source = {"headings": "compass", "positions": [{"x": 9 * i, "y": 0, "Y": Y} for i, Y in enumerate((0, 90, 225))]}
+    yaws = [boat.pose[5] for boat in boats(source, world)]
+    assert yaws == pytest.approx([math.pi / 2, 0.0, -0.75 * math.pi])
+    turned = [boat.pose[5] for boat in boats({**source, "origin": "spawn"}, world)]  # which faces north
+    assert turned == pytest.approx([yaw + math.pi / 2 for yaw in yaws])
+    (row, *_) = boats({"headings": "compass", "usv_count": 3, "layout": "line", "heading": 30}, world)
+    assert row.pose[5] == pytest.approx(math.radians(60))
+
+
+def test_the_guide_s_ring_is_a_layout_too(world, guide):
+    """Its boats are at 90, 330 and 210 degrees: the first of a ring that starts in the north, and the others."""
+    ring = {"usv_count": 3, "layout": "circle", "radius": 20, "start_angle": 90, "headings": "compass"}
+    guide.write_text(GUIDE + "headings: compass\n", encoding="utf-8")
+    first, second, third = (boat.pose for boat in boats(guide, world))
+    for pose, given in zip((boat.pose for boat in boats(ring, world)), (first, third, second), strict=True):
+        assert pose[:5] == pytest.approx(given[:5], abs=1e-3)
+        assert math.remainder(pose[5] - given[5], math.tau) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_file_ships_as_published():
@@ -60,11 +102,44 @@ def test_positions_can_be_relative_to_a_frame(world):
     assert boat.pose == pytest.approx((-9, 2, 0.1, 0, 0, math.pi))
 
 
-def test_a_circle_is_sailed_clockwise(world):
-    for boat in boats({"usv_count": 5, "layout": "circle", "radius": 7}, world):
-        x, y, *_, yaw = boat.pose
-        assert math.hypot(x, y) == pytest.approx(7)
-        assert (math.cos(yaw), math.sin(yaw)) == pytest.approx((y / 7, -x / 7))
+def test_a_layout_lies_in_the_frame_of_the_origin(world):
+    source = {"usv_count": 3, "layout": "column", "spacing": 8, "origin": [1, 2, math.pi / 2]}
+    poses = [boat.pose for boat in boats(source, world)]
+    assert poses == [pytest.approx((1, 2 + 8 - 8 * i, 0.1, 0, 0, math.pi / 2)) for i in range(3)]
+
+
+def test_positions_override_the_layout_s_places_of_the_first_boats(world):
+    ring = {"usv_count": 4, "layout": "circle", "radius": 30, "heading": "inward"}
+    plain = [boat.pose for boat in boats(ring, world)]
+    mixed = [boat.pose for boat in boats({**ring, "positions": [{"x": 1, "y": 2, "z": 3, "Y": 90}]}, world)]
+    assert mixed == [(1.0, 2.0, 3.0, 0.0, 0.0, math.pi / 2), *plain[1:]]
+
+
+def test_random_boats_follow_the_seed_of_the_layout_and_else_the_world_s(world):
+    source = {"usv_count": 6, "layout": "random"}
+    other = world.model_copy(update={"seed": world.seed + 1})
+    here, there = ([boat.pose for boat in boats(source, place)] for place in (world, other))
+    assert here == [boat.pose for boat in boats(source, world)] != there
+    named = {**source, "seed": other.seed}
+    assert [boat.pose for boat in boats(named, world)] == [boat.pose for boat in boats(named, other)] == there
+
+
+def test_five_hundred_boats_in_one_file_are_a_normal_fleet(world, here):
+    rows = "".join(f"  - {{x: {i % 25 * 9}, y: {i // 25 * 9}, Y: {i % 360}}}\n" for i in range(500))
+    (here / "many.yaml").write_text(f"usv_count: 500\npositions:\n{rows}", encoding="utf-8")
+    many = boats("many.yaml", world)
+    assert [boat.name for boat in many] == [f"wamv{i + 1}" for i in range(500)]
+    assert many[499].pose == (216.0, 171.0, 0.1, 0.0, 0.0, math.radians(139))
+
+
+def test_a_boat_has_its_own_controller_or_the_fleet_s(world):
+    source = {
+        "usv_count": 2,
+        "layout": "line",
+        "controller": "crew:steady",
+        "boats": [{"name": "wamv2", "controller": "crew.fast:Racer"}],
+    }
+    assert [boat.controller for boat in boats(source, world)] == ["crew:steady", "crew.fast:Racer"]
 
 
 def test_a_line_is_abreast(world):
@@ -99,13 +174,6 @@ def test_boats_alone_are_the_fleet(world):
 def test_a_fleet_that_only_names_thrusters_is_one_boat(world):
     (boat,) = boats({"thrusters": "H"}, world)
     assert (boat.name, boat.thrusters, boat.pose) == ("wamv", "H", world.spawn.pose)
-
-
-def test_a_hundred_boats_on_top_of_each_other_are_one_problem_each(world):
-    with pytest.raises(ConfigError) as caught:
-        load_fleet({"positions": [{"x": 0.001 * i, "y": 0} for i in range(100)]}, world)
-    assert len(caught.value.problems) == 99
-    assert str(caught.value).splitlines()[-1] == "and 59 more problems"
 
 
 def test_a_fleet_far_from_everything_gives_one_warning(world):

@@ -1,0 +1,241 @@
+"""Formations: boats that keep their places beside a leader, while it goes its way and when the shape changes.
+
+Three loops, one in the other. Guidance: every boat has a slot that moves along the leader's track, and wants the slot's
+velocity and one toward it, the constant bearing guidance of Breivik, Hovstein and Fossen, Straight-line target tracking
+for unmanned surface vehicles, 2008 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 12.1).
+Of that velocity is taken what leads into another boat. Its length and direction are a surge speed and, by a law of
+proportion, a yaw rate, which `VelocityKeeper` holds.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, cast, get_args
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from vrx_mj.config.layouts import Layout, LayoutName, spots
+from vrx_mj.control.guidance import Point, wrapped
+from vrx_mj.control.leader import BoatLeader, PathLeader
+from vrx_mj.control.muster import Muster
+from vrx_mj.control.navigation import Estimate, TangentPlane
+from vrx_mj.control.track import Spot
+from vrx_mj.control.velocity import VelocityKeeper
+from vrx_mj.errors import UnknownNameError, VrxError
+
+__all__ = ["SHAPES", "Formation", "apart_velocity", "assigned", "pursuit", "slots"]
+
+SHAPES = tuple(sorted(get_args(LayoutName)))
+CLOSING = 1.0
+"""The speed relative to a slot with which a boat makes up for what it is off, at most [m/s]."""
+LOOKAHEAD = 4.0
+"""So far off its slot [m] a boat goes for it with 0.7 of that; a small error dies at `CLOSING / LOOKAHEAD` [1/s]."""
+HEADING_RATE = 0.8
+"""How fast an error of heading dies [1/s]: a third of the rate of the loop around which it goes."""
+FASTEST_TURN = 0.6
+"""Yaw rate wanted at most [rad/s]."""
+STEADY = 0.5
+"""A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
+SKID = 1.5
+"""The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
+ASTERN = 0.3
+"""Speed astern wanted at most [m/s]."""
+YIELD = 0.3
+"""How fast boats may take up what is left of their distance [1/s]."""
+SHORTEST = 0.01
+"""A path's points are further apart than this somewhere [m]."""
+
+
+def slots(shape: str, n: int, spacing: float) -> list[Point]:
+    """Places (ahead, left) of a leader [m] for `n` boats whose neighbours are `spacing` [m] apart: a fleet's layouts.
+
+    The leader is in the middle of a circle, and in front of the others' middle. Slots are numbered from the front to
+    the back and from the middle outwards, port first; on a circle counter-clockwise, from the one ahead. A leading boat
+    has the first. `random` is the same for as many boats at any time.
+
+    Raises:
+        UnknownNameError: there is no such shape.
+    """
+    if shape not in SHAPES:
+        raise UnknownNameError("shape", shape, known=SHAPES)
+    radius = 0.0 if n < 2 else 0.5 * spacing / math.sin(math.pi / n)
+    layout = Layout(cast("LayoutName", shape), radius, spacing, start_angle=0.0, heading=None, size=None, seed=0)
+    places = spots(layout, n)
+    if shape == "circle":
+        return list(places)
+    front = max((ahead for ahead, _ in places), default=0.0)
+    return sorted(((ahead - front, left) for ahead, left in places), key=_rank)
+
+
+def _rank(place: Point) -> tuple[float, float, float]:
+    ahead, left = place
+    return round(-ahead, 6), round(abs(left), 6), -left  # to a rounding, for mirrored places are equal
+
+
+def assigned(places: Sequence[Point], goals: Sequence[Point]) -> list[int]:
+    """The goal of each place, such that the distances [m] together are least; as many goals as places."""
+    gaps = np.array([[math.dist(place, goal) for goal in goals] for place in places]).reshape(len(places), len(goals))
+    return [int(goal) for goal in linear_sum_assignment(gaps)[1]]
+
+
+def pursuit(seen: Estimate, slot: Spot, speed: float) -> Point:
+    """The velocity [m/s, east and north] that brings a boat to a slot, which moves with its leader at a `speed` [m/s].
+
+    Constant bearing guidance: seen from the slot, the boat comes straight at it.
+    """
+    dx, dy = slot.x - seen.x, slot.y - seen.y
+    closing = CLOSING / math.sqrt(dx * dx + dy * dy + LOOKAHEAD * LOOKAHEAD)
+    pace = slot.pace(speed)
+    return pace * math.cos(slot.direction) + closing * dx, pace * math.sin(slot.direction) + closing * dy
+
+
+def apart_velocity(seen: Estimate, wanted: Point, others: Sequence[Estimate], apart: float) -> Point:
+    """What may be kept of a wanted velocity [m/s] so that the boat does not come nearer to others than `apart` [m].
+
+    Toward another boat the velocity is at most that boat's plus `YIELD` times the distance that is left: a barrier
+    (Wang, Ames and Egerstedt, Safety barrier certificates for collisions-free multirobot systems, 2017). What is too
+    much of it goes to starboard by half, so that two who meet head on pass each other (COLREG 14).
+    """
+    vx, vy = wanted
+    for other in others:
+        distance, bearing = seen.to(other.x, other.y)
+        east, north = math.cos(bearing), math.sin(bearing)
+        allowed = other.vx * east + other.vy * north + YIELD * (distance - apart)
+        excess = vx * east + vy * north - allowed
+        if excess > 0.0:
+            vx, vy = vx - excess * (east - 0.5 * north), vy - excess * (north + 0.5 * east)
+    return vx, vy
+
+
+class Formation:
+    """A controller of all boats: they go along a path in a shape, or follow one of them in it.
+
+    Places are east and north [m] of an origin. Given as a `TangentPlane`, that is a place on the Earth, best the
+    world's georeference; by default it is where the first boat had its first fix. Boats that navigate by ground truth
+    (`Navigator`) share the world's frame instead.
+    """
+
+    def __init__(
+        self,
+        path: Sequence[Point] = (),
+        *,
+        leader: str | None = None,
+        shape: str = "wedge",
+        spacing: float = 12.0,
+        speed: float = 1.4,
+        radius: float = 30.0,
+        apart: float = 7.0,
+        origin: TangentPlane | None = None,
+    ) -> None:
+        """Keep places beside a virtual leader, or a boat's.
+
+        The virtual leader goes along a `path` at a `speed` [m/s], its corners rounded to a `radius` [m]. A `leader`, a
+        boat's name, is commanded by somebody else; it has the first slot. Boats keep `apart` [m], origin from origin.
+
+        Raises:
+            UnknownNameError: there is no such shape.
+            VrxError: boats would be nearer together than they may be; there is a path and a leader, or neither; the
+                path leads nowhere, or the virtual leader would not move.
+        """
+        if (leader is None) != (len(path) > 1):
+            given = f"a path of {len(path)} points and {'no leader' if leader is None else f'the leader {leader!r}'}"
+            raise VrxError(f"a formation follows either a path of 2 points or more or a leader, got {given}")
+        if leader is None:
+            _check_way(path, speed, radius)
+        self.apart = apart
+        self._first = _checked(shape, spacing, apart)
+        self._origin = origin
+        self._new_leader = partial(PathLeader, path, speed, radius) if leader is None else partial(BoatLeader, leader)
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Forget all, before a new run; nothing here is random, so the seed does nothing."""
+        self.shape, self.spacing = self._first
+        self.leader: PathLeader | BoatLeader = self._new_leader()
+        self.muster = Muster(self._origin)
+        self.places: dict[str, int] = {}
+        """The number of each boat's slot; a leading boat, which has the first, is not among them."""
+        self.goals: dict[str, Spot] = {}
+        """The slots at the last call, by boat."""
+        self.off: dict[str, float] = {}
+        """How far each boat was from its slot at the last call [m]."""
+        self._keepers: dict[str, VelocityKeeper] = {}
+
+    def change(self, shape: str, spacing: float | None = None, *, reassign: bool = False) -> None:
+        """Take another shape from the next call on; boats keep the number of their slot unless they are to `reassign`.
+
+        Raises:
+            UnknownNameError: there is no such shape.
+            VrxError: boats would be nearer together than they may be.
+        """
+        self.shape, self.spacing = _checked(shape, self.spacing if spacing is None else spacing, self.apart)
+        if reassign:
+            self.places = {}
+
+    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+        """Commands for all boats but a leading one.
+
+        Raises:
+            UnknownNameError: the leading boat is not there.
+            SensorError: the boats have no frame in common.
+        """
+        seen = self.muster(dict(obs.items()), t)
+        lag = max((_behind(seen[name], goal) for name, goal in self.goals.items() if name in seen), default=0.0)
+        self.leader.move(seen, t, lag)
+        self._take_places(seen)
+        self.off = {name: seen[name].to(goal.x, goal.y)[0] for name, goal in self.goals.items()}
+        for name in self.places.keys() - self._keepers.keys():
+            self._keepers[name] = VelocityKeeper(obs[name].thrusters)
+        return {name: self._steer(name, seen, t) for name in self.places}
+
+    def _take_places(self, seen: Mapping[str, Estimate]) -> None:
+        """Find the slots, and assign them anew if other boats are there than before."""
+        offsets, leading = slots(self.shape, len(seen), self.spacing), self.leader.name
+        ahead, left = (0.0, 0.0) if leading is None else offsets[0]
+        track, along = self.leader.track, self.leader.along
+        goals = [track.spot(along + offset[0] - ahead, offset[1] - left) for offset in offsets]
+        boats = [name for name in seen if name != leading]
+        first = len(seen) - len(boats)
+        if self.places.keys() != set(boats):
+            order = assigned([(seen[name].x, seen[name].y) for name in boats], [goal[:2] for goal in goals[first:]])
+            self.places = {name: first + number for name, number in zip(boats, order, strict=True)}
+        self.goals = {name: goals[number] for name, number in self.places.items()}
+
+    def _steer(self, name: str, seen: Mapping[str, Estimate], t: float) -> dict[str, float]:
+        """Commands that take one boat toward its slot."""
+        own, goal, keeper, speed = seen[name], self.goals[name], self._keepers[name], self.leader.speed
+        others = [other for key, other in seen.items() if key != name]
+        vx, vy = apart_velocity(own, pursuit(own, goal, speed), others, self.apart)
+        steady = max(0.0, STEADY - abs(goal.pace(speed)))
+        east = vx + SKID * (vx - own.vx) + steady * math.cos(goal.direction)
+        north = vy + SKID * (vy - own.vy) + steady * math.sin(goal.direction)
+        heading = math.atan2(north, east)
+        surge = vx * math.cos(own.heading) + vy * math.sin(own.heading)
+        turn = goal.curvature * speed + HEADING_RATE * wrapped(heading - own.heading)
+        turn = max(-FASTEST_TURN, min(FASTEST_TURN, turn))
+        return keeper(own, t, max(-ASTERN, min(keeper.top_speed, surge)), turn)
+
+
+def _behind(seen: Estimate, goal: Spot) -> float:
+    """How far a boat is behind its slot, along the track [m]."""
+    return (goal.x - seen.x) * math.cos(goal.direction) + (goal.y - seen.y) * math.sin(goal.direction)
+
+
+def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
+    """Whether a virtual leader can go that way."""
+    if all(math.dist(path[0], point) < SHORTEST for point in path):
+        raise VrxError(f"path: its {len(path)} points are all at {tuple(path[0])}; it must lead somewhere")
+    if not 0.0 < speed < math.inf:
+        raise VrxError(f"speed {speed:g} m/s: must be above 0")
+    if not 0.0 <= radius < math.inf:
+        raise VrxError(f"radius {radius:g} m: must be at least 0")
+
+
+def _checked(shape: str, spacing: float, apart: float) -> tuple[str, float]:
+    """A shape and a spacing [m], if there is such a shape and boats in it are further than `apart` [m]."""
+    if shape not in SHAPES:
+        raise UnknownNameError("shape", shape, known=SHAPES)
+    if not apart < spacing < math.inf:
+        raise VrxError(f"spacing {spacing:g} m: must be above {apart:g} m, which boats keep apart")
+    return shape, spacing
