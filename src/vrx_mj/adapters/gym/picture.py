@@ -1,4 +1,4 @@
-"""Pictures of rows, from behind and above the boat."""
+"""Pictures of rows."""
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ BEHIND, ABOVE, DOWN = 12.0, 6.0, 0.35
 
 
 class Picture:
-    """A camera that follows a boat; the model it draws is made for the first picture."""
+    """A camera; the model it draws is made for the first picture."""
 
     def __init__(self, world: World, width: int, height: int) -> None:
         self._world = world
@@ -26,18 +26,33 @@ class Picture:
         self._model: mujoco.MjModel | None = None
 
     def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
-        """The picture (height, width, 3) of a row."""
+        """The picture (height, width, 3) of a row, from behind and above its first boat."""
+        x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
+        yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
+        place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
+        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw))
+
+    def take(
+        self,
+        qpos: npt.NDArray[np.float64],
+        time: float,
+        place: npt.NDArray[np.float64],
+        turned: tuple[float, float, float],
+    ) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a state.
+
+        Args:
+            qpos: MuJoCo's positions.
+            time: simulated [s], for the waves.
+            place: of the camera (3,) [m].
+            turned: its roll, pitch and yaw [rad]; x is forward.
+        """
         if self._model is None:
             self._model = drawing_model(self._world)
             self._data = mujoco.MjData(self._model)
             self._cameras = Cameras(self._model, self._world.parameters)
-        self._data.qpos[:] = batch.qpos[row]
+        self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
-        x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
-        yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
-        place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
-        turned = np.array(rotation(0.0, DOWN, yaw))
-        rgb: npt.NDArray[np.uint8] = self._cameras.image(
-            self._lens, self._data, place, turned, float(batch.time[row])
-        ).rgb
+        axes = np.array(rotation(*turned))
+        rgb: npt.NDArray[np.uint8] = self._cameras.image(self._lens, self._data, place, axes, time).rgb
         return rgb

@@ -1,16 +1,15 @@
 """Many worlds as one `gymnasium.vector.VectorEnv`, advanced together by all cores."""
 
 import contextlib
-from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from vrx_mj.adapters.gym.generators import Generators, Seeds
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Problem
 from vrx_mj.adapters.gym.problems import PROBLEMS
@@ -20,7 +19,7 @@ from vrx_mj.compiler.compile import Source, compile_world
 from vrx_mj.errors import DivergedError, UnknownNameError
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["PERIOD", "VectorEnv"]
+__all__ = ["BOUND", "HEIGHT", "PERIOD", "VectorEnv", "commanded"]
 
 PERIOD = 0.1
 """Of an action [s]: 10 physics steps."""
@@ -113,7 +112,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._most = round((kind.duration if duration is None else duration) / PERIOD)
         self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
         self._last = np.zeros((num_envs, len(self._limits)), np.float32)
-        self._random: list[np.random.Generator] = []
+        self._random = Generators(num_envs)
         self._picture = Picture(compiled, width, height)
         self._spaces(kind)
 
@@ -124,9 +123,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
     # What Gymnasium wants
 
-    def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode in every row.
 
         Args:
@@ -138,7 +135,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """
         self._check_open()
         rows = self._masked((options or {}).get("reset_mask"))
-        self._seed(rows, seed)
+        self._random.seed(rows, seed)
         self._begin(rows)
         return self._observe(self._seen()), {}
 
@@ -200,32 +197,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
-    def _seed(self, rows: npt.NDArray[np.int64], seed: int | Sequence[int | None] | None) -> None:
-        """Give rows generators of their own."""
-        if seed is None and self._random:
-            return
-        seeds = (
-            [None if seed is None else seed + row for row in range(self.num_envs)]
-            if seed is None or isinstance(seed, int | np.integer)
-            else list(seed)
-        )
-        if len(seeds) != self.num_envs:
-            raise gymnasium.error.Error(f"{len(seeds)} seeds for {self.num_envs} rows: one for each is needed, or one")
-        if not self._random:
-            self._random = [seeding.np_random(own)[0] for own in seeds]
-        for row in rows.tolist():
-            if seeds[row] is not None:
-                self._random[row] = seeding.np_random(seeds[row])[0]
-
     def use(self, row: int, random: np.random.Generator) -> None:
         """Have a row draw from this generator from now on."""
-        if not self._random:
-            self._random = [seeding.np_random(None)[0] for _ in range(self.num_envs)]
-        self._random[row] = random
+        self._random.use(row, random)
 
     def _begin(self, rows: npt.NDArray[np.int64]) -> None:
         """Begin an episode in some rows."""
-        random = [self._random[row] for row in rows.tolist()]
+        random = self._random.of(rows)
         self._variety.draw(self._batch, rows, random)
         self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
         starts = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
@@ -236,8 +214,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
     def _sail(self, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Advance rows; which of them have diverged."""
-        wanted = self._last[rows].astype(np.float64)
-        values = np.where(wanted < 0.0, wanted * self._limits[:, 0], wanted * self._limits[:, 1])
+        values = commanded(self._last[rows], self._limits)
         with contextlib.suppress(DivergedError):
             self._batch.step(values, duration=PERIOD, rows=rows)
         return self._batch.diverged
@@ -287,12 +264,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         return np.flatnonzero(given)
 
     def _check_begun(self) -> None:
-        if not self._random:
+        if not self._random.begun:
             raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
     def _check_open(self) -> None:
         if self.closed:
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+
+
+def commanded(actions: Floats32, limits: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Commands (rows, channels) that actions in [-1, 1] mean, by the greatest astern and ahead, (channels, 2)."""
+    wanted = actions.astype(np.float64)
+    return np.where(wanted < 0.0, wanted * limits[:, 0], wanted * limits[:, 1])
 
 
 def _of(rows: npt.NDArray[np.int64], observation: Floats32) -> npt.NDArray[np.object_]:

@@ -1,0 +1,11 @@
+"""PettingZoo: problems for teams of boats, one world at a time or thousands.
+
+`ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`. PettingZoo and what it needs come with
+`pip install 'vrx-mj[rl]'`.
+"""
+
+from vrx_mj.adapters.zoo.actions import ActionError
+from vrx_mj.adapters.zoo.parallel import ParallelEnv
+from vrx_mj.adapters.zoo.vector import TeamVectorEnv
+
+__all__ = ["ActionError", "ParallelEnv", "TeamVectorEnv"]

@@ -1,0 +1,63 @@
+"""Actions of teams: arrays of worlds x boats x channels, and the flat commands of a batch."""
+
+from collections.abc import Sequence
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.gym.problem import Mask
+from vrx_mj.adapters.gym.vector import Floats32
+
+__all__ = ["ActionError", "Actions"]
+
+
+class ActionError(gymnasium.error.InvalidAction, AssertionError):
+    """An action is none: PettingZoo asserts that they are within their space, Gymnasium has an error for it."""
+
+
+class Actions:
+    """Which channel of which boat is which command of the batch; boats may have unlike numbers of channels."""
+
+    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]]) -> None:
+        """Take the boats and a batch's channels, boat and name of each."""
+        self._boats = tuple(boats)
+        self.names = {boat: tuple(name for owner, name in channels if owner == boat) for boat in boats}
+        self._boat = np.array([self._boats.index(boat) for boat, _ in channels], np.int64)
+        self._channel = np.array([self.names[boat].index(name) for boat, name in channels], np.int64)
+        self._own = np.array([len(self.names[boat]) for boat in boats])
+
+    @property
+    def most(self) -> int:
+        """Channels of the boat that has the most."""
+        return int(self._own.max())
+
+    def flat(self, actions: Floats32) -> Floats32:
+        """The batch's commands (rows, channels) of actions (rows, boats, most)."""
+        return actions[:, self._boat, self._channel]
+
+    def checked(self, actions: npt.ArrayLike, present: Mask) -> Floats32:
+        """Actions (n, boats, most), zero for absent boats and where a boat has no channel.
+
+        Raises:
+            ActionError: another shape, or a number of a present boat is not within -1 and 1.
+        """
+        try:
+            given = np.asarray(actions, np.float32)
+        except (TypeError, ValueError):
+            raise ActionError("actions are no array of numbers") from None
+        shape = (*present.shape, self.most)
+        if given.shape != shape:
+            raise ActionError(f"actions have shape {given.shape} instead of {shape}")
+        counts = present[..., None] & (np.arange(self.most) < self._own[:, None])
+        wrong = counts & ~(np.abs(given) <= 1.0)
+        if wrong.any():
+            row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
+            raise ActionError(
+                f"in row {row}, {self.told(self._boats[boat], channel, float(given[row, boat, channel]))}"
+            )
+        return np.where(counts, given, np.float32(0.0))
+
+    def told(self, boat: str, channel: int, value: float) -> str:
+        """What is wrong with a number."""
+        return f"the action {self.names[boat][channel]} of {boat} is {value:g}: it must be within -1 and 1"

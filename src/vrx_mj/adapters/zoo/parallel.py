@@ -1,0 +1,182 @@
+"""One world as a `pettingzoo.ParallelEnv`."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+import pettingzoo
+from pettingzoo.utils.env_logger import EnvLogger
+
+from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32
+from vrx_mj.adapters.zoo.actions import ActionError
+from vrx_mj.adapters.zoo.options import RENDER_MODES
+from vrx_mj.adapters.zoo.picture import show
+from vrx_mj.adapters.zoo.vector import TeamVectorEnv
+
+__all__ = ["ParallelEnv"]
+
+Told = dict[str, dict[str, Any]]
+Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], Told]
+
+
+class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ignore[misc]
+    """A row of `TeamVectorEnv` alone: actions, observations, rewards and options are described there.
+
+    Agents are the boats. One that has not come yet, has left, or is done is in `possible_agents` alone; one that joins
+    is among what `step` returns from the step in which it came, with reward 0. After all have ended `reset` must be
+    called.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "vrx_mj", "render_modes": RENDER_MODES, "render_fps": round(1 / PERIOD), "is_parallelizable": True,
+    }  # fmt: skip
+
+    def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
+        """Compile the world; `options` are those of `TeamVectorEnv`, but for `num_envs` and `autoreset`."""
+        self._rows = TeamVectorEnv(problem, 1, render_mode=render_mode, autoreset=False, **({"threads": 1} | options))
+        self.render_mode = render_mode
+        self.possible_agents = list(self._rows.boats)
+        self.agents: list[str] = []
+        self._begun = False
+        size, names = len(self._rows.observation_names), self._rows.action_names
+        box = gymnasium.spaces.Box
+        self.observation_spaces = {boat: box(-BOUND, BOUND, (size,), np.float32) for boat in self.possible_agents}
+        self.action_spaces = {boat: box(-1.0, 1.0, (len(names[boat]),), np.float32) for boat in self.possible_agents}
+        self.state_space = box(-BOUND, BOUND, (len(self.possible_agents) * size,), np.float32)
+        self._most = max(len(channels) for channels in names.values())
+        self._seen = np.zeros((len(self.possible_agents), size), np.float32)
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What the features are, and in which units."""
+        return self._rows.observation_names
+
+    def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
+        """What a boat observes: as many numbers for every boat."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
+        """What a boat is commanded by: its own thrusts and steering angles."""
+        return self.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:
+        """Begin an episode; there are no `options`."""
+        seen, info = self._rows.reset(seed=seed)
+        self._begun = True
+        there = self._note(seen, info)
+        self._show()
+        return {boat: self._observation(boat) for boat in there}, self._facts(there, info)
+
+    def step(self, actions: Mapping[str, npt.ArrayLike]) -> Step:
+        """Act for 0.1 s; one action for each of `agents`, and those of boats that are not there do not count.
+
+        Raises:
+            ActionError: an AssertionError: an action is missing, of no boat, of another shape, or not in its space.
+            AssertionError: no episode was begun.
+            gymnasium.error.ClosedEnvironmentError: after `close`.
+        """
+        self._check_begun(EnvLogger.error_step_before_reset)
+        if not self.agents:
+            EnvLogger.warn_step_after_terminated_truncated()
+            return {}, {}, {}, {}, {}
+        acted = self.agents
+        seen, reward, ended, cut, info = self._rows.step(self._array(actions))
+        there = self._note(seen, info)
+        told = [boat for boat in self.possible_agents if boat in acted or boat in there]
+        at = {boat: self.possible_agents.index(boat) for boat in told}
+        self._show()
+        return (
+            {boat: self._observation(boat) for boat in told},
+            {boat: float(reward[0, k]) for boat, k in at.items()},
+            {boat: bool(ended[0, k]) for boat, k in at.items()},
+            {boat: bool(cut[0, k]) for boat, k in at.items()},
+            self._facts(told, info),
+        )
+
+    def state(self) -> Floats32:
+        """All that is observed, boat by boat, zeros for absent ones: of `state_space`."""
+        self._check_begun(EnvLogger.error_state_before_reset)
+        whole: Floats32 = self._seen.ravel().copy()
+        return whole
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """A picture (height, width, 3) with the whole team in it; with `human` it is drawn in the terminal."""
+        self._check_begun(EnvLogger.error_render_before_reset)
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            return None
+        (picture,) = self._rows.render()
+        if self.render_mode == "rgb_array":
+            return picture
+        show(picture)
+        return None
+
+    def close(self) -> None:
+        """Nothing can be done any more; more than once if you like."""
+        self._rows.close()
+        self.agents = []
+
+    # Inside
+
+    def _note(self, seen: Floats32, info: dict[str, Any]) -> list[str]:
+        """Keep what was seen, and who goes on."""
+        self._seen = seen[0]
+        here = zip(self.possible_agents, info["present"][0].tolist(), strict=True)
+        self.agents = [boat for boat, present in here if present]
+        return list(self.agents)
+
+    def _observation(self, boat: str) -> Floats32:
+        own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
+        return own
+
+    def _facts(self, boats: list[str], info: dict[str, Any]) -> Told:
+        """What `info` tells each boat: its own, and what is the whole world's."""
+        own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"}}
+        return {
+            boat: {name: value[k].item() if np.ndim(value) else value.item() for name, value in own.items()}
+            for boat in boats
+            for k in (self.possible_agents.index(boat),)
+        }
+
+    def _array(self, actions: Mapping[str, npt.ArrayLike]) -> Floats32:
+        """Actions by boat as an array (1, boats, channels)."""
+        if not isinstance(actions, Mapping):
+            raise ActionError(f"actions are a {type(actions).__name__}: a mapping of boats to actions is needed")
+        strange, missing = [set(actions) - set(self.possible_agents), set(self.agents) - set(actions)]
+        if strange:
+            text = f"the boats are {', '.join(self.possible_agents)}"
+            raise ActionError(f"an action is for {sorted(map(str, strange))[0]}: {text}")
+        if missing:
+            raise ActionError(f"no action for {min(missing, key=self.possible_agents.index)}, which is in the water")
+        whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
+        for boat in self.agents:
+            own = self._one(boat, actions[boat])
+            whole[0, self.possible_agents.index(boat), : len(own)] = own
+        return whole
+
+    def _one(self, boat: str, action: npt.ArrayLike) -> Floats32:
+        names = self._rows.action_names[boat]
+        try:
+            given = np.asarray(action, np.float32)
+        except (TypeError, ValueError):
+            raise ActionError(f"the action of {boat} is no array of numbers") from None
+        if given.shape != (len(names),):
+            raise ActionError(f"the action of {boat} has shape {given.shape} instead of {(len(names),)}")
+        wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
+        if len(wrong):
+            name, value = names[wrong[0]], given[wrong[0]]
+            why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
+            raise ActionError(f"{why}: {name} of {boat} is {value:g}, and must be within -1 and 1")
+        return given
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self.render()
+
+    def _check_begun(self, complain: Any) -> None:
+        if self._rows.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+        if not self._begun:
+            complain()

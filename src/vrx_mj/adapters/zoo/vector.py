@@ -1,0 +1,310 @@
+"""Many worlds with a team each, advanced together by all cores."""
+
+import contextlib
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.gym.generators import Generators, Seeds
+from vrx_mj.adapters.gym.picture import Picture
+from vrx_mj.adapters.gym.problem import Mask
+from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Floats
+from vrx_mj.adapters.gym.variety import Range, Variety
+from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32, commanded
+from vrx_mj.adapters.zoo.actions import Actions
+from vrx_mj.adapters.zoo.neighbours import Neighbours
+from vrx_mj.adapters.zoo.options import chance, check_render_mode, eyes_of, team_share
+from vrx_mj.adapters.zoo.picture import team_picture
+from vrx_mj.adapters.zoo.problems import PROBLEMS
+from vrx_mj.adapters.zoo.roster import Roster
+from vrx_mj.adapters.zoo.team import Team, TeamProblem, team_of
+from vrx_mj.compiler.compile import Source, compile_world
+from vrx_mj.errors import DivergedError, UnknownNameError
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["NOISE", "SPACING", "TeamVectorEnv"]
+
+Arrays = tuple[Floats32, Floats, Mask, Mask, dict[str, Any]]
+NOISE = (0.3, 0.1, 0.03)
+"""Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
+SPACING = 12.0
+"""Of boats where they are compiled [m]; an episode puts them elsewhere."""
+
+
+class TeamVectorEnv:
+    """`num_envs` worlds with a team and a problem each, as arrays; row i is `ParallelEnv` with its seed, bit for bit.
+
+    Action, (num_envs, boats, channels), float32 in [-1, 1]: every thrust of a boat as a share of full power ahead or
+    astern, then every steering angle as a share of the largest. Each holds for 0.1 s, 10 physics steps. What is given
+    for absent boats, or beyond a boat's own channels where boats differ, does not count.
+
+    Observation, (num_envs, boats, features), float32, clipped to [-5, 5], in each boat's axes: what a boat feels, as
+    in `gym.VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). Zeros for
+    absent boats.
+
+    Reward, (num_envs, boats), and who has ended or was cut, (num_envs, boats). `info["acted"]` tells whose numbers
+    these are, `info["present"]` who is in the water for the next step, `team_reward` (num_envs,) and `own_reward`
+    what rewards are made of, `diverged` (num_envs,) rows whose state is no longer finite; they end with reward 0.
+
+    A row in which nobody is left begins another episode in the next step, which gives no rewards there, unless
+    `autoreset` is false.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        num_envs: int = 1,
+        *,
+        boats: int | None = None,
+        world: Source | None = None,
+        fleet: Source | None = None,
+        duration: float | None = None,
+        reward: str | float = "individual",
+        neighbours: int = 3,
+        range: float = 50.0,  # noqa: A002
+        noise: Sequence[float] = NOISE,
+        delay: float = 0.5,
+        joining: float = 0.0,
+        leaving: float = 0.0,
+        wind_speed: Range = None,
+        gusts: Range = None,
+        waves: Range = None,
+        mass: Range = None,
+        thrust: Range = None,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 320,
+        autoreset: bool = True,
+    ) -> None:
+        """Compile the world and make its rows.
+
+        Args:
+            problem: Formation, Rendezvous or Encounter.
+            num_envs: how many.
+            boats: how many; by default the problem's number, or the fleet's.
+            world: instead of the problem's own; without a task.
+            fleet: by default WAM-Vs with VRX's layout H.
+            duration: of an episode [s]; then it is truncated.
+            reward: `individual`, `team`, or the team's share in what every boat is given, 0 to 1.
+            neighbours: how many others a boat observes, the nearest ones.
+            range: how far it sees them [m].
+            noise: standard deviations of their places [m], velocities [m/s] and headings [rad].
+            delay: how old what it sees is [s].
+            joining: share of boats, but for the first, that come only in the first half of an episode.
+            leaving: share of them that go in its second half; they are truncated.
+            wind_speed: as in `gym.VectorEnv`, and so are the next four.
+            gusts: standard deviation [m/s].
+            waves: factor of the waves' amplitudes.
+            mass: factor of the boats' masses and inertias.
+            thrust: factor of all thrusters' forces.
+            threads: as for `vrx_mj.Batch`.
+            render_mode: None, rgb_array, or human, which draws in the terminal.
+            width: of pictures [pixels].
+            height: of pictures [pixels].
+            autoreset: whether rows begin another episode by themselves.
+
+        Raises:
+            gymnasium.error.Error: an option is wrong.
+            VrxError: the world or the fleet is, as `compile_world` tells.
+        """
+        if problem not in PROBLEMS:
+            raise UnknownNameError("problem", problem, PROBLEMS)
+        check_render_mode(render_mode)
+        kind = PROBLEMS[problem]
+        eyes = eyes_of(neighbours, range, noise, delay)
+        self._share = team_share(reward)
+        self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
+        compiled = compile_world(kind.world if world is None else world, fleet=_fleet(kind, boats, fleet))
+        size = len(compiled.boats)
+        _check_size(problem, kind, size, boats, joining, leaving)
+        self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
+        self._batch = Batch(compiled, num_envs, threads=threads)
+        self._actions = Actions(self._batch.boats, self._batch.channels)
+        self._limits = np.abs(self._batch.largest)
+        self._problem: TeamProblem = kind(num_envs, size)
+        self._neighbours = Neighbours(num_envs, size, eyes)
+        self._most = round((kind.duration if duration is None else duration) / PERIOD)
+        self._roster = Roster(self._batch, self._problem, joining=chance("joining", joining),
+                              leaving=chance("leaving", leaving), most=self._most)  # fmt: skip
+        self._steps, self._random = np.zeros(num_envs, np.int64), Generators(num_envs)
+        self._last = np.zeros((num_envs, size, self._actions.most), np.float32)
+        self._picture = Picture(compiled, width, height)
+        self.closed = False
+        self._spaces(kind, (*kind.entries, *eyes.entries()))
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats, in the order of the second axis."""
+        return self._batch.boats
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """What the features are, and in which units."""
+        return self._names
+
+    @property
+    def action_names(self) -> dict[str, tuple[str, ...]]:
+        """What the channels of each boat are."""
+        return self._actions.names
+
+    @property
+    def present(self) -> Mask:
+        """(num_envs, boats): who is in the water."""
+        return self._roster.present.copy()
+
+    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: of row 0; row i has the next ones. Or one for each row. None: the rows' generators go on.
+            rows: a mask (num_envs,) of those that are reset; by default all.
+
+        Raises:
+            gymnasium.error.Error: another shape.
+        """
+        self._check_open()
+        mask = np.ones(self.num_envs, np.bool_) if rows is None else np.asarray(rows)
+        if mask.shape != (self.num_envs,) or mask.dtype != bool:
+            text = f"({self.num_envs},) of bool is needed"
+            raise gymnasium.error.Error(f"rows has shape {mask.shape} and type {mask.dtype}: {text}")
+        which = np.flatnonzero(mask)
+        self._random.seed(which, seed)
+        self._begin(which)
+        acted = np.zeros_like(self._roster.present)
+        return self._observe(self._seen()), self._told(acted)
+
+    def step(self, actions: npt.ArrayLike) -> Arrays:
+        """Act for 0.1 s.
+
+        Raises:
+            ActionError: another shape, or numbers of boats in the water that are not within [-1, 1].
+            gymnasium.error.ResetNeeded: no episode was begun, or, without `autoreset`, one has ended.
+        """
+        self._check_open()
+        given = self._checked(actions)
+        idle: Mask = np.asarray(~self._roster.present.any(axis=1))
+        if idle.any():
+            self._begin(np.flatnonzero(idle))
+        acted = self._roster.present & ~idle[:, None]
+        self._last = np.where(acted[..., None], given, np.float32(0.0))
+        diverged = self._sail(np.flatnonzero(~idle))
+        team = self._seen()
+        judged = self._problem.judge(team, ~idle)
+        self._steps += ~idle
+        lost = diverged[:, None]
+        ended = acted & ((judged.ended & ~lost) | lost)
+        cut = acted & ~ended & ((self._steps >= self._most)[:, None] | self._roster.due(self._steps))
+        own, shared = np.where(acted & ~lost, judged.own, 0.0), np.where(idle | diverged, 0.0, judged.team)
+        reward = np.where(acted, self._share * shared[:, None] + (1.0 - self._share) * own, 0.0)
+        self._come(np.asarray((acted & ~ended & ~cut).any(axis=1)), team)
+        now = self._seen()
+        self._neighbours.note(~idle, now)
+        observation = self._observe(now)
+        self._roster.dismiss(ended | cut)
+        info = self._told(acted) | {"team_reward": shared, "own_reward": own, "diverged": diverged}
+        return observation, reward, ended, cut, info
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
+        """A picture (height, width, 3) of each row, from the south, with the whole team in it."""
+        self._check_open()
+        self._check_begun()
+        return tuple(self._drawn(row) for row in range(self.num_envs))
+
+    def close(self) -> None:
+        """Nothing can be done any more; more than once if you like."""
+        self.closed = True
+
+    # Inside
+
+    def _spaces(self, kind: type[TeamProblem], entries: Sequence[Any]) -> None:
+        own = [f"{name} in units of {scale:g}" for name, scale in zip(OWN_NAMES, OWN, strict=True)]
+        before = [f"previous action {k + 1}" for k in range(self._actions.most)]
+        self._names = (*own, *before, *(f"{entry.name} in units of {entry.scale:g}" for entry in entries))
+        self._scales = np.concatenate((OWN, np.ones(len(before)), [entry.scale for entry in entries]))
+
+    def _begin(self, rows: npt.NDArray[np.int64]) -> None:
+        """Begin an episode in some rows."""
+        random = self._random.of(rows)
+        self._variety.draw(self._batch, rows, random)
+        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random], np.uint64)
+        self._roster.begin(rows, random)
+        self._steps[rows], self._last[rows] = 0, 0.0
+        team = self._seen()
+        who = np.zeros_like(team.present)
+        who[rows] = team.present[rows]
+        self._problem.begin(who, team)
+        self._neighbours.begin(rows, keys, team)
+
+    def _sail(self, rows: npt.NDArray[np.int64]) -> Mask:
+        """Advance rows; which of them have diverged."""
+        values = commanded(self._actions.flat(self._last[rows]), self._limits)
+        with contextlib.suppress(DivergedError):
+            self._batch.step(values, duration=PERIOD, rows=rows)
+        return self._batch.diverged
+
+    def _come(self, going: Mask, team: Team) -> None:
+        """Let boats join rows in which somebody goes on."""
+        joined = self._roster.join(self._steps, going, team, self._random.of(np.arange(self.num_envs)))
+        if joined.any():
+            self._problem.begin(joined, self._seen())
+
+    def _seen(self) -> Team:
+        return team_of(self._batch.features, self._batch.wind, self._roster.present.copy())
+
+    def _observe(self, team: Team) -> Floats32:
+        """What is observed; absent boats and rows that have diverged see nothing."""
+        parts = team.own, self._last, self._problem.observe(team), self._neighbours.observe(team)
+        whole = np.nan_to_num(np.concatenate(parts, axis=2) / self._scales, nan=0.0)
+        observed = np.where(team.present[..., None], np.clip(whole, -BOUND, BOUND), 0.0)
+        return observed.astype(np.float32)
+
+    def _told(self, acted: Mask) -> dict[str, Any]:
+        return {**self._problem.facts(), "acted": acted, "present": self.present}
+
+    def _checked(self, actions: npt.ArrayLike) -> Floats32:
+        self._check_begun()
+        if not self.autoreset and not self._roster.present.any(axis=1).all():
+            ended = np.flatnonzero(~self._roster.present.any(axis=1))
+            text = f"the episodes of rows {ended[:5].tolist()} have ended: reset them with rows=..."
+            raise gymnasium.error.ResetNeeded(text)
+        return self._actions.checked(actions, self._roster.present)
+
+    def _drawn(self, row: int) -> npt.NDArray[np.uint8]:
+        places = self._batch.features[row, self._roster.present[row], :2]
+        return team_picture(self._picture, self._batch.qpos[row], float(self._batch.time[row]), places)
+
+    def _check_begun(self) -> None:
+        if not self._random.begun:
+            raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+
+
+def _fleet(kind: type[TeamProblem], boats: Any, fleet: Source | None) -> Source:
+    if fleet is not None:
+        return fleet
+    if boats is not None and (not isinstance(boats, int | np.integer) or boats < 1):
+        raise gymnasium.error.Error(f"boats is {boats!r}: a whole number above 0 is needed")
+    count = kind.boats if boats is None else int(boats)
+    return {"usv_count": count, "layout": "line", "spacing": SPACING, "sensors": "none"}
+
+
+def _check_size(
+    problem: str, kind: type[TeamProblem], size: int, boats: int | None, joining: float, leaving: float
+) -> None:
+    if boats is not None and size != boats:
+        raise gymnasium.error.Error(f"boats is {boats}, and the fleet has {size}: give one of both")
+    if kind.fixed and size != kind.boats:
+        raise gymnasium.error.Error(f"{problem} is for {kind.boats} boats: {size} are too {_MORE[size > kind.boats]}")
+    if kind.fixed and (joining or leaving):
+        raise gymnasium.error.Error(f"{problem} needs its {kind.boats} boats all the time: no joining, no leaving")
+
+
+_MORE = {True: "many", False: "few"}
