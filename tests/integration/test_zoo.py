@@ -20,6 +20,12 @@ MIXED = {
     "boats": [{"name": "wamv2", "thrusters": "X"}, {"name": "wamv3", "robot": "skiff"}],
 }  # fmt: skip
 
+HELD = {
+    "extends": "stationkeeping_task",
+    "task": {"type": "station_keeping", "goal": [-33.722702498, 150.67402097002, 3.14159],
+             "initial_state_duration": 1, "ready_state_duration": 1, "running_state_duration": 2},
+}  # fmt: skip
+
 
 @pytest.fixture(scope="module", params=sorted(PROBLEMS))
 def problem(request):
@@ -182,6 +188,47 @@ def test_a_goal_takes_one_boat_out():
         assert env._rows._batch.features[0, 0, 0] > 9000
 
 
+# Any world with a task
+
+
+def test_a_world_s_task_passes_the_checkers_too():
+    more = {"world": HELD, "boats": 3, "reward": "team", **MOVING}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        parallel_api_test(ParallelEnv("Score", **more), num_cycles=60)
+        parallel_seed_test(lambda: ParallelEnv("Score", **more), num_cycles=10)
+
+
+def test_rewards_add_up_to_the_referee_s_score():
+    """The same commands in a `Simulation` alone get the same score, and what all were given adds up to it."""
+    env = ParallelEnv("Score", world=HELD, boats=2, delay=0.0)
+    env.reset(seed=3)
+    world = vrx_mj.compile_world(
+        HELD, fleet={"usv_count": 2, "layout": "line", "spacing": 12, "origin": "spawn", "sensors": "none"}
+    )
+    sim = vrx_mj.Simulation(world)
+    sim.reset(seed=env._rows._batch.sim.seed)
+    sums, ended = {"wamv1": 0.0, "wamv2": 0.0}, {}
+    names = [name for boat, name in env._rows._batch.channels if boat == "wamv1"]
+    greatest = [limit[1] for (boat, _), limit in zip(env._rows._batch.channels, env._rows._batch.largest, strict=True)
+                if boat == "wamv1"]  # fmt: skip
+    for _ in range(60):
+        if not env.agents:
+            break
+        actions = {boat: np.full(len(names), share, np.float32) for boat, share in (("wamv1", 0.5), ("wamv2", -0.25))}
+        _, reward, ended, _, info = env.step(actions)
+        sums = {boat: sums[boat] + reward[boat] for boat in sums}
+        sim.step({"wamv1": {name: 0.5 * limit for name, limit in zip(names, greatest, strict=True)},
+                  "wamv2": {name: -0.25 * limit for name, limit in zip(names, greatest, strict=True)}},
+                 duration=0.1)  # fmt: skip
+    assert ended == {"wamv1": True, "wamv2": True}
+    assert sim.task_is_over
+    assert info["wamv1"]["score"] == sim.task["score"] > 1
+    assert sums["wamv1"] == pytest.approx(-sim.task["score"])
+    assert sums["wamv2"] == 0
+    assert info["wamv1"]["outputs"]["goal"] == sim.task["goal"]
+
+
 # What it shows and tells
 
 
@@ -293,6 +340,7 @@ def test_order_of_calls_of_many():
         ("Encounter", {"leaving": 0.5}, "Encounter needs its 2 boats all the time: no joining, no leaving"),
         ("Formation", {"boats": 0}, "boats is 0: a whole number above 0 is needed"),
         ("Formation", {"boats": 2, "fleet": MIXED}, "boats is 2, and the fleet has 3: give one of both"),
+        ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
         ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),
         ("Formation", {"render_mode": "ansi"}, "render_mode is 'ansi': None, 'human' or 'rgb_array' is possible"),
     ],
@@ -300,6 +348,21 @@ def test_order_of_calls_of_many():
 def test_options_that_are_none(problem, options, message):
     with pytest.raises(gymnasium.error.Error) as caught:
         ParallelEnv(problem, **options)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "Score: give its world, one with a task"),
+        ({"world": "ocean"}, "Score: the world ocean has no task"),
+        ({"world": HELD, "waves": 1}, "Score has no option waves: its world is as it is"),
+        ({"world": HELD, "wave": 1}, "Score has no option wave"),
+    ],
+)
+def test_scores_that_are_none(options, message):
+    with pytest.raises(gymnasium.error.Error) as caught:
+        ParallelEnv("Score", **options)
     assert str(caught.value) == message
 
 

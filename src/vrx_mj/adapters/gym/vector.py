@@ -16,6 +16,7 @@ from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Seen, seen_of
 from vrx_mj.adapters.gym.variety import Range, Variety
 from vrx_mj.compiler.compile import Source, compile_world
+from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError, UnknownNameError
 from vrx_mj.runtime.batch import Batch
 
@@ -100,11 +101,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
-        compiled = compile_world(
-            kind.world if world is None else world, fleet={"sensors": "none"} if fleet is None else fleet
-        )
-        if len(compiled.boats) != 1:
-            raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
+        compiled = _compiled(kind.world if world is None else world, {"sensors": "none"} if fleet is None else fleet)
         self._batch = Batch(compiled, num_envs, threads=threads)
         self._problem: Problem = kind(num_envs, compiled)
         self.num_envs = num_envs
@@ -270,6 +267,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
     def _check_open(self) -> None:
         if self.closed:
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+
+
+def _compiled(world: Source, fleet: Source) -> World:
+    """The world; gymnasium.error.Error: there is not one boat in it."""
+    compiled = compile_world(world, fleet=fleet)
+    if len(compiled.boats) != 1:
+        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
+    return compiled
 
 
 def commanded(actions: Floats32, limits: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.gym.problem import Mask
-from vrx_mj.adapters.gym.vector import Floats32
+from vrx_mj.adapters.gym.seen import Floats
+from vrx_mj.adapters.gym.vector import Floats32, commanded
 
 __all__ = ["ActionError", "Actions"]
 
@@ -19,12 +20,13 @@ class ActionError(gymnasium.error.InvalidAction, AssertionError):
 class Actions:
     """Which channel of which boat is which command of the batch; boats may have unlike numbers of channels."""
 
-    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]]) -> None:
-        """Take the boats and a batch's channels, boat and name of each."""
+    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]], largest: Floats) -> None:
+        """Take the boats, and a batch's channels, boat and name of each, with their limits, (channels, 2)."""
         self._boats = tuple(boats)
         self.names = {boat: tuple(name for owner, name in channels if owner == boat) for boat in boats}
         self._boat = np.array([self._boats.index(boat) for boat, _ in channels], np.int64)
         self._channel = np.array([self.names[boat].index(name) for boat, name in channels], np.int64)
+        self._limits = np.abs(largest)
         self._own = np.array([len(self.names[boat]) for boat in boats])
 
     @property
@@ -32,9 +34,9 @@ class Actions:
         """Channels of the boat that has the most."""
         return int(self._own.max())
 
-    def flat(self, actions: Floats32) -> Floats32:
-        """The batch's commands (rows, channels) of actions (rows, boats, most)."""
-        return actions[:, self._boat, self._channel]
+    def commands(self, actions: Floats32) -> Floats:
+        """The batch's commands (rows, channels) that actions (rows, boats, most) mean."""
+        return commanded(actions[:, self._boat, self._channel], self._limits)
 
     def checked(self, actions: npt.ArrayLike, present: Mask) -> Floats32:
         """Actions (n, boats, most), zero for absent boats and where a boat has no channel.

@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.adapters.gym.vector import PERIOD
 from vrx_mj.adapters.zoo.neighbours import Eyes
 
-__all__ = ["RENDER_MODES", "chance", "check_render_mode", "eyes_of", "team_share"]
+__all__ = ["RENDER_MODES", "chance", "check_render_mode", "episode_steps", "eyes_of", "team_share"]
 
 RENDER_MODES = ["human", "rgb_array"]
 
@@ -47,6 +47,13 @@ def team_share(reward: Any) -> float:
         text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
         raise gymnasium.error.Error(f"reward is {reward!r}: {text}")
     return float(reward)
+
+
+def episode_steps(duration: Any) -> int:
+    """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
+    if not _number(duration) or duration < PERIOD:
+        raise gymnasium.error.Error(f"duration is {duration!r}: a number of {PERIOD:g} or more is needed [s]")
+    return round(duration / PERIOD)
 
 
 def check_render_mode(mode: Any) -> None:

@@ -135,7 +135,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         """What `info` tells each boat: its own, and what is the whole world's."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"}}
         return {
-            boat: {name: value[k].item() if np.ndim(value) else value.item() for name, value in own.items()}
+            boat: {name: _plain(value[k] if np.ndim(value) else value) for name, value in own.items()}
             for boat in boats
             for k in (self.possible_agents.index(boat),)
         }
@@ -180,3 +180,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
         if not self._begun:
             complain()
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value

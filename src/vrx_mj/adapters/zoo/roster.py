@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.gym.problem import Mask
 from vrx_mj.adapters.gym.vector import HEIGHT
+from vrx_mj.adapters.zoo.refereed import RefereedRow
 from vrx_mj.adapters.zoo.team import Spot, Team, TeamProblem
 from vrx_mj.runtime.batch import Batch
 
@@ -23,7 +24,9 @@ TRIES = 20
 class Roster:
     """The boats of `n` worlds: who is present, (n, boats), and when each joins and leaves, in steps."""
 
-    def __init__(self, batch: Batch, problem: TeamProblem, *, joining: float, leaving: float, most: int) -> None:
+    def __init__(
+        self, batch: Batch | RefereedRow, problem: TeamProblem, *, joining: float, leaving: float, most: int
+    ) -> None:
         """Take the chances, 0 to 1, that a boat joins late and leaves early, and the steps of an episode."""
         self._batch, self._problem = batch, problem
         self._joining, self._leaving, self._most = joining, leaving, most
@@ -34,7 +37,7 @@ class Roster:
     def begin(self, rows: Rows, random: Random) -> None:
         """Draw who is there from the start of an episode, and put the boats of these rows where they belong.
 
-        A boat that joins does so in the first half of an episode, one that leaves in the second; the first boat stays.
+        A boat that joins does so in the first half of an episode, one that leaves in the second; the anchor stays.
         """
         spots = np.array([self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)])
         for row, own in zip(rows.tolist(), random, strict=True):
@@ -42,7 +45,8 @@ class Roster:
         self.present[rows] = self._joins[rows] == 0
         for boat in range(self.present.shape[1]):
             here = self.present[rows, boat]
-            self._put(boat, rows[here], spots[here, boat])
+            if self._problem.placed:
+                self._put(boat, rows[here], spots[here, boat])
             self.park(boat, rows[~here])
 
     def due(self, steps: Rows) -> Mask:
@@ -76,7 +80,7 @@ class Roster:
     def _draw(self, row: int, random: np.random.Generator) -> None:
         boats, half = self.present.shape[1], max(1, self._most // 2)
         late, early = random.random(boats) < self._joining, random.random(boats) < self._leaving
-        late[0] = early[0] = False
+        late[self._problem.anchor] = early[self._problem.anchor] = False
         self._joins[row] = np.where(late, random.integers(1, half + 1, boats), 0)
         self._leaves[row] = np.where(early, random.integers(half, max(self._most, half + 1), boats), self._most + 1)
 

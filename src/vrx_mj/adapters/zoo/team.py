@@ -61,7 +61,7 @@ class TeamProblem(ABC):
 
     world: ClassVar[Mapping[str, Any]]
     """What to compile."""
-    duration: ClassVar[float]
+    duration: float
     """An episode is cut after so long [s]."""
     entries: ClassVar[tuple[Entry, ...]]
     """What a boat observes of the task, its own axes."""
@@ -69,6 +69,10 @@ class TeamProblem(ABC):
     """How many there are by default."""
     fixed: ClassVar[bool] = False
     """Whether there must be exactly so many, all the time."""
+    placed: ClassVar[bool] = True
+    """Whether boats start where `start` says, and not where the fleet has them."""
+    anchor: int = 0
+    """The boat that neither comes late nor goes early."""
 
     def __init__(self, n: int, boats: int) -> None:
         self.n, self.size = n, boats

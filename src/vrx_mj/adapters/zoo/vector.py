@@ -10,28 +10,28 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.gym.generators import Generators, Seeds
 from vrx_mj.adapters.gym.picture import Picture
-from vrx_mj.adapters.gym.problem import Mask
+from vrx_mj.adapters.gym.problem import Entry, Mask
 from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Floats
 from vrx_mj.adapters.gym.variety import Range, Variety
-from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32, commanded
+from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32
 from vrx_mj.adapters.zoo.actions import Actions
 from vrx_mj.adapters.zoo.neighbours import Neighbours
-from vrx_mj.adapters.zoo.options import chance, check_render_mode, eyes_of, team_share
+from vrx_mj.adapters.zoo.options import chance, check_render_mode, episode_steps, eyes_of, team_share
 from vrx_mj.adapters.zoo.picture import team_picture
-from vrx_mj.adapters.zoo.problems import PROBLEMS
 from vrx_mj.adapters.zoo.roster import Roster
-from vrx_mj.adapters.zoo.team import Team, TeamProblem, team_of
-from vrx_mj.compiler.compile import Source, compile_world
-from vrx_mj.errors import DivergedError, UnknownNameError
+from vrx_mj.adapters.zoo.stage import SCORE, staged
+from vrx_mj.adapters.zoo.team import Team, team_of
+from vrx_mj.compiler.compile import Source
+from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["NOISE", "SPACING", "TeamVectorEnv"]
+__all__ = ["NOISE", "TeamVectorEnv"]
 
 Arrays = tuple[Floats32, Floats, Mask, Mask, dict[str, Any]]
 NOISE = (0.3, 0.1, 0.03)
 """Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
-SPACING = 12.0
-"""Of boats where they are compiled [m]; an episode puts them elsewhere."""
+VARIED = ("wind_speed", "gusts", "waves", "mass", "thrust")
+"""What `Variety` takes."""
 
 
 class TeamVectorEnv:
@@ -53,6 +53,9 @@ class TeamVectorEnv:
     `autoreset` is false.
     """
 
+    closed = False
+    """Whether `close` was called."""
+
     def __init__(
         self,
         problem: str,
@@ -69,24 +72,20 @@ class TeamVectorEnv:
         delay: float = 0.5,
         joining: float = 0.0,
         leaving: float = 0.0,
-        wind_speed: Range = None,
-        gusts: Range = None,
-        waves: Range = None,
-        mass: Range = None,
-        thrust: Range = None,
         threads: int | None = None,
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
         autoreset: bool = True,
+        **variety: Range,
     ) -> None:
         """Compile the world and make its rows.
 
         Args:
-            problem: Formation, Rendezvous or Encounter.
+            problem: Formation, Rendezvous, Encounter, or Score, which is one row of any world with a task.
             num_envs: how many.
             boats: how many; by default the problem's number, or the fleet's.
-            world: instead of the problem's own; without a task.
+            world: instead of the problem's own; without a task, but for Score.
             fleet: by default WAM-Vs with VRX's layout H.
             duration: of an episode [s]; then it is truncated.
             reward: `individual`, `team`, or the team's share in what every boat is given, 0 to 1.
@@ -96,45 +95,33 @@ class TeamVectorEnv:
             delay: how old what it sees is [s].
             joining: share of boats, but for the first, that come only in the first half of an episode.
             leaving: share of them that go in its second half; they are truncated.
-            wind_speed: as in `gym.VectorEnv`, and so are the next four.
-            gusts: standard deviation [m/s].
-            waves: factor of the waves' amplitudes.
-            mass: factor of the boats' masses and inertias.
-            thrust: factor of all thrusters' forces.
             threads: as for `vrx_mj.Batch`.
             render_mode: None, rgb_array, or human, which draws in the terminal.
             width: of pictures [pixels].
             height: of pictures [pixels].
             autoreset: whether rows begin another episode by themselves.
+            variety: wind_speed, gusts, waves, mass and thrust, as in `gym.VectorEnv`; not with Score.
 
         Raises:
             gymnasium.error.Error: an option is wrong.
             VrxError: the world or the fleet is, as `compile_world` tells.
         """
-        if problem not in PROBLEMS:
-            raise UnknownNameError("problem", problem, PROBLEMS)
         check_render_mode(render_mode)
-        kind = PROBLEMS[problem]
-        eyes = eyes_of(neighbours, range, noise, delay)
-        self._share = team_share(reward)
-        self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
-        compiled = compile_world(kind.world if world is None else world, fleet=_fleet(kind, boats, fleet))
-        size = len(compiled.boats)
-        _check_size(problem, kind, size, boats, joining, leaving)
+        eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
+        late, early = chance("joining", joining), chance("leaving", leaving)
+        self._variety = _variety(problem, variety)
+        compiled, self._batch, self._problem = staged(
+            problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
+        )
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
-        self._batch = Batch(compiled, num_envs, threads=threads)
-        self._actions = Actions(self._batch.boats, self._batch.channels)
-        self._limits = np.abs(self._batch.largest)
-        self._problem: TeamProblem = kind(num_envs, size)
-        self._neighbours = Neighbours(num_envs, size, eyes)
-        self._most = round((kind.duration if duration is None else duration) / PERIOD)
-        self._roster = Roster(self._batch, self._problem, joining=chance("joining", joining),
-                              leaving=chance("leaving", leaving), most=self._most)  # fmt: skip
-        self._steps, self._random = np.zeros(num_envs, np.int64), Generators(num_envs)
-        self._last = np.zeros((num_envs, size, self._actions.most), np.float32)
+        self._most = episode_steps(self._problem.duration if duration is None else duration)
+        self._roster = Roster(self._batch, self._problem, joining=late, leaving=early, most=self._most)
+        self._actions = Actions(self.boats, self._batch.channels, self._batch.largest)
+        self._neighbours = Neighbours(num_envs, len(self.boats), eyes)
+        self._random, self._steps = Generators(num_envs), np.zeros(num_envs, np.int64)
+        self._last = np.zeros((num_envs, len(self.boats), self._actions.most), np.float32)
         self._picture = Picture(compiled, width, height)
-        self.closed = False
-        self._spaces(kind, (*kind.entries, *eyes.entries()))
+        self._name((*self._problem.entries, *eyes.entries()))
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -220,7 +207,8 @@ class TeamVectorEnv:
 
     # Inside
 
-    def _spaces(self, kind: type[TeamProblem], entries: Sequence[Any]) -> None:
+    def _name(self, entries: Sequence[Entry]) -> None:
+        """Note what is observed, and in which units."""
         own = [f"{name} in units of {scale:g}" for name, scale in zip(OWN_NAMES, OWN, strict=True)]
         before = [f"previous action {k + 1}" for k in range(self._actions.most)]
         self._names = (*own, *before, *(f"{entry.name} in units of {entry.scale:g}" for entry in entries))
@@ -229,7 +217,8 @@ class TeamVectorEnv:
     def _begin(self, rows: npt.NDArray[np.int64]) -> None:
         """Begin an episode in some rows."""
         random = self._random.of(rows)
-        self._variety.draw(self._batch, rows, random)
+        if isinstance(self._batch, Batch):
+            self._variety.draw(self._batch, rows, random)
         self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
         keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random], np.uint64)
         self._roster.begin(rows, random)
@@ -242,9 +231,8 @@ class TeamVectorEnv:
 
     def _sail(self, rows: npt.NDArray[np.int64]) -> Mask:
         """Advance rows; which of them have diverged."""
-        values = commanded(self._actions.flat(self._last[rows]), self._limits)
         with contextlib.suppress(DivergedError):
-            self._batch.step(values, duration=PERIOD, rows=rows)
+            self._batch.step(self._actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
         return self._batch.diverged
 
     def _come(self, going: Mask, team: Team) -> None:
@@ -287,24 +275,10 @@ class TeamVectorEnv:
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
 
 
-def _fleet(kind: type[TeamProblem], boats: Any, fleet: Source | None) -> Source:
-    if fleet is not None:
-        return fleet
-    if boats is not None and (not isinstance(boats, int | np.integer) or boats < 1):
-        raise gymnasium.error.Error(f"boats is {boats!r}: a whole number above 0 is needed")
-    count = kind.boats if boats is None else int(boats)
-    return {"usv_count": count, "layout": "line", "spacing": SPACING, "sensors": "none"}
-
-
-def _check_size(
-    problem: str, kind: type[TeamProblem], size: int, boats: int | None, joining: float, leaving: float
-) -> None:
-    if boats is not None and size != boats:
-        raise gymnasium.error.Error(f"boats is {boats}, and the fleet has {size}: give one of both")
-    if kind.fixed and size != kind.boats:
-        raise gymnasium.error.Error(f"{problem} is for {kind.boats} boats: {size} are too {_MORE[size > kind.boats]}")
-    if kind.fixed and (joining or leaving):
-        raise gymnasium.error.Error(f"{problem} needs its {kind.boats} boats all the time: no joining, no leaving")
-
-
-_MORE = {True: "many", False: "few"}
+def _variety(problem: str, given: dict[str, Range]) -> Variety:
+    """What is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
+    strange = [name for name in given if name not in VARIED or problem == SCORE]
+    if strange:
+        text = f"{problem} has no option {strange[0]}"
+        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world is as it is")
+    return Variety(**(dict.fromkeys(VARIED) | given))

@@ -13,6 +13,7 @@ from vrx_mj.physics.noise import normal
 
 SHARP = (0.0, 0.0, 0.0)
 ALL = np.ones(1, bool)
+WHAT = "of places [m], velocities [m/s] and headings [rad]"
 
 
 def team(spots, present=None):
@@ -116,8 +117,7 @@ def test_noise_hangs_on_the_key_and_the_pair_alone():
         ((1, math.nan, SHARP, 0), "range is nan: a number above 0 is needed [m]"),
         (
             (1, 50, (1, 2), 0),
-            "noise is (1, 2): three numbers of 0 or more are needed, "
-            "of places [m], velocities [m/s] and headings [rad]",
+            f"noise is (1, 2): three numbers of 0 or more are needed, {WHAT}",
         ),
         ((1, 50, SHARP, 0.25), "delay is 0.25: a multiple of 0.1 s is needed"),
         ((1, 50, SHARP, -1), "delay is -1: a multiple of 0.1 s is needed"),

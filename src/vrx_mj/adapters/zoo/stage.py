@@ -1,0 +1,68 @@
+"""The world of a team's problem, and what runs it."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from vrx_mj.adapters.zoo.problems import PROBLEMS
+from vrx_mj.adapters.zoo.refereed import RefereedRow
+from vrx_mj.adapters.zoo.score import Score
+from vrx_mj.adapters.zoo.team import TeamProblem
+from vrx_mj.compiler.compile import Source, compile_world
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["SCORE", "Stage", "staged"]
+
+Stage = tuple[World, Batch | RefereedRow, TeamProblem]
+SCORE = "Score"
+"""The problem that is not of its own, but a world's task."""
+SPACING = 12.0
+"""Of boats where they are compiled [m]; problems but `Score` put them elsewhere."""
+_MORE = {True: "many", False: "few"}
+
+
+def staged(
+    name: str, n: int, *, boats: Any, world: Source | None, fleet: Source | None, moving: bool, threads: int | None
+) -> Stage:
+    """A problem of `n` rows with its world, `moving` if boats are to come and go.
+
+    Raises:
+        UnknownNameError: there is no such problem.
+        gymnasium.error.Error: it is not for such a world, or not for so many rows or boats.
+        VrxError: the world or the fleet is wrong.
+    """
+    if name not in {*PROBLEMS, SCORE}:
+        raise UnknownNameError("problem", name, (*PROBLEMS, SCORE))
+    kind: type[TeamProblem] = PROBLEMS.get(name, Score)
+    if name == SCORE and (n != 1 or world is None):
+        needs = f"num_envs is {n}, and a referee watches one" if n != 1 else "give its world, one with a task"
+        raise gymnasium.error.Error(f"{SCORE}: {needs}")
+    compiled = compile_world(kind.world if world is None else world, fleet=_fleet(kind, boats, fleet))
+    _check_size(name, kind, len(compiled.boats), boats, moving=moving)
+    if name != SCORE:
+        return compiled, Batch(compiled, n, threads=threads), PROBLEMS[name](n, len(compiled.boats))
+    if not compiled.parameters.get("task"):
+        raise gymnasium.error.Error(f"{SCORE}: the world {compiled.name} has no task")
+    row = RefereedRow(compiled)
+    return compiled, row, Score(row)
+
+
+def _fleet(kind: type[TeamProblem], boats: Any, fleet: Source | None) -> Source:
+    if fleet is not None:
+        return fleet
+    if boats is not None and (not isinstance(boats, int | np.integer) or boats < 1):
+        raise gymnasium.error.Error(f"boats is {boats!r}: a whole number above 0 is needed")
+    count = kind.boats if boats is None else int(boats)
+    return {"usv_count": count, "layout": "line", "spacing": SPACING, "origin": "spawn", "sensors": "none"}
+
+
+def _check_size(name: str, kind: type[TeamProblem], size: int, boats: Any, *, moving: bool) -> None:
+    if boats is not None and size != boats:
+        raise gymnasium.error.Error(f"boats is {boats}, and the fleet has {size}: give one of both")
+    if kind.fixed and size != kind.boats:
+        raise gymnasium.error.Error(f"{name} is for {kind.boats} boats: {size} are too {_MORE[size > kind.boats]}")
+    if kind.fixed and moving:
+        raise gymnasium.error.Error(f"{name} needs its {kind.boats} boats all the time: no joining, no leaving")
