@@ -11,6 +11,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 import vrx_mj
 from vrx_mj.adapters.zoo import ActionError, ParallelEnv, TeamVectorEnv
 from vrx_mj.adapters.zoo.problems import PROBLEMS
+from vrx_mj.adapters.zoo.refereed import RefereedRow
 
 ROWS = 3
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
@@ -197,6 +198,28 @@ def test_a_world_s_task_passes_the_checkers_too():
         warnings.simplefilter("error")
         parallel_api_test(ParallelEnv("Score", **more), num_cycles=60)
         parallel_seed_test(lambda: ParallelEnv("Score", **more), num_cycles=10)
+
+
+@pytest.mark.parametrize("world", ["ocean", "vrx2023/nbpark"])
+def test_a_refereed_row_is_a_row_of_a_batch(world):
+    """The same names, limits, motion and wind, to the last bit, in both profiles and with unlike boats."""
+    alike = {"usv_count": 2, "layout": "line", "sensors": "none", "origin": "spawn"}
+    fleet = alike if "2023" in world else MIXED
+    wind = {"direction": 30, "mean_velocity": 4, "var_gain": 1, "var_time": 2}
+    compiled = vrx_mj.compile_world({"extends": world, "wind": wind}, fleet=fleet)
+    row, batch = RefereedRow(compiled), vrx_mj.Batch(compiled, 1)
+    assert (row.boats, row.channels) == (batch.boats, batch.channels)
+    np.testing.assert_array_equal(row.largest, batch.largest)
+    row.reset(np.arange(1), seed=[9])
+    batch.reset(seed=[9])
+    rows, pose, moving = np.arange(1), np.array([[3.0, 60.0, 0.1, 0, 0, 1.0]]), np.array([[1.0, 0, 0, 0, 0, 0]])
+    for one in (row, batch):
+        one.set_boat("wamv2", pose=pose, velocity=moving, rows=rows)
+        for values in np.random.default_rng(1).uniform(-1, 1, (10, 1, len(batch.channels))):
+            one.step(values * batch.largest[:, 1], duration=0.1, rows=rows)
+    for name in ("wind", "time", "qpos", "diverged"):
+        np.testing.assert_array_equal(getattr(row, name), getattr(batch, name), err_msg=name)
+    np.testing.assert_allclose(row.features, batch.features, atol=1e-13)  # numpy and the kernel round body axes unlike
 
 
 def test_rewards_add_up_to_the_referee_s_score():

@@ -80,7 +80,7 @@ class Score(TeamProblem):
     def judge(self, team: Team, going: Mask) -> TeamJudged:
         """Gain by the change of the score."""
         score = float(self._task["score"])
-        change: Floats = np.where(going, self._sign * (score - self._score), 0.0)
+        change: Floats = np.where(going, self._sign * (score - self._score) + 0.0, 0.0)  # no -0
         self._score = score
         own = np.where(np.arange(self.size) == self.anchor, change[:, None], 0.0)
         return TeamJudged(change, own, team.present & self._row.sim.task_is_over)
