@@ -169,6 +169,38 @@ def test_boats_join_in_the_first_half_and_leave_in_the_second():
     assert (changes[:18] >= 0).all()
 
 
+def test_who_joins_is_seen_at_once_and_gains_nothing_by_it():
+    """Without delay; 14 km nearer than it was before would be worth 1,400."""
+    env = TeamVectorEnv("Rendezvous", 4, duration=3.0, joining=1.0, range=1000.0, delay=0.0)
+    env.reset(seed=3)
+    seen = [k for k, name in enumerate(env.observation_names) if "is seen" in name]
+    joins = 0
+    for actions in drawn(env, 29):
+        observation, _, _, _, info = env.step(actions)
+        np.testing.assert_array_equal(observation[:, 0, seen].sum(axis=1), info["present"][:, 1:].sum(axis=1))
+        assert np.abs(info["own_reward"]).max() < 2
+        assert np.abs(info["team_reward"]).max() < 2
+        joins += int((info["present"] & ~info["acted"]).sum())
+    assert joins >= 10
+
+
+def test_a_row_that_diverges_ends_without_reward_and_begins_anew():
+    env = TeamVectorEnv("Formation", 2)
+    env.reset(seed=1)
+    env._batch.set_boat("wamv2", velocity=(9e5, 0, 0, 0, 0, 0), rows=[0])
+    still = np.zeros((2, 4, 4), np.float32)
+    observation, reward, ended, _, info = env.step(still)
+    assert info["diverged"].tolist() == [True, False]
+    assert ended.tolist() == [[True] * 4, [False] * 4]
+    assert not reward[0].any()
+    assert np.isfinite(observation).all()
+    *_, info = env.step(still)
+    assert info["present"].all()
+    observation, reward, *_ = env.step(still)
+    assert np.isfinite(observation).all()
+    assert (reward < 0).all()
+
+
 def test_time_is_up_for_all_and_the_next_step_begins_another():
     env = TeamVectorEnv("Formation", 2, duration=0.3)
     env.reset(seed=1)

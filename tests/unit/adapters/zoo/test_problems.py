@@ -120,6 +120,7 @@ def test_to_come_nearer_is_gained_alone_and_together():
 def test_they_have_met_when_all_were_at_one_place_for_three_seconds():
     there = [(15, 5, 0, 0), (15, -2, 0, 0)]
     problem = rendezvous(there)
+    assert not any(problem.judge(team(there), WAITING).ended.any() for _ in range(40))
     done = [bool(problem.judge(team(there), GOING).ended.all()) for _ in range(30)]
     assert done == [False] * 29 + [True]
     last = problem.judge(team(there), GOING)
