@@ -2,16 +2,13 @@
 
 import warnings
 
-import gymnasium
 import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
 from pettingzoo.utils.conversions import parallel_to_aec
 
-import vrx_mj
-from vrx_mj.adapters.zoo import ActionError, ParallelEnv, TeamVectorEnv
+from vrx_mj.adapters.zoo import ParallelEnv, TeamVectorEnv
 from vrx_mj.adapters.zoo.problems import PROBLEMS
-from vrx_mj.adapters.zoo.refereed import RefereedRow
 
 ROWS = 3
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
@@ -19,12 +16,6 @@ MOVING = {"joining": 0.7, "leaving": 0.7}
 MIXED = {
     "usv_count": 3, "layout": "line", "spacing": 12, "sensors": "none",
     "boats": [{"name": "wamv2", "thrusters": "X"}, {"name": "wamv3", "robot": "skiff"}],
-}  # fmt: skip
-
-HELD = {
-    "extends": "stationkeeping_task",
-    "task": {"type": "station_keeping", "goal": [-33.722702498, 150.67402097002, 3.14159],
-             "initial_state_duration": 1, "ready_state_duration": 1, "running_state_duration": 2},
 }  # fmt: skip
 
 
@@ -221,69 +212,6 @@ def test_a_goal_takes_one_boat_out():
         assert env._rows._batch.features[0, 0, 0] > 9000
 
 
-# Any world with a task
-
-
-def test_a_world_s_task_passes_the_checkers_too():
-    more = {"world": HELD, "boats": 3, "reward": "team", **MOVING}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        parallel_api_test(ParallelEnv("Score", **more), num_cycles=60)
-        parallel_seed_test(lambda: ParallelEnv("Score", **more), num_cycles=10)
-
-
-@pytest.mark.parametrize("world", ["ocean", "vrx2023/nbpark"])
-def test_a_refereed_row_is_a_row_of_a_batch(world):
-    """The same names, limits, motion and wind, to the last bit, in both profiles and with unlike boats."""
-    alike = {"usv_count": 2, "layout": "line", "sensors": "none", "origin": "spawn"}
-    fleet = alike if "2023" in world else MIXED
-    wind = {"direction": 30, "mean_velocity": 4, "var_gain": 1, "var_time": 2}
-    compiled = vrx_mj.compile_world({"extends": world, "wind": wind}, fleet=fleet)
-    row, batch = RefereedRow(compiled), vrx_mj.Batch(compiled, 1)
-    assert (row.boats, row.channels) == (batch.boats, batch.channels)
-    np.testing.assert_array_equal(row.largest, batch.largest)
-    row.reset(np.arange(1), seed=[9])
-    batch.reset(seed=[9])
-    rows, pose, moving = np.arange(1), np.array([[3.0, 60.0, 0.1, 0, 0, 1.0]]), np.array([[1.0, 0, 0, 0, 0, 0]])
-    for one in (row, batch):
-        one.set_boat("wamv2", pose=pose, velocity=moving, rows=rows)
-        for values in np.random.default_rng(1).uniform(-1, 1, (10, 1, len(batch.channels))):
-            one.step(values * batch.largest[:, 1], duration=0.1, rows=rows)
-    for name in ("wind", "time", "qpos", "diverged"):
-        np.testing.assert_array_equal(getattr(row, name), getattr(batch, name), err_msg=name)
-    np.testing.assert_allclose(row.features, batch.features, atol=1e-13)  # numpy and the kernel round body axes unlike
-
-
-def test_rewards_add_up_to_the_referee_s_score():
-    """The same commands in a `Simulation` alone get the same score, and what all were given adds up to it."""
-    env = ParallelEnv("Score", world=HELD, boats=2, delay=0.0)
-    env.reset(seed=3)
-    world = vrx_mj.compile_world(
-        HELD, fleet={"usv_count": 2, "layout": "line", "spacing": 12, "origin": "spawn", "sensors": "none"}
-    )
-    sim = vrx_mj.Simulation(world)
-    sim.reset(seed=env._rows._batch.sim.seed)
-    sums, ended = {"wamv1": 0.0, "wamv2": 0.0}, {}
-    names = [name for boat, name in env._rows._batch.channels if boat == "wamv1"]
-    greatest = [limit[1] for (boat, _), limit in zip(env._rows._batch.channels, env._rows._batch.largest, strict=True)
-                if boat == "wamv1"]  # fmt: skip
-    for _ in range(60):
-        if not env.agents:
-            break
-        actions = {boat: np.full(len(names), share, np.float32) for boat, share in (("wamv1", 0.5), ("wamv2", -0.25))}
-        _, reward, ended, _, info = env.step(actions)
-        sums = {boat: sums[boat] + reward[boat] for boat in sums}
-        sim.step({"wamv1": {name: 0.5 * limit for name, limit in zip(names, greatest, strict=True)},
-                  "wamv2": {name: -0.25 * limit for name, limit in zip(names, greatest, strict=True)}},
-                 duration=0.1)  # fmt: skip
-    assert ended == {"wamv1": True, "wamv2": True}
-    assert sim.task_is_over
-    assert info["wamv1"]["score"] == sim.task["score"] > 1
-    assert sums["wamv1"] == pytest.approx(-sim.task["score"])
-    assert sums["wamv2"] == 0
-    assert info["wamv1"]["outputs"]["goal"] == sim.task["goal"]
-
-
 # What it shows and tells
 
 
@@ -303,124 +231,3 @@ def test_the_state_is_what_all_observe():
     assert env.state_space.contains(state)
     np.testing.assert_array_equal(state.reshape(4, -1)[0], seen["wamv1"])
     assert not state.reshape(4, -1)[1:].any()
-
-
-# What is none
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return ParallelEnv("Encounter")
-
-
-@pytest.mark.parametrize(
-    ("actions", "message"),
-    [
-        ([0, 0], "actions are a list: a mapping of boats to actions is needed"),
-        ({"wamv1": np.zeros(4)}, "no action for wamv2, which is in the water"),
-        ({"wamv1": np.zeros(4), "cora": np.zeros(4)}, "an action is for cora: the boats are wamv1, wamv2"),
-        ({"wamv2": np.zeros(4), "wamv1": np.zeros(3)}, "the action of wamv1 has shape (3,) instead of (4,)"),
-        ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "the action of wamv1 is no array of numbers"),
-        (
-            {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
-            "step() cannot take in a nan action: right of wamv2 is nan, and must be within -1 and 1",
-        ),
-        (
-            {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.5]},
-            "action is not in action space: right_angle of wamv2 is 1.5, and must be within -1 and 1",
-        ),
-    ],
-)
-def test_actions_that_are_none_leave_all_as_it_was(pair, actions, message):
-    pair.reset(seed=1)
-    before = pair._rows._batch.features.copy(), pair._rows._batch.time.copy(), pair.state()
-    with pytest.raises(AssertionError) as caught:
-        pair.step(actions)
-    assert str(caught.value) == message
-    assert isinstance(caught.value, gymnasium.error.InvalidAction)
-    for one, other in zip(before, (pair._rows._batch.features, pair._rows._batch.time, pair.state()), strict=True):
-        np.testing.assert_array_equal(one, other)
-    still = {boat: np.zeros(4) for boat in pair.agents}
-    fresh = ParallelEnv("Encounter")
-    fresh.reset(seed=1)
-    np.testing.assert_array_equal(pair.step(still)[0]["wamv1"], fresh.step(still)[0]["wamv1"])
-
-
-def test_order_of_calls():
-    env = ParallelEnv("Encounter", duration=0.1)
-    for call, message in ((lambda: env.step({}), "step"), (env.render, "render"), (env.state, "state")):
-        with pytest.raises(AssertionError) as caught:
-            call()
-        assert str(caught.value) == f"reset() needs to be called before {message}."
-    env.reset(seed=0)
-    env.step({boat: np.zeros(4) for boat in env.agents})
-    assert env.agents == []
-    assert env.step({}) == ({}, {}, {}, {}, {})
-    env.close()
-    env.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment was closed$"):
-        env.step({})
-
-
-def test_order_of_calls_of_many():
-    env = TeamVectorEnv("Encounter", 2, duration=0.1, autoreset=False)
-    still = np.zeros((2, 2, 4), np.float32)
-    with pytest.raises(gymnasium.error.ResetNeeded) as caught:
-        env.step(still)
-    assert str(caught.value) == "call reset() before step() or render()"
-    env.reset(seed=1)
-    env.step(still)
-    env.reset(rows=np.array([True, False]))
-    with pytest.raises(gymnasium.error.ResetNeeded) as caught:
-        env.step(still)
-    assert str(caught.value) == "the episodes of rows [1] have ended: reset them with rows=..."
-    with pytest.raises(gymnasium.error.Error) as caught:
-        env.reset(rows=[0, 1])
-    assert str(caught.value) == "rows has shape (2,) and type int64: (2,) of bool is needed"
-    env.reset()
-    with pytest.raises(ActionError) as caught:
-        env.step(still[:1])
-    assert str(caught.value) == "actions have shape (1, 2, 4) instead of (2, 2, 4)"
-    still[1, 0, 1] = 2
-    with pytest.raises(ActionError) as caught:
-        env.step(still)
-    assert str(caught.value) == "in row 1, the action right of wamv1 is 2: it must be within -1 and 1"
-
-
-@pytest.mark.parametrize(
-    ("problem", "options", "message"),
-    [
-        ("Encounter", {"boats": 3}, "Encounter is for 2 boats: 3 are too many"),
-        ("Encounter", {"boats": 1}, "Encounter is for 2 boats: 1 are too few"),
-        ("Encounter", {"leaving": 0.5}, "Encounter needs its 2 boats all the time: no joining, no leaving"),
-        ("Formation", {"boats": 0}, "boats is 0: a whole number above 0 is needed"),
-        ("Formation", {"boats": 2, "fleet": MIXED}, "boats is 2, and the fleet has 3: give one of both"),
-        ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
-        ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),
-        ("Formation", {"render_mode": "ansi"}, "render_mode is 'ansi': None, 'human' or 'rgb_array' is possible"),
-    ],
-)
-def test_options_that_are_none(problem, options, message):
-    with pytest.raises(gymnasium.error.Error) as caught:
-        ParallelEnv(problem, **options)
-    assert str(caught.value) == message
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({}, "Score: give its world, one with a task"),
-        ({"world": "ocean"}, "Score: the world ocean has no task"),
-        ({"world": HELD, "waves": 1}, "Score has no option waves: its world is as it is"),
-        ({"world": HELD, "wave": 1}, "Score has no option wave"),
-    ],
-)
-def test_scores_that_are_none(options, message):
-    with pytest.raises(gymnasium.error.Error) as caught:
-        ParallelEnv("Score", **options)
-    assert str(caught.value) == message
-
-
-def test_a_problem_that_is_none():
-    with pytest.raises(vrx_mj.VrxError, match=r"^no problem named 'Racing'; known: "):
-        ParallelEnv("Racing")

@@ -53,7 +53,7 @@ def episode_steps(duration: Any) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
     if not _number(duration) or duration < PERIOD:
         raise gymnasium.error.Error(f"duration is {duration!r}: a number of {PERIOD:g} or more is needed [s]")
-    return round(duration / PERIOD)
+    return round(float(duration) / PERIOD)
 
 
 def check_render_mode(mode: Any) -> None:

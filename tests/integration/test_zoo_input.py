@@ -1,0 +1,113 @@
+"""The PettingZoo environments: what is wrong is told, and changes nothing."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj.adapters.zoo import ActionError, ParallelEnv, TeamVectorEnv
+
+THREE = {"usv_count": 3, "layout": "line", "spacing": 12, "sensors": "none"}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return ParallelEnv("Encounter")
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ([0, 0], "actions are a list: a mapping of boats to actions is needed"),
+        ({"wamv1": np.zeros(4)}, "no action for wamv2, which is in the water"),
+        ({"wamv1": np.zeros(4), "cora": np.zeros(4)}, "an action is for cora: the boats are wamv1, wamv2"),
+        ({"wamv2": np.zeros(4), "wamv1": np.zeros(3)}, "the action of wamv1 has shape (3,) instead of (4,)"),
+        ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "the action of wamv1 is no array of numbers"),
+        (
+            {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
+            "step() cannot take in a nan action: right of wamv2 is nan, and must be within -1 and 1",
+        ),
+        (
+            {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.5]},
+            "action is not in action space: right_angle of wamv2 is 1.5, and must be within -1 and 1",
+        ),
+    ],
+)
+def test_actions_that_are_none_leave_all_as_it_was(pair, actions, message):
+    pair.reset(seed=1)
+    before = pair._rows._batch.features.copy(), pair._rows._batch.time.copy(), pair.state()
+    with pytest.raises(AssertionError) as caught:
+        pair.step(actions)
+    assert str(caught.value) == message
+    assert isinstance(caught.value, gymnasium.error.InvalidAction)
+    for one, other in zip(before, (pair._rows._batch.features, pair._rows._batch.time, pair.state()), strict=True):
+        np.testing.assert_array_equal(one, other)
+    still = {boat: np.zeros(4) for boat in pair.agents}
+    fresh = ParallelEnv("Encounter")
+    fresh.reset(seed=1)
+    np.testing.assert_array_equal(pair.step(still)[0]["wamv1"], fresh.step(still)[0]["wamv1"])
+
+
+def test_order_of_calls():
+    env = ParallelEnv("Encounter", duration=0.1)
+    for call, message in ((lambda: env.step({}), "step"), (env.render, "render"), (env.state, "state")):
+        with pytest.raises(AssertionError) as caught:
+            call()
+        assert str(caught.value) == f"reset() needs to be called before {message}."
+    env.reset(seed=0)
+    env.step({boat: np.zeros(4) for boat in env.agents})
+    assert env.agents == []
+    assert env.step({}) == ({}, {}, {}, {}, {})
+    env.close()
+    env.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment was closed$"):
+        env.step({})
+
+
+def test_order_of_calls_of_many():
+    env = TeamVectorEnv("Encounter", 2, duration=0.1, autoreset=False)
+    still = np.zeros((2, 2, 4), np.float32)
+    with pytest.raises(gymnasium.error.ResetNeeded) as caught:
+        env.step(still)
+    assert str(caught.value) == "call reset() before step() or render()"
+    env.reset(seed=1)
+    env.step(still)
+    env.reset(rows=np.array([True, False]))
+    with pytest.raises(gymnasium.error.ResetNeeded) as caught:
+        env.step(still)
+    assert str(caught.value) == "the episodes of rows [1] have ended: reset them with rows=..."
+    with pytest.raises(gymnasium.error.Error) as caught:
+        env.reset(rows=[0, 1])
+    assert str(caught.value) == "rows has shape (2,) and type int64: (2,) of bool is needed"
+    env.reset()
+    with pytest.raises(ActionError) as caught:
+        env.step(still[:1])
+    assert str(caught.value) == "actions have shape (1, 2, 4) instead of (2, 2, 4)"
+    still[1, 0, 1] = 2
+    with pytest.raises(ActionError) as caught:
+        env.step(still)
+    assert str(caught.value) == "in row 1, the action right of wamv1 is 2: it must be within -1 and 1"
+
+
+@pytest.mark.parametrize(
+    ("problem", "options", "message"),
+    [
+        ("Encounter", {"boats": 3}, "Encounter is for 2 boats: 3 are too many"),
+        ("Encounter", {"boats": 1}, "Encounter is for 2 boats: 1 are too few"),
+        ("Encounter", {"leaving": 0.5}, "Encounter needs its 2 boats all the time: no joining, no leaving"),
+        ("Formation", {"boats": 0}, "boats is 0: a whole number above 0 is needed"),
+        ("Formation", {"boats": 2, "fleet": THREE}, "boats is 2, and the fleet has 3: give one of both"),
+        ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
+        ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),
+        ("Formation", {"render_mode": "ansi"}, "render_mode is 'ansi': None, 'human' or 'rgb_array' is possible"),
+    ],
+)
+def test_options_that_are_none(problem, options, message):
+    with pytest.raises(gymnasium.error.Error) as caught:
+        ParallelEnv(problem, **options)
+    assert str(caught.value) == message
+
+
+def test_a_problem_that_is_none():
+    with pytest.raises(vrx_mj.VrxError, match=r"^no problem named 'Racing'; known: "):
+        ParallelEnv("Racing")
