@@ -30,6 +30,7 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime import engine
+from vrx_mj.runtime.borrowed import borrowed
 from vrx_mj.runtime.moments import capture
 from vrx_mj.runtime.proximity import apart
 
@@ -69,6 +70,14 @@ def advance(
     `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
     done: fewer when the sample buffer is full, -1 when the state has diverged.
     """
+    (qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
+     thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
+     blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
+     sampling, samples) = borrowed((
+        qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
+        thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
+        blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
+        sampling, samples))
     added = np.empty((6, 6))
     done = 0
     while done < steps:

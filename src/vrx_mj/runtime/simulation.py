@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError
+from vrx_mj.libmujoco import untimed
 from vrx_mj.runtime.bodies import FreeBodies, check_name
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.deeds import Deeds
@@ -198,7 +199,8 @@ class Simulation(Instruments, Signals):
             heard = min(self._subscriptions.steps(self.time), self._officiating.steps(self.time))
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
-            done = int(LOOP(*self._arguments, self.time, self.timestep, count))
+            with untimed():
+                done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
                 self._diverged()
             if done:
