@@ -55,6 +55,10 @@ class Sampler:
         self._strides[listener] = max(1, round(1.0 / (rate * self._timestep)))
         self._begin()
 
+    def resize(self, columns: int) -> None:
+        """Take rows of another width from now on; nobody listens."""
+        self.buffer = np.zeros((0, columns))
+
     def remove(self, listener: Listener) -> None:
         """Give it what is left, and stop sampling when nobody listens."""
         self.drain()

@@ -15,6 +15,7 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.bodies import FreeBodies, check_name
 from vrx_mj.runtime.commands import Commands, Helm
+from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
 from vrx_mj.runtime.durations import steps_to_second, whole_steps
@@ -23,13 +24,13 @@ from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.officiating import Officiating, TaskObservation
-from vrx_mj.runtime.rig import Rig, drawing_model, stepping_models
+from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.subscriptions import Subscriptions
-from vrx_mj.runtime.thrusters import thrusters
+from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 
@@ -42,7 +43,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Instruments, Signals):
+class Simulation(Company, Instruments, Signals):
     """One world, moving.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -50,17 +51,11 @@ class Simulation(Instruments, Signals):
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
-        self._world = world
-        self._world_id = world.sha256
-        self._model, quiet = stepping_models(world)
-        self._data = mujoco.MjData(self._model)
-        self._rig = Rig(world, self._model, quiet, self._data)
-        self._helm = Helm(world.boats, world.parameters["thrusters"])
-        self._thrusters = {boat: thrusters(self._rig, rows) for boat, rows in self._helm.thrusters.items()}
-        self._bodies = FreeBodies(world, self._rig)
+        self._first = world
+        self._thrusters: dict[str, dict[str, Thruster]] = {}
+        self._take(world, rig_of(world))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
         self._pace, self._drained = 1e-5, 0.0
-        self._drawing = cache(partial(drawing_model, world))
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
@@ -137,12 +132,16 @@ class Simulation(Instruments, Signals):
     def reset(self, seed: int | None = None) -> Observation:
         """Go back to the start, with the world's seed or another; returns what the boats see.
 
+        The boats are those of the world that the simulation was made of, whoever was spawned or removed.
+
         Raises:
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._world.seed if seed is None else int(seed)
+        self._seed = self._first.seed if seed is None else int(seed)
+        if self._world is not self._first:
+            self._bind(self._first, rig_of(self._first))
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()
@@ -228,18 +227,18 @@ class Simulation(Instruments, Signals):
         flat = np.empty(size)
         mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
         ours, moving, task = self._rig.pack(), self._rig.moving, self._officiating.dump()
-        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, ours, moving, task)
+        return State(STATE_VERSION, self._world.sha256, self._seed, self.time, flat, ours, moving, task)
 
     def set_state(self, state: State) -> Observation:
         """Go to a state that `get_state` gave, here or in another process.
 
         Raises:
-            StateError: it belongs to another world or another version, or is not finite.
+            StateError: it belongs to another world, as one with other boats is, or another version, or is not finite.
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        state.check(self._world_id)
+        state.check(self._world.sha256)
         self._rig.check(state.ours)
         self._officiating.check(state.task)
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
@@ -367,6 +366,32 @@ class Simulation(Instruments, Signals):
             listener.event(self.time, text, level)
 
     # Inside
+
+    def _take(self, world: World, rig: Rig) -> None:
+        """Make a world and its rig the present ones."""
+        self._world, self._rig = world, rig
+        self._model, self._data = rig.model, rig.data
+        self._helm = Helm(world.boats, world.parameters["thrusters"])
+        known, fleet = self._thrusters, self._helm.thrusters
+        self._thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
+        self._bodies = FreeBodies(world, rig)
+        self._drawing = cache(partial(drawing_model, world))
+
+    def _bind(self, world: World, rig: Rig) -> None:
+        """Go over to a world that has other boats, with everything that users may hold."""
+        self._take(world, rig)
+        self._sea.bind(rig)
+        self._wind.bind(rig)
+        self._sensing.bind(world, rig, self._drawing)
+        self._subscriptions.bind(rig.sensors)
+        self._officiating.bind(world, rig, self._bodies.stand)
+        self._sampler.resize(rig.columns)
+
+    def _inhabit(self, world: World, rig: Rig) -> None:
+        """Go on in a world that has other boats, from the moment that its rig is at."""
+        self._bind(world, rig)
+        self._renew_arguments()
+        self._keep()
 
     def _settle(self) -> None:
         """Begin anew from a state that was set."""
