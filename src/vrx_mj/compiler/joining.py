@@ -11,6 +11,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+import mujoco
 from markupsafe import Markup, escape
 
 from vrx_mj.compiler.compile import boat_entry, object_entry
@@ -28,7 +29,7 @@ from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError
 
-__all__ = ["with_boat", "without_boat"]
+__all__ = ["boat_alone", "with_boat", "without_boat"]
 
 Parameters = dict[str, Any]
 AWAKE = '>\n    <flag warmstart="disable" autoreset="disable"/>'
@@ -67,6 +68,21 @@ def without_boat(world: World, name: str) -> World:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{task['name']}' scores")
     parameters = _rows_without(world, name)
     return _cut(world, name, parameters)
+
+
+def boat_alone(world: World, name: str) -> mujoco.MjModel:
+    """A model of nothing but a boat of the world, with all that is seen of it: what else there is takes a second."""
+    hull = world.parameters["hulls"][world.boats.index(name)]
+    block = _block(world, hull["body"])[0]
+    head, _, rest = world.mjcf.partition("\n  <asset>")
+    lines, used = rest.partition("\n  </asset>")[0].splitlines(), block
+    for _ in ("meshes and materials", "their textures"):
+        names = set(re.findall(r' (?:mesh|material|texture)="([^"]+)"', used))
+        kept = [line for line in lines if names & set(re.findall(r' name="([^"]+)"', line))]
+        used = "\n".join([block, *kept])
+    assets = "\n".join(["", "  <asset>", *kept, "  </asset>"])
+    text = f"{head}{assets}\n  <worldbody>{block}\n  </worldbody>\n</mujoco>"
+    return mujoco.MjSpec.from_string(text, assets=dict(world.assets)).compile()
 
 
 def _check_name(world: World, name: str) -> None:
@@ -131,7 +147,8 @@ class _Joining:
         old, name = self._old, self._boat.name
         entry, life = boat_entry(self._boat), old.get("lives", {}).get(name, 0)
         self._rows["boats"] = [{**entry, "life": life} if life else entry]
-        new = {table: [*old[table], *json.loads(json.dumps(rows))] for table, rows in self._rows.items()}
+        rows: dict[str, list[Any]] = json.loads(json.dumps(self._rows))  # as those of a world that was loaded
+        new: dict[str, Any] = {table: [*old[table], *own] for table, own in rows.items()}
         task = old.get("task")
         if task:
             new["task"] = {**task, "rivals": [*task["rivals"], name]}
@@ -204,10 +221,9 @@ def _cut(world: World, name: str, parameters: Parameters) -> World:
     links |= {row["body"] for row in old["objects"]} - {row["body"] for row in parameters["objects"]}
     mjcf, meshes = world.mjcf, set[str]()
     for link in links:
-        block = re.search(rf'\n    <frame [^\n]*\n    <body name="{re.escape(link)}".*?\n    </frame>', mjcf, re.DOTALL)
-        assert block, f"{link} is not in the MJCF of {world.name}"
-        mjcf = mjcf[: block.start()] + mjcf[block.end() :]
-        meshes |= set(re.findall(r' mesh="([^"]+)"', block[0]))
+        block = _block(world, link)[0]
+        mjcf = mjcf.replace(block, "", 1)
+        meshes |= set(re.findall(r' mesh="([^"]+)"', block))
     mjcf = re.sub(rf'\n    <exclude body1="{re.escape(name)}/[^\n]*', "", mjcf)
     mjcf = re.sub(rf'\n    <contact name="touch/{re.escape(name)}" [^\n]*', "", mjcf)
     mjcf = re.sub(r"\n  <(contact|sensor)>\n  </\1>", "", mjcf)
@@ -215,6 +231,15 @@ def _cut(world: World, name: str, parameters: Parameters) -> World:
         mjcf = re.sub(rf'\n    <mesh name="{re.escape(mesh)}" [^\n]*', "", mjcf)
     files = set(re.findall(r' file="([^"]+)"', mjcf))
     return _world(mjcf, {file: content for file, content in world.assets.items() if file in files}, parameters)
+
+
+def _block(world: World, link: str) -> re.Match[str]:
+    """Where in the MJCF a thing is that was placed there, by its root."""
+    found = re.search(
+        rf'\n    <frame [^\n]*\n    <body name="{re.escape(link)}".*?\n    </frame>', world.mjcf, re.DOTALL
+    )
+    assert found, f"{link} is not in the MJCF of {world.name}"
+    return found
 
 
 def _world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,7 +12,6 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.rig import Rig, stepping_models
-from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.subscriptions import Subscriptions
 
 __all__ = ["Company", "rig_of"]
@@ -23,15 +23,15 @@ class Company:
     _world: World
     _rig: Rig
     _seed: int
-    _sampler: Sampler
     _subscriptions: Subscriptions
+    _advancing: bool
 
     def spawn(
         self,
         name: str,
         *,
         pose: Sequence[float],
-        robot: str = "wamv",
+        robot: str | Path | None = None,
         thrusters: str | Path | None = None,
         components: str | Path | None = None,
         sensors: str | Sequence[str] | None = None,
@@ -47,7 +47,7 @@ class Company:
         Args:
             name: its own; nothing in the world has it.
             pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            robot: its kind, a name or a path.
+            robot: its kind, a name or a path; by default that of the world's spawn.
             thrusters: layout, or VRX's thruster file; by default as the world's spawn has it.
             components: VRX's component file.
             sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet's file.
@@ -56,31 +56,33 @@ class Company:
 
         Raises:
             ConfigError: one of these is wrong, or there is no such robot.
-            CommandError: the name is used, something is at that place, or the run is being recorded.
+            CommandError: the name is used, something is at that place, or the run is advancing.
             CompileError: the boat cannot be built.
         """
-        self._check_company("spawn")
-        said = {"name": name, "pose": pose, "robot": str(robot), "sensors": sensors, "engines": engines, "color": color}
-        files = {"thrusters": thrusters, "components": components}
-        world = with_boat(self._world, said | {key: str(value) for key, value in files.items() if value is not None})
+        self._check_standing("spawn")
+        files = {"robot": robot, "thrusters": thrusters, "components": components}
+        said: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
+        said |= {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
+        world = with_boat(self._world, said)
         rig = self._moved(world)
         _check_place(rig, world, name)
-        self._inhabit(world, rig)
+        self._inhabit(world, rig, f"{name} joins")
 
     def remove(self, name: str) -> None:
         """Take a boat out of the run; all others go on to the last bit. Subscriptions to its sensors end.
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: it is the boat that the task scores, or the run is being recorded.
+            CommandError: it is the boat that the task scores, or the run is advancing.
         """
-        self._check_company("remove")
+        self._check_standing("remove")
         world = without_boat(self._world, name)
-        self._inhabit(world, self._moved(world, left=name))
+        self._inhabit(world, self._moved(world, left=name), f"{name} leaves")
 
-    def _check_company(self, what: str) -> None:
+    def _check_standing(self, what: str) -> None:
         self._subscriptions.check_idle(what)
-        self._sampler.check_free(what)
+        if self._advancing:
+            raise CommandError(f"{what} cannot be called while the run advances, as by a recorder: call it afterwards")
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""
@@ -90,8 +92,8 @@ class Company:
         mujoco.mj_forward(rig.model, rig.data)
         return rig
 
-    def _inhabit(self, world: World, rig: Rig) -> None:
-        """Go on in another world."""
+    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
+        """Go on in another world; `told` goes into the recordings' logs."""
         raise NotImplementedError
 
 

@@ -55,7 +55,7 @@ class Simulation(Company, Instruments, Signals):
         self._thrusters: dict[str, dict[str, Thruster]] = {}
         self._take(world, rig_of(world))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
-        self._pace, self._drained = 1e-5, 0.0
+        self._pace, self._drained, self._advancing = 1e-5, 0.0, False
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
@@ -189,7 +189,13 @@ class Simulation(Company, Instruments, Signals):
     def advance(self, steps: int) -> None:
         """Advance by a number of physics steps under the commands that stand; DivergedError as `step`."""
         self._subscriptions.check_idle("advance")
-        left = steps
+        self._advancing = True
+        try:
+            self._advance(steps)
+        finally:
+            self._advancing = False
+
+    def _advance(self, left: int) -> None:
         self._officiating.look(self.time, self._deeds)
         self._subscriptions.deliver(self.time)
         while left > 0:
@@ -387,10 +393,13 @@ class Simulation(Company, Instruments, Signals):
         self._officiating.bind(world, rig, self._bodies.stand)
         self._sampler.resize(rig.columns)
 
-    def _inhabit(self, world: World, rig: Rig) -> None:
+    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
         """Go on in a world that has other boats, from the moment that its rig is at."""
         self._bind(world, rig)
         self._renew_arguments()
+        for listener in self._sampler.listeners:
+            listener.boats_changed()
+        self.event(told)
         self._keep()
 
     def _settle(self) -> None:
