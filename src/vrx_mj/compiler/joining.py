@@ -14,6 +14,7 @@ from typing import Any
 import mujoco
 from markupsafe import Markup, escape
 
+from vrx_mj.compiler.afloat import depth_in_land
 from vrx_mj.compiler.compile import boat_entry, object_entry
 from vrx_mj.compiler.fitting import boat_rows, fitted
 from vrx_mj.compiler.objects import object_piece
@@ -23,6 +24,7 @@ from vrx_mj.compiler.scored import Touch
 from vrx_mj.compiler.shooters import ball_name, ball_names, spare_ball
 from vrx_mj.compiler.templates import PREFIX, Piece, render
 from vrx_mj.compiler.world import World
+from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import build_boat
 from vrx_mj.config.fleet import BoatConfig, newcomer
 from vrx_mj.config.poses import Pose
@@ -44,7 +46,7 @@ def with_boat(world: World, said: Mapping[str, Any]) -> World:
 
     Raises:
         ConfigError: what is said of the boat is wrong.
-        CommandError: something has the name already.
+        CommandError: something has the name already, or the boat would stand on land.
         CompileError: the boat cannot be built.
     """
     spawn = world.parameters.get("spawn", {})
@@ -90,7 +92,7 @@ def _check_name(world: World, name: str) -> None:
     taken = {item["name"]: "a dock" for item in parameters["docks"]}
     taken |= {item["name"].partition("/")[0]: "an object" for item in parameters["objects"]}
     taken |= dict.fromkeys(world.boats, "a boat")
-    taken |= dict.fromkeys(("terrain", "carrier"), "a part of the world")
+    taken |= dict.fromkeys(("terrain", "carrier"), "a part")
     if name in taken:
         raise CommandError(f"no boat can be called '{name}': {taken[name]} of world {world.name} has that name")
 
@@ -110,7 +112,12 @@ class _Joining:
         self._wind = WindConfig.model_validate({"objects": spawn.get("wind", ())})
         physics = {"profile": old["profile"], "gravity": old["gravity"], "quirks": spawn.get("quirks", ())}
         self._physics = PhysicsConfig.model_validate(physics)
-        fit = fitted(_built(boat, old["profile"]), boat.engines, boat.color)
+        built = _built(boat, old["profile"])
+        if depth := depth_in_land(boat, built, old["shoreline"]):
+            x, y, *_ = boat.pose
+            shore = f"{depth:.2f} m inside the shore of {old['terrain']}"
+            raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would stand on land, {shore}")
+        fit = fitted(built, boat.engines, boat.color)
         self._place(boat.name, fit.piece, boat.pose)
         self._rows = boat_rows(fit, boat, old, self._wind, self._physics)
         self._add_balls()
@@ -158,7 +165,7 @@ class _Joining:
         return _world(self._mjcf, self._assets, {**old, **new})
 
 
-def _built(boat: BoatConfig, profile: str) -> Any:
+def _built(boat: BoatConfig, profile: str) -> Boat:
     try:
         return build_boat(replace(boat.order, profile=profile))
     except UnknownNameError as error:

@@ -35,6 +35,8 @@ SEEN = re.compile(r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[
 """What is only looked at, in the MJCF of a world."""
 GEOM, MESH = re.compile(r"<geom [^>]*/>"), re.compile(r'<mesh name="([^"]+)"[^>]*/>')
 
+WIND = ("direction", "mean", "gain", "time_constant", "first_step")
+"""Parameters of the wind that the loop reads."""
 Row = Mapping[str, Any]
 NO_JOINT, NO_ROW = -1, -1
 LOCK = "lock"
@@ -82,12 +84,11 @@ class Rig:
         """Tables of a world; `known` are sensors of another rig that need not be read again."""
         parameters = world.parameters
         sea, wind = parameters["sea"], parameters["wind"]
-        self.model, self.data = model, data
+        self.model, self.data, self.quiet = model, data, quiet
         self.timestep = float(model.opt.timestep)
         self.waves = tables.table(tables.WAVE, sea["waves"])
         self.sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
-        fields = ("direction", "mean", "gain", "time_constant", "first_step")
-        self.wind = tables.table(tables.WIND, [{**{field: wind[field] for field in fields}, "key": 0}])
+        self.wind = tables.table(tables.WIND, [{**{field: wind[field] for field in WIND}, "key": 0}])
         self.wind_seed = int(wind["seed"])
         self.hulls = tables.table(tables.HULL, [self._free_body(row) for row in parameters["hulls"]])
         self.stations = tables.table(tables.STATION, parameters["stations"])
@@ -106,7 +107,6 @@ class Rig:
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
-        self.quiet = quiet
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
         self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))

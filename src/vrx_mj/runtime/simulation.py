@@ -2,7 +2,7 @@
 
 import time as clock
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -12,17 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import DivergedError
-from vrx_mj.runtime.bodies import FreeBodies, check_name
+from vrx_mj.errors import DivergedError, StateError
+from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
 from vrx_mj.runtime.durations import steps_to_second, whole_steps
-from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
-from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.officiating import Officiating, TaskObservation
 from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Listener, Sampler
@@ -33,6 +32,7 @@ from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
+from vrx_mj.runtime.whereabouts import Whereabouts
 
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
@@ -43,7 +43,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Company, Instruments, Signals):
+class Simulation(Company, Instruments, Signals, Whereabouts):
     """One world, moving.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -141,6 +141,7 @@ class Simulation(Company, Instruments, Signals):
         self._sampler.check_free("reset")
         self._seed = self._first.seed if seed is None else int(seed)
         if self._world is not self._first:
+            self._thrusters = {}  # a boat that was spawned may have had the name of another
             self._bind(self._first, rig_of(self._first))
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
@@ -239,11 +240,18 @@ class Simulation(Company, Instruments, Signals):
         """Go to a state that `get_state` gave, here or in another process.
 
         Raises:
-            StateError: it belongs to another world, as one with other boats is, or another version, or is not finite.
+            StateError: it belongs to another world, as to this one before boats came or went, or to another version,
+                or is not finite.
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
+        if state.world == self._first.sha256 != self._world.sha256:
+            boats = ", ".join(self._first.boats)
+            raise StateError(
+                f"the state at t = {state.time:g} s is from before boats came or went: reset() brings back {boats}; "
+                "then it can be set"
+            )
         state.check(self._world.sha256)
         self._rig.check(state.ours)
         self._officiating.check(state.task)
@@ -256,71 +264,6 @@ class Simulation(Company, Instruments, Signals):
         self._wind.forget()
         self._settle()
         return self.observe()
-
-    def set_boat(
-        self,
-        name: str,
-        *,
-        pose: Sequence[float] | None = None,
-        velocity: Sequence[float] | None = None,
-    ) -> None:
-        """Put a boat somewhere, or set it moving; what is not given stays.
-
-        Args:
-            name: the boat.
-            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            velocity: (u, v, w, p, q, r) [m/s, rad/s] of that origin, body axes.
-
-        Raises:
-            UnknownNameError: no boat has that name.
-            CommandError: not six finite numbers.
-        """
-        check_name("boat", name, self.boats)
-        if pose is not None:
-            self.release(name)
-        self._bodies.put(name, pose, velocity)
-        self._derive()
-
-    def release(self, boat: str) -> None:
-        """Let go of a boat that its task holds, as `set_boat` with a pose does; nothing happens to one that is free."""
-        check_name("boat", boat, self.boats)
-        self._rig.release(boat)
-
-    def set_object(
-        self,
-        name: str,
-        *,
-        pose: Sequence[float] | None = None,
-        velocity: Sequence[float] | None = None,
-    ) -> None:
-        """The same as `set_boat`, for a floating object, or for the frame of a floating dock.
-
-        Raises:
-            UnknownNameError: no floating object or dock has that name.
-            CommandError: not six finite numbers.
-        """
-        check_name("floating object", name, self._bodies.afloat)
-        self._bodies.put(name, pose, velocity)
-        self._derive()
-        self._bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
-
-    def observe_object(self, name: str) -> BoatObservation:
-        """Pose and velocity of a floating object's link, or of a floating dock's frame, that of its drawing.
-
-        UnknownNameError if none has that name.
-        """
-        check_name("floating object", name, self._bodies.afloat)
-        return self._bodies.observe(name)
-
-    def forces(self, boat: str) -> Forces:
-        """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
-
-        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
-        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`. UnknownNameError if no
-        boat has that name.
-        """
-        check_name("boat", boat, self.boats)
-        return boat_forces(self._rig, self.boats.index(boat), self.time)
 
     # Its task
 
