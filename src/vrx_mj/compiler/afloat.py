@@ -24,7 +24,7 @@ from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 
-__all__ = ["boats_afloat"]
+__all__ = ["boats_afloat", "depth_in_land"]
 
 FloatArray = npt.NDArray[np.float64]
 Area = Any
@@ -91,6 +91,12 @@ def boats_afloat(
     return tuple(boats)
 
 
+def depth_in_land(boat: BoatConfig, built: Boat, shore: Sequence[Sequence[Sequence[float]]]) -> float:
+    """How far [m] from the shore, rings of points (x, y), a boat would stand on land; 0 in free water."""
+    area, land = _areas([boat], lambda _: built)[0], _land(shore)
+    return _depth(area, land) if shapely.intersects(area, land) else 0.0
+
+
 def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> FloatArray:
     """Rectangles of the boats, (n,) polygons; boats of one kind have one size."""
     sizes: dict[Order, FloatArray] = {}
@@ -118,9 +124,7 @@ def _rectangle(boat: Boat) -> FloatArray:
 def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
-        land = shapely.Polygon()
-        for ring in shoreline(config.terrain, config.folder):
-            land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
+        land = _land(shoreline(config.terrain, config.folder))
         found.append(_Thing("land", f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
@@ -128,6 +132,13 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     for thing in found:
         shapely.prepare(thing.area)
     return found
+
+
+def _land(shore: Sequence[Sequence[Sequence[float]]]) -> Area:
+    land = shapely.Polygon()
+    for ring in shore:
+        land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
+    return land
 
 
 def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Thing]) -> dict[int, str]:

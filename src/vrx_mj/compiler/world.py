@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -45,7 +46,7 @@ class World:
         """Names of the boats, in the order of the fleet."""
         return tuple(boat["name"] for boat in self.parameters["boats"])
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         """Fingerprint of the whole saved form."""
         digest = hashlib.sha256(self.mjcf.encode())
