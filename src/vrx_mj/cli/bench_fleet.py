@@ -33,8 +33,8 @@ PACED = 6.0
 """How long a fleet sails at the pace of real time [s]."""
 FREE = 3.0
 """How long it sails as fast as it can [s]."""
-CALL = 0.05
-"""Simulated time of a call [s]."""
+CALL = 0.1
+"""Simulated time of a call [s]: decisions at 10 Hz."""
 WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
 
 Row = dict[str, Any]
@@ -147,7 +147,7 @@ def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _share(share: float | None) -> str:
-    return "" if share is None else f"{100.0 * share:.3g} %"
+    return "" if share is None else f"{100.0 * share:.1f} %"
 
 
 def _megabytes(memory: float | None) -> str:

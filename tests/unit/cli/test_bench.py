@@ -120,7 +120,7 @@ def test_the_fleet_table_is_printed_and_is_data(cli, monkeypatch):
     monkeypatch.setattr(bench_fleet, "fleet_table", lambda: [row_of(2, 80.0)])
     said = cli("bench", "--fleet-table", "--json", "fleets.json")
     assert json.loads(Path("fleets.json").read_text(encoding="utf-8")) == [row_of(2, 80.0)]
-    assert all(text in said.out for text in ("1.25 %", "300 MB", "80 x"))
+    assert all(text in said.out for text in ("1.2 %", "300 MB", "80 x"))
 
 
 def row_of(boats, factor, worlds=1):
