@@ -264,7 +264,7 @@ def bench(
         bool, typer.Option("--fleet-table", help="Instead: what 1 to 3000 boats take, beside VRX's figures.")
     ] = False,
 ) -> None:
-    """Measure what this machine does, against the budgets. Takes about two minutes.
+    """Measure what this machine does, against the budgets. Takes one or two minutes.
 
     Example: vrx-mj bench --json bench.json
     """

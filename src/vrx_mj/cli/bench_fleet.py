@@ -4,6 +4,7 @@ Beside it stand the figures that a published guide to fleets in VRX gives for Ga
 """
 
 import json
+import statistics
 import subprocess
 import sys
 import time
@@ -96,13 +97,13 @@ def _afloat(worlds: int, each: int) -> Advance:
 
 
 def real_time_factor(advance: Advance, seconds: float) -> float:
-    """Simulated time over the processor time of it, by what was done in so many seconds."""
-    steps, call = 0, round(CALL / DT)
-    begun, spent = time.perf_counter(), time.process_time()
-    while time.perf_counter() - begun < seconds:
+    """Simulated time over the processor time of it: of the median call in so many seconds."""
+    call, begun, spent = round(CALL / DT), time.perf_counter(), []
+    while not spent or time.perf_counter() - begun < seconds:
+        before = time.process_time()
         advance(call)
-        steps += call
-    return steps * DT / (time.process_time() - spent)
+        spent.append(time.process_time() - before)
+    return CALL / statistics.median(spent)
 
 
 def processor_share(advance: Advance, seconds: float) -> float:
