@@ -98,7 +98,8 @@ def _afloat(worlds: int, each: int) -> Advance:
 
 def real_time_factor(advance: Advance, seconds: float) -> float:
     """Simulated time over the processor time of it: of the median call in so many seconds."""
-    call, begun, spent = round(CALL / DT), time.perf_counter(), []
+    call, begun = round(CALL / DT), time.perf_counter()
+    spent: list[float] = []
     while not spent or time.perf_counter() - begun < seconds:
         before = time.process_time()
         advance(call)
