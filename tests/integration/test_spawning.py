@@ -1,6 +1,8 @@
 """Boats that join and leave while a simulation runs: all others go on to the last bit."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -323,3 +325,10 @@ def test_a_boat_joins_a_loaded_world(tmp_path):
     sim = vrx_mj.Simulation.load(tmp_path)
     sim.spawn("late", pose=LATE)
     assert list(sim.step({"late": AHEAD}, duration=0.1)) == ["first", "late"]
+
+
+def test_the_example_of_the_docs_runs(tmp_path, monkeypatch, capsys):
+    text = (Path(__file__).resolve().parents[2] / "docs" / "spawning.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    exec(re.search(r"```python\n(.*?)```", text, re.DOTALL)[1], {})  # noqa: S102
+    assert capsys.readouterr().out == "['wamv1', 'wamv3', 'guest']\n"

@@ -20,11 +20,12 @@ from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order
 from vrx_mj.config.derive import boat_box
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 
-__all__ = ["boats_afloat", "depth_in_land"]
+__all__ = ["boats_afloat", "depth_in_land", "outline"]
 
 FloatArray = npt.NDArray[np.float64]
 Area = Any
@@ -91,9 +92,9 @@ def boats_afloat(
     return tuple(boats)
 
 
-def depth_in_land(boat: BoatConfig, built: Boat, shore: Sequence[Sequence[Sequence[float]]]) -> float:
-    """How far [m] from the shore, rings of points (x, y), a boat would stand on land; 0 in free water."""
-    area, land = _areas([boat], lambda _: built)[0], _land(shore)
+def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
+    """How far [m] from the shore, rings of points (x, y), a boat of an outline would stand on land; 0 in free water."""
+    area, land = shapely.Polygon(_placed(corners, pose)), _land(shore)
     return _depth(area, land) if shapely.intersects(area, land) else 0.0
 
 
@@ -103,14 +104,19 @@ def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> 
     corners = np.empty((len(boats), 4, 2))
     for index, boat in enumerate(boats):
         if boat.order not in sizes:
-            sizes[boat.order] = _rectangle(built(boat))
-        x, y, _, _, _, yaw = boat.pose
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        corners[index] = sizes[boat.order] @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+            sizes[boat.order] = outline(built(boat))
+        corners[index] = _placed(sizes[boat.order], boat.pose)
     return np.asarray(shapely.polygons(corners))
 
 
-def _rectangle(boat: Boat) -> FloatArray:
+def _placed(corners: FloatArray, pose: Pose) -> FloatArray:
+    x, y, _, _, _, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    placed: FloatArray = corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+    return placed
+
+
+def outline(boat: Boat) -> FloatArray:
     """Corners (4, 2) of a boat seen from above, in its own axes [m]; a small square if nobody knows its shape."""
     try:
         (back, right, _), (front, left, _) = boat_box(boat)

@@ -2,8 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.afloat import outline
 from vrx_mj.compiler.parameters import Row, boat_wind, hull_physics
 from vrx_mj.compiler.robots import Color, Engines, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
 from vrx_mj.compiler.templates import PREFIX, Piece
@@ -13,6 +18,7 @@ from vrx_mj.config.world import PhysicsConfig, WindConfig
 
 __all__ = ["Fitted", "boat_rows", "fitted", "renamed"]
 
+FloatArray = npt.NDArray[np.float64]
 KEPT = 32
 """Kinds of boats that are kept: making one takes 0.1 s."""
 
@@ -27,6 +33,11 @@ class Fitted:
     stations: Sequence[Row]
     thrusters: Sequence[Row]
     sensors: Sequence[Row]
+
+    @cached_property
+    def outline(self) -> FloatArray:
+        """Corners (4, 2) seen from above, in its own axes [m]."""
+        return outline(self.boat)
 
 
 _FITTED: dict[tuple[int, Engines, Color | None], Fitted] = {}

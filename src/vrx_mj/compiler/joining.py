@@ -112,12 +112,11 @@ class _Joining:
         self._wind = WindConfig.model_validate({"objects": spawn.get("wind", ())})
         physics = {"profile": old["profile"], "gravity": old["gravity"], "quirks": spawn.get("quirks", ())}
         self._physics = PhysicsConfig.model_validate(physics)
-        built = _built(boat, old["profile"])
-        if depth := depth_in_land(boat, built, old["shoreline"]):
+        fit = fitted(_built(boat, old["profile"]), boat.engines, boat.color)
+        if old["shoreline"] and (depth := depth_in_land(fit.outline, boat.pose, old["shoreline"])):
             x, y, *_ = boat.pose
             shore = f"{depth:.2f} m inside the shore of {old['terrain']}"
             raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would stand on land, {shore}")
-        fit = fitted(built, boat.engines, boat.color)
         self._place(boat.name, fit.piece, boat.pose)
         self._rows = boat_rows(fit, boat, old, self._wind, self._physics)
         self._add_balls()
