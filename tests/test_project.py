@@ -20,6 +20,7 @@ UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
 PHYSICS_IMPORTS = {"numpy", "numba", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
 LIGHT = "import sys, vrx_mj; print([m for m in sys.modules if m.split('.')[0] in set(sys.argv[1:])])"
 HEAVY = (
+    "IPython",
     "numpy",
     "mujoco",
     "numba",

@@ -3,10 +3,13 @@
 Names are loaded when they are first used, so that `import vrx_mj` costs nothing.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vrx_mj.adapters.notebook import show
+    from vrx_mj.adapters.progress import progress
     from vrx_mj.adapters.record import compare, read_record, record, resume
     from vrx_mj.compiler.compile import compile_world
     from vrx_mj.compiler.world import World
@@ -37,10 +40,12 @@ _HOMES = {
     "World": "compiler.world",
     "compare": "adapters.record",
     "compile_world": "compiler.compile",
+    "progress": "adapters.progress",
     "read_record": "adapters.record",
     "record": "adapters.record",
     "resume": "adapters.record",
     "run": "runtime.run",
+    "show": "adapters.notebook",
 }
 
 __all__ = [
@@ -60,10 +65,12 @@ __all__ = [
     "World",
     "compare",
     "compile_world",
+    "progress",
     "read_record",
     "record",
     "resume",
     "run",
+    "show",
 ]
 
 
@@ -75,3 +82,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__"]
+
+
+if "IPython" in sys.modules:
+    import_module("vrx_mj.adapters.notebook").register()

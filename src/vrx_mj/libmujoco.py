@@ -4,7 +4,12 @@ They are those of the library that the `mujoco` package loaded. They take addres
 `data._address`, `array.ctypes.data`), release the GIL inside a kernel, and cache.
 """
 
+import contextlib
+import ctypes
+import os
 import sys
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +17,7 @@ import llvmlite.binding
 import mujoco
 from numba import types
 
-__all__ = ["c_function", "library"]
+__all__ = ["c_function", "library", "untimed"]
 
 _LIBRARY = {"win32": "mujoco.dll", "darwin": "libmujoco*.dylib"}.get(sys.platform, "libmujoco.so*")
 
@@ -31,3 +36,48 @@ llvmlite.binding.load_library_permanently(str(library()))
 def c_function(name: str, result: Any, *arguments: Any) -> types.ExternalFunction:
     """A function of MuJoCo's, from numba's types of its result and of its arguments; an address is a `uintp`."""
     return types.ExternalFunction(name, result(*arguments))
+
+
+class _Clock:
+    """MuJoCo's clock callback, `mjcb_time`: one for the whole process, set by the package `mujoco`."""
+
+    def __init__(self) -> None:
+        self._cell = ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), "mjcb_time")
+        self._taken: int | None = None
+        self._inside = 0
+        self._start()
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._start)
+
+    def _start(self) -> None:
+        self._lock = threading.Lock()  # another thread may have held the old one when the process was forked
+
+    def take(self) -> None:
+        """Take it away, if it is there."""
+        with self._lock:
+            self._inside += 1
+            if self._cell.value is not None:
+                self._taken, self._cell.value = self._cell.value, None
+
+    def give_back(self) -> None:
+        """Put it back, if nobody else has it taken away."""
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and self._cell.value is None:
+                self._cell.value = self._taken
+
+
+_CLOCK = _Clock()
+
+
+@contextlib.contextmanager
+def untimed() -> Iterator[None]:
+    """Keep MuJoCo from reading the clock around every stage of a step: a fifth of the step of one boat.
+
+    It does so for `MjData.timer`, which stays as it is meanwhile, in other threads too.
+    """
+    _CLOCK.take()
+    try:
+        yield
+    finally:
+        _CLOCK.give_back()

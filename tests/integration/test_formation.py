@@ -81,6 +81,30 @@ def test_boats_change_from_a_line_to_a_column_behind_a_virtual_leader():
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)
+def test_boats_lie_still_in_their_places_where_the_path_ends_and_change_there_too():
+    """Bow first a boat would go round its place for ever."""
+    formation = Formation([(0, 0), (20, 0)], shape="column", spacing=10.0)
+    ends = []
+
+    def controller(obs, t):
+        if t >= 50.0 and not ends:
+            ends.append(dict(formation.off))
+            formation.change("line")
+        return formation(obs, t)
+
+    boats = [
+        {"name": layout, "thrusters": layout, "pose": [-11 * i, 0, 0, 0, 0, 0]} for i, layout in enumerate(LAYOUTS)
+    ]
+    sim, tracks = sailed(WINDY, {"sensors": "none", "boats": boats}, controller, 110.0)
+    for off in (ends[0], formation.off):
+        assert max(off.values()) < 0.3
+    for boat in sim.observe().values():
+        assert abs(boat.heading) < 0.1
+        assert boat.speed < 0.1
+    assert nearest(tracks) > 7.0
+
+
+@pytest.mark.filterwarnings(GROUND_TRUTH)
 def test_boats_follow_one_of_them_round_a_turn_on_its_own_track():
     formation = Formation(leader="wamv1", shape="column", spacing=10.0)
     ahead = {"left": 0.32, "right": 0.35}  # a wide turn to port

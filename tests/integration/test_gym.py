@@ -1,14 +1,16 @@
 """The Gymnasium environments: what Gymnasium checks, one row against many, seeds, episodes, rewards, bad input."""
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-import vrx_mj.adapters.gym
-from vrx_mj.adapters.gym import Env, VectorEnv
-from vrx_mj.adapters.gym.problems import PROBLEMS
+gymnasium = pytest.importorskip("gymnasium", reason="the extra rl is not installed")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
+
+import vrx_mj.adapters.gym  # noqa: E402
+from vrx_mj.adapters.gym import Env, VectorEnv  # noqa: E402
+from vrx_mj.adapters.gym.problems import PROBLEMS  # noqa: E402
 
 ROWS = 3
 STEPS = 12

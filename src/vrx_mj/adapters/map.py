@@ -1,6 +1,7 @@
 """What a world looks like from above. `MapScene` is plain data; the drawing itself is in `chart`."""
 
 import colorsys
+import io
 import math
 import warnings
 from collections.abc import Iterator
@@ -16,7 +17,18 @@ from vrx_mj.compiler.shooters import ball_names
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
 
-__all__ = ["MapBoat", "MapDock", "MapObject", "MapPlacard", "MapScene", "MapWave", "MapWind", "draw_map", "map_of"]
+__all__ = [
+    "MapBoat",
+    "MapDock",
+    "MapObject",
+    "MapPlacard",
+    "MapScene",
+    "MapWave",
+    "MapWind",
+    "draw_map",
+    "map_of",
+    "map_png",
+]
 
 FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -119,15 +131,26 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
         path: the picture to write; its folder is made if need be.
         size: width and height [px].
     """
-    from vrx_mj.adapters.chart import chart
-
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
         raise VrxError(f"a map cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
     file.parent.mkdir(parents=True, exist_ok=True)
+    _save(scene, size, file, file.suffix.lower())
+
+
+def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
+    """A scene as a PNG of `size` pixels."""
+    picture = io.BytesIO()
+    _save(scene, size, picture, ".png")
+    return picture.getvalue()
+
+
+def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suffix: str) -> None:
+    from vrx_mj.adapters.chart import chart
+
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # no font for a name: boxes, no noise
-        chart(scene, size).savefig(file, metadata=FORMATS[file.suffix.lower()])
+        chart(scene, size).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
 
 
 def map_of(world: World) -> MapScene:

@@ -19,22 +19,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from vrx_mj.cli.bench_batch import boat_steps_per_second, megabytes_per_row, two_threads_and_two_processes
+from vrx_mj.cli.bench_worlds import DT, SEA, fleet, sailing
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 
 Row = dict[str, Any]
 ROUNDS = 15
-DT = 0.01
-
-SEA = {
-    "sea": {"scale": 2.5},
-    "wind": {
-        "mean_velocity": 5.0,
-        "var_gain": 1.0,
-        "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
-    },
-}
-"""Open water with the sea of VRX's Sydney worlds and a gusty wind."""
 
 BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
@@ -53,7 +44,7 @@ BARE_WORLD = """
 
 
 def measure() -> list[Row]:
-    """Every row: name, value, unit, budget, and whether it is inside."""
+    """Every row: name, value, unit, budget, whether it is inside, and the figures that the value was made of."""
     return [
         _row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5),
         _row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5),
@@ -64,6 +55,18 @@ def measure() -> list[Row]:
         _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True),
         _row("rss_3_mb", resident_megabytes(), "MB", 350.0),
         _row("rtf_1", real_time_factor(), "x real time", None),
+        *batch_rows(),
+    ]
+
+
+def batch_rows() -> list[Row]:
+    """Those about `vrx_mj.Batch`."""
+    threads, processes = two_threads_and_two_processes()
+    parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
+    return [
+        _row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
+        _row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
+        _row("batch_mb_per_row", megabytes_per_row(), "MB", None),
     ]
 
 
@@ -74,33 +77,31 @@ def print_rows(rows: list[Row]) -> None:
         table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
     for row in rows:
         budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
-        table.add_row(row["name"], f"{row['value']:.4g}", row["unit"], budget, "yes" if row["ok"] else "[red]no[/]")
+        value = f"{row['value']:,.0f}" if row["value"] >= 1e4 else f"{row['value']:.4g}"
+        table.add_row(row["name"], value, row["unit"], budget, "yes" if row["ok"] else "[red]no[/]")
+        for part, figure in row["parts"].items():
+            table.add_row("", f"{figure:,.0f}", part)
     Console().print(table)
 
 
-def _row(name: str, value: float, unit: str, budget: float | None, *, at_least: bool = False) -> Row:
-    ok = budget is None or (value >= budget if at_least else value <= budget)
+def _row(
+    name: str,
+    value: float,
+    unit: str,
+    budget: float | None,
+    *,
+    at_least: bool = False,
+    parts: Mapping[str, float] | None = None,
+) -> Row:
     return {
         "name": name,
         "value": value,
         "unit": unit,
         "budget": budget,
         "limit": "at least" if at_least else "at most",
-        "ok": ok,
+        "ok": budget is None or (value >= budget if at_least else value <= budget),
+        "parts": dict(parts or {}),
     }
-
-
-def fleet(count: int) -> Mapping[str, Any]:
-    """Boats with two fixed engines each, 12 m apart in rows of 25."""
-    places = [{"x": 12.0 * (i % 25), "y": 12.0 * (i // 25)} for i in range(count)]
-    return {"usv_count": count, "thrusters": "H", "positions": places}
-
-
-def sailing(count: int) -> Simulation:
-    """Boats under way in the sea, warmed up."""
-    sim = Simulation(compile_world(SEA, fleet=fleet(count)))
-    sim.step({boat: {"left": 0.1, "right": 0.1} for boat in sim.boats}, duration=2.0)
-    return sim
 
 
 def bare(count: int) -> Callable[[int], None]:
@@ -209,15 +210,11 @@ def lidar_scans(buoys: int) -> float:
 
 
 MEMORY_CODE = """
-import sys, vrx_mj
+import vrx_mj
+from vrx_mj.cli.bench_worlds import resident_memory
 sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
 sim.step(duration=1.0)
-if sys.platform == "linux":
-    pages = int(open("/proc/self/statm", encoding="ascii").read().split()[1])
-    import os
-    print(pages * os.sysconf("SC_PAGE_SIZE") / 1e6)
-else:
-    print("nan")
+print(resident_memory() / 1e6)
 """
 
 

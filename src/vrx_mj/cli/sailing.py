@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from vrx_mj.cli.screen import watching
+from vrx_mj.adapters.progress import terminal_bar
+from vrx_mj.cli.screen import console
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
@@ -31,7 +32,7 @@ def sail(
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
-    with _recording(sim, path, sensors or ()), watching(sim, most) as tick:
+    with _recording(sim, path, sensors or ()), terminal_bar(sim, most, console) as tick:
         return run(sim, duration, controller=controller, progress=tick)
 
 

@@ -1,18 +1,15 @@
-"""What appears on the screen: progress, the summary table, warnings."""
+"""What appears on the screen: the summary table, warnings."""
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
-    from vrx_mj.runtime.simulation import Simulation
 
 console = Console(stderr=True)
 """Messages go to stderr; what other programs may want goes to stdout."""
@@ -35,35 +32,6 @@ def warn_once() -> Callable[..., None]:
             console.print(f"warning: {message}", style="yellow", markup=False, highlight=False, soft_wrap=True)
 
     return show_warning
-
-
-@contextmanager
-def watching(sim: "Simulation", duration: float) -> Iterator[Callable[[float], None]]:
-    """A progress bar over simulated time [s], with the task's state and score, under the referee's lines."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-        TimeRemainingColumn(),
-    )
-    told = 0
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("sailing", total=duration)
-
-        def tick(time: float) -> None:
-            nonlocal told
-            for moment, text, level in sim.task_events[told:]:
-                style = "yellow" if level == "WARN" else None
-                progress.console.print(f"{moment:8.2f} s  {text}", style=style, markup=False, highlight=False)
-                told += 1
-            progress.update(bar, completed=time, description=_standing(sim))
-
-        yield tick
-
-
-def _standing(sim: "Simulation") -> str:
-    task = sim.task
-    return "sailing" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"
 
 
 def score_line(name: str, state: str, score: float, unit: str, better: str, collisions: int, timed_out: bool) -> str:

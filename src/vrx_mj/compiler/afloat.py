@@ -20,11 +20,12 @@ from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order
 from vrx_mj.config.derive import boat_box
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 
-__all__ = ["boats_afloat"]
+__all__ = ["boats_afloat", "depth_in_land", "outline"]
 
 FloatArray = npt.NDArray[np.float64]
 Area = Any
@@ -91,20 +92,31 @@ def boats_afloat(
     return tuple(boats)
 
 
+def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
+    """How far [m] from the shore, rings of points (x, y), a boat of an outline would stand on land; 0 in free water."""
+    area, land = shapely.Polygon(_placed(corners, pose)), _land(shore)
+    return _depth(area, land) if shapely.intersects(area, land) else 0.0
+
+
 def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> FloatArray:
     """Rectangles of the boats, (n,) polygons; boats of one kind have one size."""
     sizes: dict[Order, FloatArray] = {}
     corners = np.empty((len(boats), 4, 2))
     for index, boat in enumerate(boats):
         if boat.order not in sizes:
-            sizes[boat.order] = _rectangle(built(boat))
-        x, y, _, _, _, yaw = boat.pose
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        corners[index] = sizes[boat.order] @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+            sizes[boat.order] = outline(built(boat))
+        corners[index] = _placed(sizes[boat.order], boat.pose)
     return np.asarray(shapely.polygons(corners))
 
 
-def _rectangle(boat: Boat) -> FloatArray:
+def _placed(corners: FloatArray, pose: Pose) -> FloatArray:
+    x, y, _, _, _, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    placed: FloatArray = corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+    return placed
+
+
+def outline(boat: Boat) -> FloatArray:
     """Corners (4, 2) of a boat seen from above, in its own axes [m]; a small square if nobody knows its shape."""
     try:
         (back, right, _), (front, left, _) = boat_box(boat)
@@ -118,9 +130,7 @@ def _rectangle(boat: Boat) -> FloatArray:
 def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
-        land = shapely.Polygon()
-        for ring in shoreline(config.terrain, config.folder):
-            land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
+        land = _land(shoreline(config.terrain, config.folder))
         found.append(_Thing("land", f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
@@ -128,6 +138,13 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     for thing in found:
         shapely.prepare(thing.area)
     return found
+
+
+def _land(shore: Sequence[Sequence[Sequence[float]]]) -> Area:
+    land = shapely.Polygon()
+    for ring in shore:
+        land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
+    return land
 
 
 def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Thing]) -> dict[int, str]:

@@ -14,11 +14,12 @@ from vrx_mj.compiler.afloat import boats_afloat
 from vrx_mj.compiler.dock_checks import check_docks
 from vrx_mj.compiler.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
 from vrx_mj.compiler.fields import place_fields
+from vrx_mj.compiler.fitting import boat_rows, fitted
 from vrx_mj.compiler.markers import marker_rows
 from vrx_mj.compiler.objects import object_piece
-from vrx_mj.compiler.parameters import boat_wind, float_row, hull_physics, sea_parameters, wind_parameters
+from vrx_mj.compiler.parameters import float_row, sea_parameters, wind_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.compiler.robots import hull_row, robot_piece, sensor_rows, station_rows, stiffness, thruster_rows
+from vrx_mj.compiler.robots import stiffness
 from vrx_mj.compiler.scene import scene_parameters, scene_values
 from vrx_mj.compiler.scored import Lock, Touch, lock_of, touches_of
 from vrx_mj.compiler.shooters import parked_balls
@@ -76,7 +77,6 @@ class _Assembly:
         self.sea = sea_parameters(config.sea)
         self.assets: dict[str, bytes] = {}
         self.pieces: dict[Any, Piece] = {}
-        self.fittings: dict[Any, Any] = {}
         self.shapes: dict[str, None] = {}
         self.placed: list[dict[str, Any]] = []
         self.contacts: list[str] = []
@@ -174,29 +174,11 @@ class _Assembly:
         self.rows["path_points"] += points
 
     def _add_boat(self, boat: BoatConfig) -> None:
-        kind = (boat.order, boat.engines, boat.color)
-        built = self._built(boat)
-        if kind not in self.pieces:
-            self.pieces[kind] = robot_piece(built, boat.engines, boat.color)
-            self.fittings[kind] = (
-                {**hull_row(built, boat.engines, PREFIX), **hull_physics(self.config.physics)},
-                thruster_rows(built, boat.engines, PREFIX),
-                sensor_rows(built, PREFIX),
-            )
-        self._place(boat.name, self.pieces[kind], boat.pose)
-        row, thrusters, sensors = renamed(self.fittings[kind], f"{boat.name}/")
-        row["wind"] = boat_wind(self.config, boat.name, boat.robot, own=built.wind)
-        row["station_start"] = len(self.rows["stations"])
-        self.rows["stations"] += (stations := station_rows(built))
-        row["station_count"] = len(stations)
-        start = len(self.rows["thrusters"])
-        row["thruster_start"], row["thruster_count"] = start, len(thrusters)
-        for thruster in thrusters:
-            thruster["hull"] = len(self.rows["hulls"])
-            thruster["race"] += start if thruster["race"] >= 0 else 0
-        self.rows["hulls"].append(row)
-        self.rows["thrusters"] += thrusters
-        self.rows["sensors"] += [{"boat": boat.name, **sensor} for sensor in sensors]
+        fit = fitted(self._built(boat), boat.engines, boat.color)
+        self._place(boat.name, fit.piece, boat.pose)
+        rows = boat_rows(fit, boat, self.rows, self.config.wind, self.config.physics)
+        for table, new in rows.items():
+            self.rows[table] += new
 
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""
@@ -253,8 +235,9 @@ class _Assembly:
             "sea": self.sea,
             "wind": wind_parameters(config.wind, config.physics.profile),
             **self.rows,
-            "boats": [_boat_entry(boat) for boat in self.boats],
-            "objects": [_object_entry(item) for item in (*self.objects, *self.balls)],
+            "boats": [boat_entry(boat) for boat in self.boats],
+            "spawn": spawn_parameters(config),
+            "objects": [object_entry(item) for item in (*self.objects, *self.balls)],
             "docks": [dock_entry(dock) for dock in self.docks],
             "placards": [entry for dock in self.docks for entry in placard_entries(dock)],
             "task": self.task,
@@ -276,21 +259,23 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 
-def renamed(tree: Any, prefix: str) -> Any:
-    """A copy of rows in which names get their prefix."""
-    if isinstance(tree, str):
-        return tree.replace(PREFIX, prefix)
-    if isinstance(tree, dict):
-        return {key: renamed(value, prefix) for key, value in tree.items()}
-    return [renamed(value, prefix) for value in tree] if isinstance(tree, list | tuple) else tree
+def spawn_parameters(config: WorldConfig) -> dict[str, Any]:
+    """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
+    return {
+        **config.spawn.model_dump(include={"robot", "thrusters", "sensors"}),
+        "wind": [item.model_dump() for item in config.wind.objects] if config.wind else [],
+        "quirks": config.physics.quirks,
+    }
 
 
-def _boat_entry(boat: BoatConfig) -> dict[str, Any]:
+def boat_entry(boat: BoatConfig) -> dict[str, Any]:
+    """What others than the loop want to know of a boat."""
     fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "controller", "pose")
     return {field: getattr(boat, field) for field in fields}
 
 
-def _object_entry(item: PlacedObject) -> dict[str, Any]:
+def object_entry(item: PlacedObject) -> dict[str, Any]:
+    """What others than the loop want to know of an object."""
     return {
         "name": item.name,
         "model": Path(item.model).stem,

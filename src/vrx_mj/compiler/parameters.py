@@ -8,7 +8,7 @@ from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.config.objects import BuoyancyElement
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.profiles import CLASSIC
-from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig, WorldConfig
+from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
 from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
@@ -72,11 +72,13 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, floa
     return None
 
 
-def boat_wind(config: WorldConfig, name: str, robot: str, own: Sequence[float] | None) -> list[float]:
+def boat_wind(
+    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Sequence[float] | None
+) -> list[float]:
     """Coefficients for a boat: the world's, or else its `own`; none where the world keeps VRX's `wind_stale_link`."""
-    if "wind_stale_link" in config.physics.quirks:
+    if "wind_stale_link" in physics.quirks:
         return list(NO_WIND)
-    return list(wind_coefficients(config.wind, name, robot) or own or NO_WIND)
+    return list(wind_coefficients(wind, name, robot) or own or NO_WIND)
 
 
 def hull_physics(physics: PhysicsConfig) -> Row:

@@ -10,7 +10,7 @@ from typing import Any
 from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.config.objects import load_object
 
-__all__ = ["BALL", "ball_name", "ball_names", "parked_balls"]
+__all__ = ["BALL", "ball_name", "ball_names", "parked_balls", "spare_ball"]
 
 BALL = "blue_projectile"
 """The object that shooters shoot; VRX's."""
@@ -45,3 +45,12 @@ def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
         )
         for index, (boat, shooter) in enumerate(shooters)
     ]
+
+
+def spare_ball(boat: str, shooter: str, objects: Sequence[Mapping[str, Any]]) -> PlacedObject:
+    """The ball of a shooter that comes later: south of the grid, at the first place where no object starts."""
+    taken = {tuple(item["pose"][:3]) for item in objects}
+    index = 0
+    while (place := (SPACING * (index % COLUMNS), -SPACING * (1 + index // COLUMNS), -DEPTH)) in taken:
+        index += 1
+    return PlacedObject(ball_name(boat, shooter), BALL, load_object(BALL), (*place, 0.0, 0.0, 0.0))

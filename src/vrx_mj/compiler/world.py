@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,7 +16,7 @@ WORLD_FORMAT = 3
 """Version of the saved form; a folder of another version is refused."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class World:
     """MJCF, the asset files it names, and the parameters of sea, wind, hulls and floating objects.
 
@@ -29,6 +30,10 @@ class World:
     parameters: Mapping[str, Any]
     """JSON-able tree: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`, `objects`,
     `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed`, `timestep`, ..."""
+
+    def __repr__(self) -> str:
+        boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
+        return f"<World {self.name}, fleet {self.parameters['fleet']}, {boats}, seed {self.seed}>"
 
     @property
     def name(self) -> str:
@@ -45,7 +50,7 @@ class World:
         """Names of the boats, in the order of the fleet."""
         return tuple(boat["name"] for boat in self.parameters["boats"])
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         """Fingerprint of the whole saved form."""
         digest = hashlib.sha256(self.mjcf.encode())

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
@@ -33,16 +33,18 @@ from vrx_mj.config.base import (
 )
 from vrx_mj.config.build import Order
 from vrx_mj.config.layouts import HEIGHT, Facing, LayoutName
-from vrx_mj.config.loading import check
+from vrx_mj.config.loading import Loading, check, validated
 from vrx_mj.config.parts.read import load_parts
+from vrx_mj.config.report import problem_at
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.slots import Loc, fleet_faults, slots
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import File, Section, of_python
 from vrx_mj.config.wording import shown
-from vrx_mj.config.world import Sensors, WorldConfig, check_thrusters
+from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
+from vrx_mj.errors import ConfigError
 
-__all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Headings", "Located"]
+__all__ = ["BoatConfig", "BoatEntry", "FleetConfig", "FleetPosition", "Headings", "Located", "newcomer"]
 
 _CONTROLLER = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 
@@ -245,10 +247,10 @@ class FleetConfig(_Built):
     def located(self, world: WorldConfig) -> tuple[Located, ...]:
         """Every boat of the fleet in a world, with what the file says about it."""
         if self.is_empty:
-            return (Located(_boat(self, world, "wamv", world.spawn.pose, None), (), ()),)
+            return (Located(_boat(self, world.spawn, "wamv", world.spawn.pose, None), (), ()),)
         frame = _frame(self, world)
         return tuple(
-            Located(_boat(self, world, slot.name, _moved(slot.pose, frame), slot.entry), slot.where, slot.own)
+            Located(_boat(self, world.spawn, slot.name, _moved(slot.pose, frame), slot.entry), slot.where, slot.own)
             for slot in slots(self, world.seed)
         )
 
@@ -275,20 +277,34 @@ def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     return x0 + cos * x - sin * y, y0 + sin * x + cos * y, z, roll, pitch, yaw + turn
 
 
-def _boat(fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: BoatEntry | None) -> BoatConfig:
+def newcomer(said: Mapping[str, Any], spawn: SpawnConfig) -> BoatConfig:
+    """A boat that joins a world later: what is said of it, as in a fleet's `boats`, and the rest from its spawn.
+
+    Raises:
+        ConfigError: something that is said is wrong, or the name or the pose is missing.
+    """
+    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", None))
+    entry = validated(BoatEntry, section, Loading())
+    missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
+    if missing or entry.name is None or entry.pose is None:
+        raise ConfigError([problem_at(section, (key,), "required") for key in missing])
+    return _boat(FleetConfig(), spawn, entry.name, entry.pose, entry)
+
+
+def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: BoatEntry | None) -> BoatConfig:
     """A boat of its own kind, thrusters and engines, or else the fleet's, or else the world's."""
     levels = [level for level in (entry, fleet) if level is not None]
-    owner = next((level for level in levels if level.robot), world.spawn)
+    owner = next((level for level in levels if level.robot), spawn)
     robot = str(owner.robot)
-    parts = next((level for level in levels if level.thrusters or level.components), world.spawn)
+    parts = next((level for level in levels if level.thrusters or level.components), spawn)
     engines = next((level.engines for level in levels if level.engines), None)
     return BoatConfig(
         folder=owner.folder,
         name=name,
         robot=robot,
-        thrusters=_layout(levels, robot, owner.folder, world),
+        thrusters=_layout(levels, robot, owner.folder, spawn),
         components=next((level.components for level in levels if level.components), None),
-        sensors=_sensors(levels, robot, world),
+        sensors=_sensors(levels, robot, spawn),
         parts_folder=parts.folder,
         pose=pose,
         color=entry.color if entry else None,
@@ -297,18 +313,18 @@ def _boat(fleet: FleetConfig, world: WorldConfig, name: str, pose: Pose, entry: 
     )
 
 
-def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, world: WorldConfig) -> str | None:
+def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
     """The thrusters that somebody says, or else the world's, or else the robot's first; None: it has no layouts."""
     said = next((level.thrusters for level in levels if level.thrusters), None)
     if said is not None:
         return said
     known = load_robot(robot, folder).layouts
-    return world.spawn.thrusters if world.spawn.thrusters in known else next(iter(known), None)
+    return spawn.thrusters if spawn.thrusters in known else next(iter(known), None)
 
 
-def _sensors(levels: Sequence[_Built], robot: str, world: WorldConfig) -> tuple[str, ...] | None:
+def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
     """The sensors that somebody says, or else those of a component file, or else the world's for its own robot."""
     for level in levels:
         if level.sensors is not None or level.components is not None:
             return level.sensors
-    return world.spawn.sensors if robot == world.spawn.robot else None
+    return spawn.sensors if robot == spawn.robot else None

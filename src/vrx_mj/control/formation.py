@@ -4,7 +4,8 @@ Three loops, one in the other. Guidance: every boat has a slot that moves along 
 velocity and one toward it, the constant bearing guidance of Breivik, Hovstein and Fossen, Straight-line target tracking
 for unmanned surface vehicles, 2008 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 12.1).
 Of that velocity is taken what leads into another boat. Its length and direction are a surge speed and, by a law of
-proportion, a yaw rate, which `VelocityKeeper` holds.
+proportion, a yaw rate, which `VelocityKeeper` holds. Beside a slot at rest there is no direction to go: there a `Pilot`
+holds the boat, if it can push every way.
 """
 
 import math
@@ -20,6 +21,7 @@ from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.leader import BoatLeader, PathLeader
 from vrx_mj.control.muster import Muster
 from vrx_mj.control.navigation import Estimate, TangentPlane
+from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.track import Spot
 from vrx_mj.control.velocity import VelocityKeeper
 from vrx_mj.errors import UnknownNameError, VrxError
@@ -37,6 +39,10 @@ FASTEST_TURN = 0.6
 """Yaw rate wanted at most [rad/s]."""
 STEADY = 0.5
 """A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
+REST = 0.3
+"""A slot slower than this [m/s] is held by a pilot, within `BERTH`: bow first a boat would go round it for ever."""
+BERTH = 5.0
+"""[m]"""
 SKID = 1.5
 """The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
 ASTERN = 0.3
@@ -160,7 +166,7 @@ class Formation:
         """The slots at the last call, by boat."""
         self.off: dict[str, float] = {}
         """How far each boat was from its slot at the last call [m]."""
-        self._keepers: dict[str, VelocityKeeper] = {}
+        self._helms: dict[str, tuple[VelocityKeeper, Pilot]] = {}
 
     def change(self, shape: str, spacing: float | None = None, *, reassign: bool = False) -> None:
         """Take another shape from the next call on; boats keep the number of their slot unless they are to `reassign`.
@@ -185,8 +191,8 @@ class Formation:
         self.leader.move(seen, t, lag)
         self._take_places(seen)
         self.off = {name: seen[name].to(goal.x, goal.y)[0] for name, goal in self.goals.items()}
-        for name in self.places.keys() - self._keepers.keys():
-            self._keepers[name] = VelocityKeeper(obs[name].thrusters)
+        for name in self.places.keys() - self._helms.keys():
+            self._helms[name] = VelocityKeeper(obs[name].thrusters), Pilot(obs[name].thrusters)
         return {name: self._steer(name, seen, t) for name in self.places}
 
     def _take_places(self, seen: Mapping[str, Estimate]) -> None:
@@ -204,9 +210,12 @@ class Formation:
 
     def _steer(self, name: str, seen: Mapping[str, Estimate], t: float) -> dict[str, float]:
         """Commands that take one boat toward its slot."""
-        own, goal, keeper, speed = seen[name], self.goals[name], self._keepers[name], self.leader.speed
+        own, goal, speed = seen[name], self.goals[name], self.leader.speed
+        keeper, pilot = self._helms[name]
         others = [other for key, other in seen.items() if key != name]
         vx, vy = apart_velocity(own, pursuit(own, goal, speed), others, self.apart)
+        if abs(goal.pace(speed)) < REST and self.off[name] < BERTH and pilot.every_way:
+            return pilot.sail(own, t, vx, vy, goal.direction)
         steady = max(0.0, STEADY - abs(goal.pace(speed)))
         east = vx + SKID * (vx - own.vx) + steady * math.cos(goal.direction)
         north = vy + SKID * (vy - own.vy) + steady * math.sin(goal.direction)

@@ -276,9 +276,18 @@ def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, Any]]) -> Table:
         if row.keys() != names:
             missing, unknown = sorted(names - row.keys()), sorted(row.keys() - names)
             raise ValueError(f"row {index}: missing fields {missing}, unknown fields {unknown}")
-        for name, value in row.items():
-            shape = dtype[name].shape
-            if np.shape(value) != shape:
-                raise ValueError(f"row {index}: {name} has shape {np.shape(value)}, not {shape}")
-            filled[index][name] = value
+    for name in names if rows else ():
+        shape = dtype[name].shape
+        try:
+            column = np.array([row[name] for row in rows])
+        except ValueError:  # rows of different shapes
+            column = np.zeros(0)
+        if column.shape != (len(rows), *shape):
+            _refuse(name, shape, rows)
+        filled[name] = column
     return filled
+
+
+def _refuse(name: str, shape: tuple[int, ...], rows: Sequence[Mapping[str, Any]]) -> None:
+    index, value = next((index, row[name]) for index, row in enumerate(rows) if np.shape(row[name]) != shape)
+    raise ValueError(f"row {index}: {name} has shape {np.shape(value)}, not {shape}")

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
+from vrx_mj.libmujoco import untimed
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.ballast import heavier
@@ -199,7 +200,8 @@ class Batch:
         while True:
             count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
-            self._crew.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
+            with untimed():
+                self._crew.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
             left -= count
             if count:
                 pace = (clock.perf_counter() - begun) * self.threads / (count * max(1, int(self._going.sum())))

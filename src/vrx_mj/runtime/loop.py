@@ -30,6 +30,7 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime import engine
+from vrx_mj.runtime.borrowed import borrowed
 from vrx_mj.runtime.moments import capture
 from vrx_mj.runtime.proximity import apart
 
@@ -69,8 +70,15 @@ def advance(
     `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
     done: fewer when the sample buffer is full, -1 when the state has diverged.
     """
-    added = np.empty((6, 6))
-    done = 0
+    (qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
+     thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
+     blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
+     sampling, samples) = borrowed((
+        qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
+        thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
+        blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
+        sampling, samples))
+    added, done = np.empty((6, 6)), 0
     while done < steps:
         if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
             break
@@ -81,11 +89,8 @@ def advance(
         time += dt
         gust_step(wind[0], wind_state[0], dt)
         air = wind_velocity(wind[0], wind_state[0])
-        for i in range(hulls.size):
-            body = motion(qpos, qvel, hulls[i].qpos, hulls[i].dof)
-            wrench = load_on_hull(hulls[i], stations, waves, sea[0], air, body, time)
-            push = thrust(hulls[i], body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
-            apply(xfrc_applied, hulls[i].body, carry(add(wrench, push), body, hulls[i].link_com, hulls[i].body_com))
+        push_hulls(hulls, stations, thrusters, thruster_state, waves, sea[0], air,
+                   qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
         push_floats(floats, elements, float_state, element_state, followers, waypoints, follower_state,
                     waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
         push_docks(blocks, block_state, raft_work, moorings, elements, element_state,
@@ -97,6 +102,21 @@ def advance(
     mj_kinematics(model, data)
     return -1 if diverged(qpos, qvel) else done
 # fmt: on
+
+
+@kernel
+def push_hulls(
+    hulls: Table, stations: Table, thrusters: Table, thruster_state: Table,
+    waves: Table, sea: Record, air: tuple[float, float],
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, time: float, dt: float,
+) -> None:  # fmt: skip
+    """Let water, wind and their thrusters push all hulls."""
+    for i in range(hulls.size):
+        hull = hulls[i]
+        body = motion(qpos, qvel, hull.qpos, hull.dof)
+        wrench = load_on_hull(hull, stations, waves, sea, air, body, time)
+        push = thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
+        apply(xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
 @kernel

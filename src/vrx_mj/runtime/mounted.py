@@ -1,5 +1,6 @@
 """The sensors of a world, from its rows: what they are, what carries them, and where their marks are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,8 @@ class Mounted:
     """A sensor on a boat."""
 
     boat: str
+    life: int
+    """How many boats of that name there were before."""
     config: Any
     """One of `config.sensors`."""
     frame: str
@@ -55,21 +58,26 @@ class Mounted:
         return slice(self.mark, self.mark + MARKS.get(self.config.type, 0))
 
 
-def mounted(world: World, model: mujoco.MjModel) -> tuple[Mounted, ...]:
-    """The sensors of a world's boats, in its order."""
+def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
+    """The sensors of a world's boats, in its order; those of boats that were there before are `known`."""
+    before = {(sensor.boat, sensor.life, sensor.name): sensor for sensor in known}
+    lives = {boat["name"]: int(boat.get("life", 0)) for boat in world.parameters["boats"]}
     floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
     found: list[Mounted] = []
     mark = 0
     for row in world.parameters.get("sensors", ()):
-        config = sensor_config(row)
+        boat, life = row["boat"], lives[row["boat"]]
+        same = before.get((boat, life, row["config"]["name"]))
+        config = same.config if same else sensor_config(row)
         joint = int(model.body(row["body"]).jntadr[0])
-        name = ball_name(row["boat"], config.name)
+        name = ball_name(boat, config.name)
         found.append(
             Mounted(
-                boat=row["boat"],
+                boat=boat,
+                life=life,
                 config=config,
                 frame=row["frame"],
-                mount=Mount.of(row["position"], row["rotation"]),
+                mount=same.mount if same else Mount.of(row["position"], row["rotation"]),
                 body=row["body"],
                 qpos=int(model.jnt_qposadr[joint]),
                 dof=int(model.jnt_dofadr[joint]),

@@ -49,15 +49,20 @@ class Officiating:
         """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
         task = world.parameters.get("task")
         self.referee: Referee | None = None
-        self.layout = FrameLayout((), ())
         if task:
             self.referee = make_referee(task)
-            self.layout = FrameLayout.of(task, self.referee.watched)
-        self._rig, self._stand = rig, stand
+        self.bind(world, rig, stand)
         earth = world.parameters["georeference"]
         self._earth = Georeference(**earth) if earth else None
         self._stride = frame_stride(rig.timestep)
         self.reset()
+
+    def bind(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
+        """Go on in a world in which boats have come or gone: others can be touched now."""
+        self._rig, self._stand = rig, stand
+        self.layout = FrameLayout((), ())
+        if self.referee:
+            self.layout = FrameLayout.of(world.parameters["task"], self.referee.watched)
 
     def reset(self) -> None:
         """Begin anew."""

@@ -49,13 +49,12 @@ def movers(model: mujoco.MjModel) -> Table:
     for body in range(1, model.nbody):
         if body != model.body_rootid[body]:
             reach[body] = reach[model.body_parentid[body]] + _length(model, body)
-    for geom in _colliding(model):
-        body = int(model.geom_bodyid[geom])
-        row = row_of.get(int(model.body_rootid[body]))
-        if row is not None:
-            start = model.body_ipos[body] if body == model.body_rootid[body] else np.zeros(3)
-            far = reach[body] + float(np.linalg.norm(model.geom_pos[geom] - start)) + model.geom_rbound[geom]
-            table["radius"][row] = max(table["radius"][row], far + SLACK)
+    geoms = _colliding(model)
+    bodies = model.geom_bodyid[geoms]
+    rows = np.array([row_of.get(int(root), -1) for root in model.body_rootid[bodies]], np.int64)
+    start = np.where((bodies == model.body_rootid[bodies])[:, None], model.body_ipos[bodies], 0.0)
+    far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + SLACK
+    np.maximum.at(table["radius"], rows[rows >= 0], far[rows >= 0])
     return table
 
 

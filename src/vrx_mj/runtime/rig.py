@@ -15,7 +15,7 @@ from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.runtime.moments import Moments
-from vrx_mj.runtime.mounted import mounted, start_marks
+from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles
 from vrx_mj.sensors.displays import display_marks, displays_of
 
@@ -31,6 +31,12 @@ MODEL_ARRAYS = (
 )  # fmt: skip
 """Arrays of the model that a user may change between runs."""
 
+SEEN = re.compile(r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[^>]*/>')
+"""What is only looked at, in the MJCF of a world."""
+GEOM, MESH = re.compile(r"<geom [^>]*/>"), re.compile(r'<mesh name="([^"]+)"[^>]*/>')
+
+WIND = ("direction", "mean", "gain", "time_constant", "first_step")
+"""Parameters of the wind that the loop reads."""
 Row = Mapping[str, Any]
 NO_JOINT, NO_ROW = -1, -1
 LOCK = "lock"
@@ -44,16 +50,20 @@ def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
 
     The twin has no shapes at all; it steps the same data while nothing can touch anything.
     """
+    solid = SEEN.sub("", world.mjcf)
+    used = set(re.findall(r' mesh="([^"]+)"', solid))
+    solid = MESH.sub(lambda found: found[0] if found[1] in used else "", solid)
     try:
-        text = re.sub(r"<camera [^>]*/>", "", world.mjcf)
-        spec = mujoco.MjSpec.from_string(text, assets=dict(world.assets))
-        spec.compiler.discardvisual = True
-        model = spec.compile()
-        for geom in spec.geoms:  # what cannot collide is discarded; deleting them singly takes minutes
-            geom.contype = geom.conaffinity = 0
-        return model, spec.compile()
+        return _quickly(solid, world.assets), _quickly(MESH.sub("", GEOM.sub("", solid)), {})
     except ValueError as error:
         raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
+
+
+def _quickly(text: str, assets: Mapping[str, bytes]) -> mujoco.MjModel:
+    """The model of a text that was thinned out: reading MJCF takes longer than all that is done with it."""
+    spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
+    spec.compiler.discardvisual = True
+    return spec.compile()
 
 
 class Rig:
@@ -62,15 +72,23 @@ class Rig:
     The views belong to one model and data: whoever makes new ones makes a new rig.
     """
 
-    def __init__(self, world: World, model: mujoco.MjModel, quiet: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(
+        self,
+        world: World,
+        model: mujoco.MjModel,
+        quiet: mujoco.MjModel,
+        data: mujoco.MjData,
+        *,
+        known: Sequence[Mounted] = (),
+    ) -> None:
+        """Tables of a world; `known` are sensors of another rig that need not be read again."""
         parameters = world.parameters
         sea, wind = parameters["sea"], parameters["wind"]
-        self.model, self.data = model, data
+        self.model, self.data, self.quiet = model, data, quiet
         self.timestep = float(model.opt.timestep)
         self.waves = tables.table(tables.WAVE, sea["waves"])
         self.sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
-        known = ("direction", "mean", "gain", "time_constant", "first_step")
-        self.wind = tables.table(tables.WIND, [{**{k: wind[k] for k in known}, "key": 0}])
+        self.wind = tables.table(tables.WIND, [{**{field: wind[field] for field in WIND}, "key": 0}])
         self.wind_seed = int(wind["seed"])
         self.hulls = tables.table(tables.HULL, [self._free_body(row) for row in parameters["hulls"]])
         self.stations = tables.table(tables.STATION, parameters["stations"])
@@ -89,11 +107,10 @@ class Rig:
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
-        self.quiet = quiet
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
         self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))
-        self.sensors = mounted(world, model)
+        self.sensors = mounted(world, model, known)
         self.displays = displays_of(parameters)
         self.moments = Moments(model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)])
 

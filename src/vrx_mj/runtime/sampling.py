@@ -33,6 +33,9 @@ class Listener(Protocol):
     def frame(self, time: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Take a frame that the referee of the world's task looked at, as `tasks.layout` has it."""
 
+    def boats_changed(self) -> None:
+        """Boats have come or gone: later rows, states and frames are of the world as it is now."""
+
 
 class Sampler:
     """A buffer that `advance` fills with rows, and the listeners that empty it, each at a rate of its own."""
@@ -54,6 +57,11 @@ class Sampler:
         self.drain()
         self._strides[listener] = max(1, round(1.0 / (rate * self._timestep)))
         self._begin()
+
+    def resize(self, columns: int) -> None:
+        """Hand the filled rows over, and take rows of another width from now on, at the same steps."""
+        self.drain()
+        self._take(columns)
 
     def remove(self, listener: Listener) -> None:
         """Give it what is left, and stop sampling when nobody listens."""
@@ -84,8 +92,11 @@ class Sampler:
 
     def _begin(self) -> None:
         """Sample at the finest common stride of those who listen now."""
-        columns = self.buffer.shape[1]
-        rows = max(64, BUFFER_BYTES // (8 * columns)) if self._strides else 0
-        self.buffer = np.zeros((rows, columns))
+        self._take(self.buffer.shape[1])
         self._rows = 0
         self.table[:] = (math.gcd(*self._strides.values()), 0, 0)
+
+    def _take(self, columns: int) -> None:
+        """Make an empty buffer."""
+        rows = max(64, BUFFER_BYTES // (8 * columns)) if self._strides else 0
+        self.buffer = np.zeros((rows, columns))

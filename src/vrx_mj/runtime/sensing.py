@@ -73,15 +73,21 @@ class Sensing:
             drawing: gives the model that cameras and lidars see.
             rebound: is called when the rig's arrays of moments are new ones.
         """
-        self._world, self._rig, self._rebound = world, rig, rebound
+        self._rebound = rebound
+        self._seed = 0
+        self._kept: dict[tuple[str, str], Reading] = {}
+        self.bind(world, rig, drawing)
+
+    def bind(self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel]) -> None:
+        """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
+        self._world, self._rig = world, rig
         self._sights = Sights(world, rig, drawing)
         self._earth = _earth(world)
         self._at_base = frozenset(world.parameters["at_base_link"])
-        self._seed = 0
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in rig.sensors:
             self._boats[sensor.boat][sensor.name] = sensor
-        self._kept: dict[tuple[str, str], Reading] = {}
+        self._kept = {key: reading for key, reading in self._kept.items() if key[0] in self._boats}
 
     def names(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's sensors.
@@ -125,7 +131,7 @@ class Sensing:
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
             return kept
-        draw = Draw(self._seed, boat, name, now.index, sensor.config.rate)
+        draw = Draw(self._seed, boat, name, now.index, sensor.config.rate, life=sensor.life)
         data = self._maker(sensor.config.type)(sensor, now, before, draw)
         reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
         self._kept[boat, name] = reading

@@ -1,8 +1,9 @@
 """A world that runs."""
 
+import dataclasses
 import time as clock
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -12,26 +13,28 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import DivergedError
-from vrx_mj.runtime.bodies import FreeBodies, check_name
+from vrx_mj.errors import DivergedError, StateError
+from vrx_mj.libmujoco import untimed
+from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
+from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
 from vrx_mj.runtime.durations import steps_to_second, whole_steps
-from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
-from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.officiating import Officiating, TaskObservation
-from vrx_mj.runtime.rig import Rig, drawing_model, stepping_models
+from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.subscriptions import Subscriptions
-from vrx_mj.runtime.thrusters import thrusters
+from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
+from vrx_mj.runtime.whereabouts import Whereabouts
 
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
@@ -42,7 +45,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Instruments, Signals):
+class Simulation(Company, Instruments, Signals, Whereabouts):
     """One world, moving.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -50,17 +53,11 @@ class Simulation(Instruments, Signals):
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
-        self._world = world
-        self._world_id = world.sha256
-        self._model, quiet = stepping_models(world)
-        self._data = mujoco.MjData(self._model)
-        self._rig = Rig(world, self._model, quiet, self._data)
-        self._helm = Helm(world.boats, world.parameters["thrusters"])
-        self._thrusters = {boat: thrusters(self._rig, rows) for boat, rows in self._helm.thrusters.items()}
-        self._bodies = FreeBodies(world, self._rig)
+        self._first = world
+        self._thrusters: dict[str, dict[str, Thruster]] = {}
+        self._take(world, rig_of(world))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
-        self._pace, self._drained = 1e-5, 0.0
-        self._drawing = cache(partial(drawing_model, world))
+        self._pace, self._drained, self._advancing = 1e-5, 0.0, False
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
@@ -137,12 +134,17 @@ class Simulation(Instruments, Signals):
     def reset(self, seed: int | None = None) -> Observation:
         """Go back to the start, with the world's seed or another; returns what the boats see.
 
+        The boats are those of the world that the simulation was made of, whoever was spawned or removed.
+
         Raises:
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._world.seed if seed is None else int(seed)
+        self._seed = self._first.seed if seed is None else int(seed)
+        if self._world is not self._first:
+            self._thrusters = {}  # a boat that was spawned may have had the name of another
+            self._bind(self._first, rig_of(self._first))
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()
@@ -190,7 +192,13 @@ class Simulation(Instruments, Signals):
     def advance(self, steps: int) -> None:
         """Advance by a number of physics steps under the commands that stand; DivergedError as `step`."""
         self._subscriptions.check_idle("advance")
-        left = steps
+        self._advancing = True
+        try:
+            self._advance(steps)
+        finally:
+            self._advancing = False
+
+    def _advance(self, left: int) -> None:
         self._officiating.look(self.time, self._deeds)
         self._subscriptions.deliver(self.time)
         while left > 0:
@@ -198,7 +206,8 @@ class Simulation(Instruments, Signals):
             heard = min(self._subscriptions.steps(self.time), self._officiating.steps(self.time))
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
-            done = int(LOOP(*self._arguments, self.time, self.timestep, count))
+            with untimed():
+                done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
                 self._diverged()
             if done:
@@ -224,22 +233,33 @@ class Simulation(Instruments, Signals):
 
     def get_state(self) -> State:
         """The whole state: continued from it, a run equals the uninterrupted one bit for bit."""
+        return dataclasses.replace(self._moment(), world=self._world.sha256)
+
+    def _moment(self) -> State:
+        """The state without its world's fingerprint, which takes 50 ms once for every world."""
         size = mujoco.mj_stateSize(self._model, SIGNATURE)
         flat = np.empty(size)
         mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
         ours, moving, task = self._rig.pack(), self._rig.moving, self._officiating.dump()
-        return State(STATE_VERSION, self._world_id, self._seed, self.time, flat, ours, moving, task)
+        return State(STATE_VERSION, "", self._seed, self.time, flat, ours, moving, task)
 
     def set_state(self, state: State) -> Observation:
         """Go to a state that `get_state` gave, here or in another process.
 
         Raises:
-            StateError: it belongs to another world or another version, or is not finite.
+            StateError: it belongs to another world, as to this one before boats came or went, or to another version,
+                or is not finite.
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        state.check(self._world_id)
+        if state.world == self._first.sha256 != self._world.sha256:
+            boats = ", ".join(self._first.boats)
+            raise StateError(
+                f"the state at t = {state.time:g} s is from before boats came or went: reset() brings back {boats}; "
+                "then it can be set"
+            )
+        state.check(self._world.sha256)
         self._rig.check(state.ours)
         self._officiating.check(state.task)
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
@@ -251,71 +271,6 @@ class Simulation(Instruments, Signals):
         self._wind.forget()
         self._settle()
         return self.observe()
-
-    def set_boat(
-        self,
-        name: str,
-        *,
-        pose: Sequence[float] | None = None,
-        velocity: Sequence[float] | None = None,
-    ) -> None:
-        """Put a boat somewhere, or set it moving; what is not given stays.
-
-        Args:
-            name: the boat.
-            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            velocity: (u, v, w, p, q, r) [m/s, rad/s] of that origin, body axes.
-
-        Raises:
-            UnknownNameError: no boat has that name.
-            CommandError: not six finite numbers.
-        """
-        check_name("boat", name, self.boats)
-        if pose is not None:
-            self.release(name)
-        self._bodies.put(name, pose, velocity)
-        self._derive()
-
-    def release(self, boat: str) -> None:
-        """Let go of a boat that its task holds, as `set_boat` with a pose does; nothing happens to one that is free."""
-        check_name("boat", boat, self.boats)
-        self._rig.release(boat)
-
-    def set_object(
-        self,
-        name: str,
-        *,
-        pose: Sequence[float] | None = None,
-        velocity: Sequence[float] | None = None,
-    ) -> None:
-        """The same as `set_boat`, for a floating object, or for the frame of a floating dock.
-
-        Raises:
-            UnknownNameError: no floating object or dock has that name.
-            CommandError: not six finite numbers.
-        """
-        check_name("floating object", name, self._bodies.afloat)
-        self._bodies.put(name, pose, velocity)
-        self._derive()
-        self._bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
-
-    def observe_object(self, name: str) -> BoatObservation:
-        """Pose and velocity of a floating object's link, or of a floating dock's frame, that of its drawing.
-
-        UnknownNameError if none has that name.
-        """
-        check_name("floating object", name, self._bodies.afloat)
-        return self._bodies.observe(name)
-
-    def forces(self, boat: str) -> Forces:
-        """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
-
-        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
-        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`. UnknownNameError if no
-        boat has that name.
-        """
-        check_name("boat", boat, self.boats)
-        return boat_forces(self._rig, self.boats.index(boat), self.time)
 
     # Its task
 
@@ -368,6 +323,35 @@ class Simulation(Instruments, Signals):
 
     # Inside
 
+    def _take(self, world: World, rig: Rig) -> None:
+        """Make a world and its rig the present ones."""
+        self._world, self._rig = world, rig
+        self._model, self._data = rig.model, rig.data
+        self._helm = Helm(world.boats, world.parameters["thrusters"])
+        known, fleet = self._thrusters, self._helm.thrusters
+        self._thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
+        self._bodies = FreeBodies(world, rig)
+        self._drawing = cache(partial(drawing_model, world))
+
+    def _bind(self, world: World, rig: Rig) -> None:
+        """Go over to a world that has other boats, with everything that users may hold."""
+        self._take(world, rig)
+        self._sea.bind(rig)
+        self._wind.bind(rig)
+        self._sensing.bind(world, rig, self._drawing)
+        self._subscriptions.bind(rig.sensors)
+        self._officiating.bind(world, rig, self._bodies.stand)
+        self._sampler.resize(rig.columns)
+
+    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
+        """Go on in a world that has other boats, from the moment that its rig is at."""
+        self._bind(world, rig)
+        self._renew_arguments()
+        for listener in self._sampler.listeners:
+            listener.boats_changed()
+        self.event(told)
+        self._keep()
+
     def _settle(self) -> None:
         """Begin anew from a state that was set."""
         self._rig.refresh()
@@ -386,14 +370,15 @@ class Simulation(Instruments, Signals):
         self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)
 
     def _keep(self) -> None:
-        self._last_good = self.get_state()
+        self._last_good = self._moment()
         if self._sampler.listeners:
-            blob = self._last_good.to_bytes()
+            blob = self.get_state().to_bytes()
             for listener in self._sampler.listeners:
                 listener.state(self.time, blob)
 
     def _diverged(self) -> None:
         self._sampler.drain()
-        message = told(self._bodies.broken(), self.time, self.timestep, self._last_good)
+        good = dataclasses.replace(self._last_good, world=self._world.sha256)
+        message = told(self._bodies.broken(), self.time, self.timestep, good)
         self.event(message, "ERROR")
         raise DivergedError(message)

@@ -58,12 +58,17 @@ class Subscriptions:
 
     def __init__(self, sensors: Sequence[Mounted], read: Callable[[str, str], Reading], timestep: float) -> None:
         """Nobody yet; `read` gives the reading of a boat's sensor now."""
-        self._rates: dict[str, dict[str, float]] = {}
-        for sensor in sensors:
-            self._rates.setdefault(sensor.boat, {})[sensor.name] = float(sensor.config.rate)
         self._read, self._timestep = read, timestep
         self._all: tuple[Subscription, ...] = ()
         self._busy = False
+        self.bind(sensors)
+
+    def bind(self, sensors: Sequence[Mounted]) -> None:
+        """Go on with these sensors: subscriptions of those that are gone end."""
+        self._rates: dict[str, dict[str, float]] = {}
+        for sensor in sensors:
+            self._rates.setdefault(sensor.boat, {})[sensor.name] = float(sensor.config.rate)
+        self._all = tuple(one for one in self._all if one.sensor in self._rates.get(one.boat, {}))
 
     def add(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], rate: float | None, time: float

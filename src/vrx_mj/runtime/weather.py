@@ -14,6 +14,10 @@ class Sea:
     """The surface of the sea."""
 
     def __init__(self, rig: Rig) -> None:
+        self.bind(rig)
+
+    def bind(self, rig: Rig) -> None:
+        """Go on in a rig in which boats have come or gone."""
         self._rig = rig
 
     def height(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
@@ -32,9 +36,13 @@ class Wind:
     """The wind, gusts included."""
 
     def __init__(self, rig: Rig) -> None:
-        self._rig = rig
+        self.bind(rig)
         self._replayed = np.zeros(0)
         self._replay = np.zeros(1, rig.wind_state.dtype)
+
+    def bind(self, rig: Rig) -> None:
+        """Go on in a rig in which boats have come or gone."""
+        self._rig = rig
 
     def velocity(self, t: npt.ArrayLike) -> FloatArray:
         """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).

@@ -21,8 +21,8 @@ FloatArray = npt.NDArray[np.float64]
 class Draw:
     """The random numbers of one measurement of one sensor."""
 
-    def __init__(self, seed: int, boat: str, sensor: str, index: int, rate: float) -> None:
-        self.key = _key(seed, boat, sensor)
+    def __init__(self, seed: int, boat: str, sensor: str, index: int, rate: float, *, life: int = 0) -> None:
+        self.key = _key(seed, boat, sensor, life)
         """Of the sensor's stream."""
         self.index = index
         """Number of the measurement."""
@@ -37,8 +37,9 @@ class Draw:
 
 
 @lru_cache(maxsize=4096)
-def _key(seed: int, boat: str, sensor: str) -> int:
-    return stream_key(seed, "sensor", boat, sensor)
+def _key(seed: int, boat: str, sensor: str, life: int) -> int:
+    """Of a sensor's stream; a boat that has a name again after another, in its next `life`, has streams of its own."""
+    return stream_key(seed, "sensor", boat, sensor, *([life] if life else []))
 
 
 def errors(model: ErrorModel, draw: Draw, axis: int) -> FloatArray:

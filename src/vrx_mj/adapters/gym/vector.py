@@ -97,14 +97,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise gymnasium.error.Error(f"render_mode is {render_mode!r}: None or 'rgb_array' is possible")
         kind = PROBLEMS[problem]
-        self.render_mode = render_mode
-        self._mode = AutoresetMode(autoreset_mode)
+        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, AutoresetMode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
-        compiled = _compiled(kind.world if world is None else world, {"sensors": "none"} if fleet is None else fleet)
+        compiled = _compiled(kind.world if world is None else world, fleet)
         self._batch = Batch(compiled, num_envs, threads=threads)
         self._problem: Problem = kind(num_envs, compiled)
-        self.num_envs = num_envs
         self._limits = np.abs(self._batch.largest)
         self._most = round((kind.duration if duration is None else duration) / PERIOD)
         self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
@@ -269,9 +267,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
 
 
-def _compiled(world: Source, fleet: Source) -> World:
-    """The world; gymnasium.error.Error: there is not one boat in it."""
-    compiled = compile_world(world, fleet=fleet)
+def _compiled(world: Source, fleet: Source | None) -> World:
+    """The world with one boat."""
+    compiled = compile_world(world, fleet={"sensors": "none"} if fleet is None else fleet)
     if len(compiled.boats) != 1:
         raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
     return compiled

@@ -188,7 +188,7 @@ def trails(scene: RecordScene) -> dict[str, Any]:
         start=rrb.TimeRangeBoundary.infinite(),
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
-    paths = [f"/world/trails/{boat.name}" for boat in scene.boats()]
+    paths = [f"/world/trails/{boat}" for boat in scene.roster()]
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 

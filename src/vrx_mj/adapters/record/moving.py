@@ -85,19 +85,34 @@ class MovingChunks:
     """Turns blocks of rows into chunks."""
 
     def __init__(self, scene: RecordScene) -> None:
+        self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
+        self._trail_end: dict[str, FloatArray] = {}
+        self._heading: dict[str, float] = {}
+        self._angle: dict[tuple[str, str], float] = {}
+        self._codes = [-1] * len(scene.displays)
+        self._first = scene.layout()
+        self.company = 0
+        """Number of the company whose rows are to come: how often boats came or went."""
+        self._take(scene)
+
+    def go_on(self, scene: RecordScene) -> None:
+        """Go on in a scene in which boats have come or gone: rows have its columns now."""
+        self.company += 1
+        self._take(scene)
+
+    def _take(self, scene: RecordScene) -> None:
         self._scene = scene
         self._layout = scene.layout()
         self._boats = [body for body in self._layout.bodies if body.kind == "boat"]
         self._paths = {body.name: body.path for body in scene.bodies}
-        self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
-        self._trail_end: FloatArray | None = None
-        self._heading: FloatArray | None = None
-        self._angle = np.full(len(scene.thrusters), np.nan)
-        self._codes = [-1] * len(scene.displays)
+        there = {boat.name for boat in self._boats}
+        self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in there}
+        self._heading = {boat: last for boat, last in self._heading.items() if boat in there}
+        self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
-        yield exact_rows(rows)
+        yield exact_rows(rows, self.company)
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         yield from self._poses(rows)
         yield from self._parts(rows)
@@ -148,11 +163,11 @@ class MovingChunks:
         if not len(rows):
             return
         here = self._boat_positions(rows) * (1.0, 1.0, 0.0) + (0.0, 0.0, TRAIL_HEIGHT)
-        last = here[0] if self._trail_end is None else self._trail_end
-        self._trail_end = here[-1]
-        before = np.concatenate([last[None], here[:-1]])
         for i, boat in enumerate(self._boats):
-            strips = np.stack([before[:, i], here[:, i]], axis=1).astype(np.float32)
+            last = self._trail_end.get(boat.name, here[0, i])
+            self._trail_end[boat.name] = here[-1, i]
+            before = np.concatenate([last[None], here[:-1, i]])
+            strips = np.stack([before, here[:, i]], axis=1).astype(np.float32)
             yield Chunk.from_columns(
                 f"/world/trails/{boat.name}", [times(rows[:, 0])], rr.LineStrips3D.columns(strips=strips)
             )
@@ -169,17 +184,37 @@ class MovingChunks:
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
         speed, heading, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
-        wrapped = heading if self._heading is None else np.concatenate([self._heading[None], heading])
-        heading = np.unwrap(wrapped, axis=0)[-len(rows) :]
-        self._heading = heading[-1]
-        yield plot("speed", rows, speed)
-        yield plot("heading", rows, np.degrees(heading))
-        yield plot("roll", rows, np.degrees(roll))
-        yield plot("pitch", rows, np.degrees(pitch))
+        last = [self._heading.get(boat.name, heading[0, i]) for i, boat in enumerate(self._boats)]
+        heading = np.unwrap(np.concatenate([[last], heading]), axis=0)[1:]
+        self._heading = {boat.name: float(heading[-1, i]) for i, boat in enumerate(self._boats)}
+        quantities = {"speed": speed, "heading": np.degrees(heading), "roll": np.degrees(roll)}
+        for name, values in (quantities | {"pitch": np.degrees(pitch)}).items():
+            yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
         yield plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
-            yield plot("thrust", rows, rows[:, self._layout.thrust])
-            yield plot("steering", rows, np.degrees(rows[:, self._layout.angle]))
+            yield from self._lines("thrust", rows, rows[:, self._layout.thrust], self._layout.thrusters)
+            steering = np.degrees(rows[:, self._layout.angle])
+            yield from self._lines("steering", rows, steering, self._layout.thrusters)
+
+    def _lines(
+        self, name: str, rows: FloatArray, values: FloatArray, series: Sequence[tuple[str, str]]
+    ) -> Iterator[Chunk]:
+        """Values (n, k) of series, each a boat and a thruster, if it is of one.
+
+        Those of the first company are in one entity, as a plot's entity has as many series at all times: NaN of who is
+        not there. Who joined later has an entity of its own.
+        """
+        boats = [(body.name, "") for body in self._first.bodies if body.kind == "boat"]
+        shared = [*boats, *self._first.thrusters]
+        first = [key for key in shared if bool(key[1]) == bool(series[0][1])]
+        known = [i for i, key in enumerate(series) if key in first]
+        together = np.full((len(rows), len(first)), np.nan)
+        together[:, [first.index(series[i]) for i in known]] = values[:, known]
+        if first:
+            yield plot(name, rows, together)
+        for boat in dict.fromkeys(key[0] for i, key in enumerate(series) if i not in known):
+            own = [i for i, key in enumerate(series) if key[0] == boat and i not in known]
+            yield plot(f"{name}/{boat}", rows, values[:, own])
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:
         """(n, boats, 7)."""
@@ -203,10 +238,11 @@ class MovingChunks:
         thrust, angle = rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]
         thrusters = [self._scene.thrusters[i] for i in mine]
         yield thrust_arrows(self._paths[boat.name], rows[:, 0], thrusters, thrust, angle)
-        for k, i in enumerate(mine):
-            if np.any(angle[:, k] != self._angle[i]):
-                yield engine(self._paths[boat.name], rows[:, 0], thrusters[k], angle[:, k])
-            self._angle[i] = angle[-1, k]
+        for k, thruster in enumerate(thrusters):
+            key = boat.name, thruster.name
+            if np.any(angle[:, k] != self._angle.get(key, math.nan)):
+                yield engine(self._paths[boat.name], rows[:, 0], thruster, angle[:, k])
+            self._angle[key] = float(angle[-1, k])
 
     def _seas(self, rows: FloatArray) -> Iterator[Chunk]:
         height = self._scene.sea_height
@@ -223,9 +259,10 @@ class MovingChunks:
             yield Chunk.from_columns("/world/sea", [times(time)], columns.partition(lengths))
 
 
-def exact_rows(rows: FloatArray) -> Chunk:
-    """A block of rows as they are, to the last bit."""
-    return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], rr.AnyValues.columns(block=[pack_rows(rows)]))
+def exact_rows(rows: FloatArray, company: int) -> Chunk:
+    """A block of rows as they are, to the last bit, with the number of their company."""
+    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[company])
+    return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], columns)
 
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:

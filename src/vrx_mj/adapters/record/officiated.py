@@ -31,6 +31,8 @@ FRAMES = "/record/frames"
 FloatArray = npt.NDArray[np.float64]
 Seen = tuple[float, FloatArray, list[list[Any]]]
 """Simulated time [s], the frame's row, and its messages, each as topic and content."""
+Found = tuple[int, FloatArray, tuple[Message, ...]]
+"""Number of the company, the frame's row, and its messages."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,8 @@ class Scored:
         return self.referee.sheet
 
 
-def frame_chunk(frames: Sequence[Seen]) -> Chunk:
-    """Frames as one block, and what was sent with them as JSON."""
+def frame_chunk(frames: Sequence[Seen], company: int = 0) -> Chunk:
+    """Frames of a company as one block, and what was sent with them as JSON."""
     import rerun as rr
     from rerun.chunk import Chunk
 
@@ -57,19 +59,21 @@ def frame_chunk(frames: Sequence[Seen]) -> Chunk:
 
     block = pack_rows(np.array([row for _, row, _ in frames]))
     sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
-    columns = rr.AnyValues.columns(block=[block], sent=[sent])
+    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[company])
     return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
 
 
-def read_frames(parts: Sequence[Mapping[str, Any]]) -> tuple[tuple[FloatArray, tuple[Message, ...]], ...]:
-    """Rows and messages of all frames, in the order of time."""
+def read_frames(parts: Sequence[Mapping[str, Any]]) -> tuple[Found, ...]:
+    """Companies, rows and messages of all frames, in the order of time."""
     found = [
-        pair
+        (int(company[0]), row, messages)
         for part in parts
-        for blob, sent in zip(part["block"], part["sent"], strict=True)
-        for pair in _unpacked(blob[0], sent[0])
+        for blob, sent, company in zip(
+            part["block"], part["sent"], part.get("company") or [[0]] * len(part["block"]), strict=True
+        )
+        for row, messages in _unpacked(blob[0], sent[0])
     ]
-    return tuple(sorted(found, key=lambda pair: float(pair[0][0])))
+    return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
 
 
 def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
@@ -91,29 +95,25 @@ def rescore(source: str | Path | Record) -> Scored:
     from vrx_mj.adapters.record.reader import Record, read_record
 
     recorded = source if isinstance(source, Record) else read_record(source)
-    task = parameters_of(recorded).get("task")
+    task = recorded.companies[0].parameters.get("task")
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties['world']}, has no task")
     referee, begun = make_referee(task), -1.0
     if recorded.states and recorded.states[0].time > 0.0:
         begun = _resumed(referee, recorded)
-    layout = FrameLayout.of(task, referee.watched)
+    tasks = (company.parameters["task"] for company in recorded.companies)
+    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
     events: list[tuple[float, str, str]] = []
-    for frame in frames_of(recorded, layout):
+    for frame in frames_of(recorded, layouts):
         if frame.time > begun + 1e-9:
             events += [(frame.time, *line) for line in referee.look(frame).lines]
     return Scored(referee, tuple(events))
 
 
-def frames_of(recorded: Record, layout: FrameLayout) -> Iterator[Frame]:
-    """The frames of a recording."""
-    for row, messages in recorded.frames:
-        yield layout.frame(row.tolist(), messages)
-
-
-def parameters_of(recorded: Record) -> Mapping[str, Any]:
-    """The parameters of the recorded world."""
-    return json.loads(recorded.files["scene.json"])  # type: ignore[no-any-return]
+def frames_of(recorded: Record, layouts: Sequence[FrameLayout]) -> Iterator[Frame]:
+    """The frames of a recording; `layouts` are those of its companies."""
+    for company, row, messages in recorded.frames:
+        yield layouts[company].frame(row.tolist(), messages)
 
 
 def take_up(referee: Referee, blob: bytes) -> None:

@@ -79,6 +79,11 @@ class TaskChunks:
             self._referee = make_referee(self._task)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
+    def go_on(self, parameters: Mapping[str, Any]) -> None:
+        """Go on in a world in which boats have come or gone: the scored one can touch others."""
+        if self._task:
+            self._layout = FrameLayout.of(parameters["task"], self._referee.watched)
+
     def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[Seen]) -> Iterator[Chunk]:
         """Chunks of the states and frames since the last call, when enough has come or the task is over."""
         if not self._task:

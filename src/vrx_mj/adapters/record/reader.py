@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import struct
 import tempfile
 import warnings
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +15,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.record.officiated import FRAMES, read_frames
+from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint_layout, read_companies, unpacked
+from vrx_mj.adapters.record.officiated import FRAMES, Found, read_frames
 from vrx_mj.adapters.record.readings import RecordedReadings
-from vrx_mj.adapters.record.rows import unpack_rows
 from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RecordedSensor, RowLayout
 from vrx_mj.errors import RecordError, UnknownNameError
-from vrx_mj.tasks.frame import Message
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
 
@@ -49,7 +46,7 @@ class SavedState:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What one boat or object did, a row per recorded time."""
+    """What one boat or object did, a row per recorded time; NaN while it was not there."""
 
     name: str
     position: FloatArray
@@ -73,8 +70,8 @@ class Record:
     path: Path
     properties: Mapping[str, Any]
     """The run: world, fleet, seed, versions, platform."""
-    files: Mapping[str, bytes]
-    """The saved form of the world, by relative path."""
+    companies: tuple[Company, ...]
+    """The boats that sailed together at first, and one more whenever one joined or left."""
     timestep: float
     """Physics step [s]."""
     time: FloatArray
@@ -91,15 +88,20 @@ class Record:
     """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
     states: tuple[SavedState, ...]
-    frames: tuple[tuple[FloatArray, tuple[Message, ...]], ...]
-    """What the referee of the world's task looked at, a row of `tasks.layout` each, and what was sent with it."""
+    frames: tuple[Found, ...]
+    """What the referee of the world's task looked at: company, a row of `tasks.layout`, and what was sent with it."""
     layout: RowLayout
     rows: FloatArray
-    """(n, columns): everything recorded, as it was; `layout.names()` names the columns."""
+    """(n, columns): everything recorded, as it was; `layout.names()` names the columns. NaN of who was not there."""
     views: bytes
     """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """The saved form of the world that the recording begins in, by relative path."""
+        return self.companies[0].files
 
     def state_at(self, time: float) -> SavedState:
         """The last state saved at or before `time` [s]."""
@@ -131,12 +133,15 @@ def read_record(path: str | Path) -> Record:
     head = json.loads(run["head"][0][0])
     if head["format"] != FORMAT:
         raise RecordError(f"'{file}' is a recording of format {head['format']}; this version reads {FORMAT}")
-    layout = RowLayout.from_json(head["layout"])
-    rows = all_rows(parts.get("/record/rows", []), layout.width)
+    sha256, files = head["properties"].get("world_sha256", ""), unpacked(run["files"][0][0])
+    first = Company(RowLayout.from_json(head["layout"]), sha256, files)
+    companies = read_companies(first, parts.get(COMPANIES, []))
+    layouts = [company.layout for company in companies]
+    layout, rows = joint_layout(layouts), all_rows(parts.get("/record/rows", []), layouts)
     return Record(
         path=file,
         properties=head["properties"],
-        files=unpacked(run["files"][0][0]),
+        companies=companies,
         timestep=head["timestep"],
         time=rows[:, 0],
         wind=rows[:, 1],
@@ -155,7 +160,7 @@ def read_record(path: str | Path) -> Record:
     )
 
 
-OURS = ("/record/run", "/record/rows", "/record/states", "/events", FRAMES)
+OURS = ("/record/run", "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
 
 
@@ -271,15 +276,6 @@ def first_line(error: BaseException) -> str:
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
-def all_rows(parts: Sequence[Mapping[str, Any]], width: int) -> FloatArray:
-    """Rows (n, width) of every block, sorted by time."""
-    blocks = [unpack_rows(blob[0]) for part in parts for blob in part["block"]]
-    if not blocks:
-        return np.empty((0, width))
-    rows = np.concatenate(blocks)
-    return rows[np.argsort(rows[:, 0], kind="stable")]
-
-
 def all_events(parts: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
     """Events in the order of time."""
     events = [
@@ -324,9 +320,3 @@ def to_body(quaternion: FloatArray, vector: FloatArray) -> FloatArray:
     w, axis = quaternion[:, :1], -quaternion[:, 1:]
     twice = 2.0 * np.cross(axis, vector)
     return vector + w * twice + np.cross(axis, twice)
-
-
-def unpacked(blob: bytes) -> dict[str, bytes]:
-    """Files of the archive in a recording."""
-    with zipfile.ZipFile(io.BytesIO(blob)) as stored:
-        return {name: stored.read(name) for name in stored.namelist()}

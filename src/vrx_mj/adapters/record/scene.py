@@ -177,7 +177,7 @@ class Waypoint:
 
 @dataclass(frozen=True, eq=False)
 class RecordScene:
-    """All that a recording knows before its first row."""
+    """All that a recording knows before its first row, or before the first after boats came or went."""
 
     properties: Mapping[str, Any]
     """The run: world, fleet, seed, versions, platform, hashes. JSON values."""
@@ -202,6 +202,10 @@ class RecordScene:
     """None: the world has no place on Earth."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """Those of the world, as the compiler made them: what its task lays out."""
+    begun: float | None = None
+    """Simulated time from which its boats are shown [s]; None: always, and they stay."""
+    earlier: tuple[str, ...] = ()
+    """Boats of the scenes before it in the same recording, in the order in which they came."""
 
     def of_type(self, kind: str) -> tuple[RecordedSensor, ...]:
         """The recorded sensors of a type, in order."""
@@ -210,6 +214,10 @@ class RecordScene:
     def boats(self) -> tuple[RecordedBody, ...]:
         """The bodies that are boats, in order."""
         return tuple(body for body in self.bodies if body.kind == "boat")
+
+    def roster(self) -> tuple[str, ...]:
+        """All boats until now, those that left included: their colours go by this order."""
+        return tuple(dict.fromkeys((*self.earlier, *(boat.name for boat in self.boats()))))
 
     def layout(self) -> RowLayout:
         """Names and places of the rows' columns."""

@@ -47,7 +47,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
-    colors = dict(zip([boat.name for boat in scene.boats()], boat_colors(len(scene.boats())), strict=True))
+    colors = boat_colors(scene)
     for sensor in scene.sensors:
         if sensor.type == "camera":
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))
@@ -57,12 +57,12 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
         elif sensor.type == "pinger":
             yield static(sensor.path, rr.Arrows3D.from_fields(colors=[SOUND_COLOR], radii=[0.08]))
         elif sensor.type == "gps":
-            shown = rr.Points3D.from_fields(colors=[colors[sensor.boat]], radii=[rr.Radius.ui_points(2.2)])
-            yield static(track_path(sensor), shown)
-        yield from named_series(sensor, colors[sensor.boat])
+            fixes = rr.Points3D.from_fields(colors=[colors[sensor.boat]], radii=[rr.Radius.ui_points(2.2)])
+            yield static(track_path(sensor), fixes)
+        yield from sensor_series(sensor, colors[sensor.boat])
 
 
-def named_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator[Chunk]:
+def sensor_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator[Chunk]:
     """Names and colours of a sensor's plots."""
     for quantity, _ in SERIES.get(sensor.type, ()):
         axes = sensor.type == "imu"

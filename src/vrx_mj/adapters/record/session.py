@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 import math
 import re
 import tempfile
@@ -16,9 +17,10 @@ import numpy as np
 import trimesh
 
 from vrx_mj.adapters.record.choice import Choice, chosen
+from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.hinged import part_paths, parts_of
 from vrx_mj.adapters.record.listening import recorded_sensors, sensor_rates, taker
-from vrx_mj.adapters.record.reader import Record, read_record
+from vrx_mj.adapters.record.reader import read_record
 from vrx_mj.adapters.record.scene import (
     RecordedBody,
     RecordedDisplay,
@@ -28,6 +30,7 @@ from vrx_mj.adapters.record.scene import (
     Waypoint,
 )
 from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.compiler.joining import boat_alone
 from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
@@ -59,14 +62,15 @@ def record(
     An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
     file that reads up to its last second.
 
+    Boats that are spawned appear, but for their sensors; those that are removed go, and their sensors' readings end.
+
     Raises:
         RecordError: the file cannot be written.
         UnknownNameError: no such boat or sensor.
         CommandError: a sensor's rate is not above 0, or above its own.
     """
     choices = chosen(sensors, sensor_rates(sim)) if sensors else ()
-    scene = scene_of(sim, choices)
-    with RecordWriter(path, scene if sea else dataclasses.replace(scene, sea_height=None)) as writer:
+    with RunWriter(path, sim, choices, sea=sea) as writer:
         sim.attach(writer, rate=POSE_RATE)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
@@ -79,6 +83,23 @@ def record(
             sim.detach(writer)
 
 
+class RunWriter(RecordWriter):
+    """Writes the recording of a simulation, and looks at it again when boats have come or gone."""
+
+    def __init__(self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool) -> None:
+        self._sim, self._choices = sim, choices
+        shown = sim.sea.height if sea else None
+        super().__init__(path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown))
+
+    def boats_changed(self) -> None:
+        """Boats have come or gone."""
+        sim, before = self._sim, self.scene
+        known = {boat.name for boat in before.boats()}
+        self._choices = [one for one in self._choices if one.boat in sim.boats]
+        now = scene_of(sim, self._choices, looks_of=[boat for boat in sim.boats if boat not in known])
+        self.go_on(dataclasses.replace(now, begun=sim.time, sea_height=before.sea_height, displays=before.displays))
+
+
 def resume(path: str | Path, time: float) -> Simulation:
     """A simulation at the last recorded second not after simulated `time` [s] of a recording.
 
@@ -89,25 +110,33 @@ def resume(path: str | Path, time: float) -> Simulation:
     found = [saved.blob for saved in recorded.states if saved.time <= time + 1e-9]
     if not found:
         raise RecordError(f"'{path}' has no state at or before {time:g} s")
-    sim = Simulation(saved_world(recorded))
-    sim.set_state(State.from_bytes(found[-1]))
+    state = State.from_bytes(found[-1])
+    own = (one for one in recorded.companies if one.world_sha256 == state.world)
+    company = next(own, recorded.companies[0])
+    sim = Simulation(saved_world(company))
+    sim.set_state(state)
     return sim
 
 
-def saved_world(recorded: Record) -> World:
-    """The world that a recording was made in."""
+def saved_world(company: Company) -> World:
+    """The world in which boats of a recording sailed together."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, content in recorded.files.items():
+        for name, content in company.files.items():
             target = Path(folder) / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)
         return World.load(folder)
 
 
-def scene_of(sim: Simulation, choices: Sequence[Choice] = ()) -> RecordScene:
-    """What a recording of this simulation and of some of its sensors holds before its first row."""
-    world, model = sim.world, sim.visual_model
-    looks = _looks(world, model)
+def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:
+    """What a recording of this simulation and of some of its sensors holds before its first row.
+
+    With `looks_of` only these boats have surfaces: looking at all the world again takes seconds.
+    """
+    world, model = sim.world, sim.model
+    looks: Looks = {}
+    for drawn in [sim.visual_model] if looks_of is None else (boat_alone(world, boat) for boat in looks_of):
+        looks |= _looks(world, drawn)
     parameters = world.parameters
     wind = parameters["wind"]["direction"]
     return RecordScene(
@@ -296,7 +325,14 @@ def _asset(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
     start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
     first, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     vertices = model.mesh_vert[start : start + count]
-    return _sharp(trimesh.Trimesh(vertices, model.mesh_face[first : first + faces], process=False))
+    return _sharp_mesh(vertices.tobytes(), model.mesh_face[first : first + faces].tobytes())
+
+
+@functools.lru_cache(maxsize=64)
+def _sharp_mesh(vertices: bytes, faces: bytes) -> trimesh.Trimesh:
+    """A mesh of float32 (n, 3) and int32 (m, 3), kept for the next boat of its kind: making it takes up to 0.1 s."""
+    corners = np.frombuffer(vertices, np.float32).reshape(-1, 3)
+    return _sharp(trimesh.Trimesh(corners, np.frombuffer(faces, np.int32).reshape(-1, 3), process=False))
 
 
 def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:

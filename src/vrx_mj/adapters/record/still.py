@@ -15,11 +15,11 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
-from vrx_mj.adapters.record.moving import WIND_HEIGHT
+from vrx_mj.adapters.record.moving import WIND_HEIGHT, times
 from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
 from vrx_mj.adapters.record.sea import sea_triangles
 
-__all__ = ["boat_colors", "static", "still_chunks"]
+__all__ = ["boat_colors", "body_chunks", "mesh", "named_series", "pose", "shown", "static", "still_chunks"]
 
 COLORS = (
     (255, 177, 61),
@@ -33,50 +33,52 @@ COLORS = (
 )
 """Colours that tell boats apart in trails and plots."""
 WIND_COLOR = (235, 245, 255)
-THRUST_COLOR = (255, 84, 48)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
 WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
-TAG_HEIGHT = 2.9
-"""Height of a boat's name over its origin [m]."""
 EPOCH = (2020, 1, 1, 0, 0, 0)
 """Time of the files in the archive: one world, one archive."""
 
 
-def boat_colors(count: int) -> list[tuple[int, int, int]]:
-    """Colours of boats, in order."""
-    return [COLORS[i % len(COLORS)] for i in range(count)]
+def boat_colors(scene: RecordScene) -> dict[str, tuple[int, int, int]]:
+    """Colours of boats, of those that left, too."""
+    return {boat: COLORS[i % len(COLORS)] for i, boat in enumerate(scene.roster())}
 
 
 def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
-    """Every static chunk of a recording; `views` is its blueprint, kept for a run that is killed."""
+    """Every static chunk of a recording but for its boats'; `views` is its blueprint, kept for a run that is killed."""
     yield from run_chunks(scene, views)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if scene.sea_height is not None:
         yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
     for body in scene.bodies:
-        yield from body_chunks(body)
-    yield from engine_chunks(scene)
+        if body.kind != "boat":
+            yield from body_chunks(body)
     for part in scene.parts:
         yield from part_chunks(part)
     yield from display_chunks(scene)
-    yield from boat_chunks(scene)
+    yield from fleet_chunks()
     yield from place_chunks(scene)
     yield from series_chunks(scene)
 
 
 def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
     """A chunk of one row without time."""
+    return shown(None, path, *archetypes)
+
+
+def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row, of a time [s], or without time."""
     columns = [
         column
         for archetype in archetypes
         for batch in archetype.as_component_batches()
         for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
     ]
-    return Chunk.from_columns(path, [], columns)
+    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
 
 
 def batch_size(batch: Any) -> int:
@@ -175,14 +177,6 @@ def corners_of(
     )
 
 
-def engine_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Looks of engines, which turn in their boat's frame."""
-    paths = {body.name: body.path for body in scene.boats()}
-    for thruster in scene.thrusters:
-        if thruster.surfaces:
-            yield static(f"{paths[thruster.boat]}/{thruster.name}/shape", mesh(thruster.surfaces))
-
-
 def display_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Shapes of lights and placards; their colours come with the rows."""
     for shown in scene.displays:
@@ -191,24 +185,12 @@ def display_chunks(scene: RecordScene) -> Iterator[Chunk]:
                 yield static(shown.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
 
 
-def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Names over boats, colours of their trails and arrows."""
-    boats = scene.boats()
-    for boat, rgb in zip(boats, boat_colors(len(boats)), strict=True):
-        yield static(f"{boat.path}/label", name_tag(boat.name, rgb))
-        trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
-        yield static(f"/world/trails/{boat.name}", trail)
-        arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
-        yield static(f"{boat.path}/thrust", arrows)
+def fleet_chunks() -> Iterator[Chunk]:
+    """The wind's arrow over the fleet, and what the camera follows."""
     wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
     yield static("/world/fleet/wind", wind)
     followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
     yield static("/world/fleet", followed)
-
-
-def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
-    """A boat's name over it."""
-    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)
 
 
 def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -246,18 +228,27 @@ def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
-    names = [boat.name for boat in scene.boats()]
-    colors = boat_colors(len(names))
-    for quantity in ("speed", "heading", "roll", "pitch"):
-        labels = names if quantity in ("speed", "heading") else [f"{name} {quantity}" for name in names]
-        yield static(f"/plots/{quantity}", rr.SeriesLines(names=labels, colors=colors, widths=1.5))
+    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene)
+    yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
     yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
-    by_name = dict(zip(names, colors, strict=True))
-    labels = [f"{thruster.boat} {thruster.name}" for thruster in scene.thrusters]
-    shades = shaded([by_name[thruster.boat] for thruster in scene.thrusters])
-    if labels:
-        yield static("/plots/thrust", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
-        yield static("/plots/steering", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
+
+
+def named_series(
+    boats: Sequence[str],
+    thrusters: Sequence[tuple[str, str]],
+    colors: Mapping[str, tuple[int, int, int]],
+    own: str = "",
+) -> Iterator[Chunk]:
+    """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
+    if boats:
+        for quantity in ("speed", "heading", "roll", "pitch"):
+            labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
+            lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
+            yield static(f"/plots/{quantity}{own}", lines)
+    if thrusters:
+        labels, shades = [" ".join(pair) for pair in thrusters], shaded([colors[boat] for boat, _ in thrusters])
+        for quantity in ("thrust", "steering"):
+            yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
 def shaded(colors: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:

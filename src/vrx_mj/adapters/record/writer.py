@@ -8,6 +8,7 @@ only copies a block of rows into a queue.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import queue
 import subprocess
 import tempfile
@@ -40,6 +41,9 @@ FLUSH_BYTES = 16 << 20
 WAITING = 64
 """Blocks and readings in the queue before the caller waits."""
 
+KINDS = ("rows", "event", "state", "reading", "frame", "scene")
+"""Of what waits in the queue."""
+
 FloatArray = npt.NDArray[np.float64]
 Item = tuple[str, Any]
 
@@ -49,7 +53,7 @@ class RecordWriter:
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
         self._path = Path(path)
-        self._width = scene.layout().width
+        self._scene, self._width = scene, scene.layout().width
         check_writable(self._path)
         self._work = Work(self._path, scene)
         self._finish = weakref.finalize(self, self._work.finish)
@@ -59,6 +63,11 @@ class RecordWriter:
         """The file."""
         return self._path
 
+    @property
+    def scene(self) -> RecordScene:
+        """What is recorded now."""
+        return self._scene
+
     def rows(self, block: FloatArray) -> None:
         """Record rows (n, columns), in the order of time. They are copied."""
         rows = np.array(block, np.float64, order="C", ndmin=2)
@@ -66,6 +75,13 @@ class RecordWriter:
             raise RecordError(f"rows of {rows.shape[1]} columns for '{self._path}', which has {self._width}")
         if len(rows):
             self._put(("rows", rows))
+
+    def go_on(self, scene: RecordScene) -> None:
+        """Boats have come or gone: later rows and frames are of this scene, which begins now."""
+        scene = dataclasses.replace(scene, earlier=self._scene.roster())
+        self._put(("scene", scene))
+        self._scene, self._width = scene, scene.layout().width
+        self._work.last = scene
 
     def event(self, t: float, text: str, level: str = "INFO") -> None:
         """Record that something happened at simulated time `t` [s]."""
@@ -123,7 +139,7 @@ class Work:
 
     def __init__(self, path: Path, scene: RecordScene) -> None:
         self._path = path
-        self._scene = scene
+        self._scene = self.last = scene
         self._queue: queue.Queue[Item | None] = queue.Queue(WAITING)
         self._error: BaseException | None = None
         self._chunks = 0
@@ -180,6 +196,8 @@ class Work:
             raise
 
     def _all_chunks(self) -> Iterator[Any]:
+        from vrx_mj.adapters.record.boats import boat_chunks, change_chunks
+        from vrx_mj.adapters.record.companies import company_chunk
         from vrx_mj.adapters.record.course import course_chunks
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
         from vrx_mj.adapters.record.officiated import frame_chunk
@@ -188,11 +206,13 @@ class Work:
         from vrx_mj.adapters.record.still import still_chunks
 
         yield from still_chunks(self._scene, self._views)
+        yield from boat_chunks(self._scene)
         yield from sensor_chunks(self._scene)
         yield from course_chunks(self._scene.parameters)
         yield from task_chunks(self._scene.parameters)
         moving, sensed = MovingChunks(self._scene), SensedChunks(self._scene)
         going = TaskChunks(self._scene.parameters)
+        before = self._scene
         for batch in self._batches():
             if batch["state"]:  # first: a run killed here can still be resumed
                 yield state_chunk(batch["state"])
@@ -202,20 +222,26 @@ class Work:
             if batch["event"]:
                 yield event_chunk(batch["event"])
             if batch["frame"]:
-                yield frame_chunk(batch["frame"])
+                yield frame_chunk(batch["frame"], moving.company)
             yield from going(batch["state"], batch["frame"])
+            for scene in batch["scene"]:
+                moving.go_on(scene)
+                going.go_on(scene.parameters)
+                yield company_chunk(scene, before, moving.company)
+                yield from change_chunks(scene, before, self._scene)
+                before = scene
         yield from going.rest()
 
     def _batches(self) -> Iterator[dict[str, list[Any]]]:
         """What came in since the last flush, by kind, until the end."""
         going = True
         while going:
-            batch: dict[str, list[Any]] = {"rows": [], "event": [], "state": [], "reading": [], "frame": []}
+            batch: dict[str, list[Any]] = {kind: [] for kind in KINDS}
             going = self._gather(batch)
             yield batch
 
     def _gather(self, batch: dict[str, list[Any]]) -> bool:
-        """Fill `batch` until the next flush is due; False if that was the last."""
+        """Fill `batch` until the next flush is due, or boats come or go; False if that was the last."""
         due, size = time.monotonic() + FLUSH, 0
         while size < FLUSH_BYTES and (left := due - time.monotonic()) > 0:
             try:
@@ -226,14 +252,20 @@ class Work:
                 return False
             kind, value = item
             batch[kind].append(value)
+            if kind == "scene":
+                break
             size += held_bytes(kind, value)
         return True
 
     def _complete(self) -> None:
         """Add the blueprint and the table of contents."""
+        from vrx_mj.adapters.record.blueprint import blueprint_bytes
         from vrx_mj.adapters.record.viewer import join_views
 
+        views = self._views
+        if self.last is not self._scene:  # with the trails of who joined later
+            views = blueprint_bytes(dataclasses.replace(self._scene, earlier=self.last.roster()), APPLICATION)
         with tempfile.TemporaryDirectory(dir=self._path.parent, prefix=".record-") as folder:
             joined = Path(folder) / "joined.rrd"
-            join_views(self._path, self._views, joined, chunks=self._chunks)
+            join_views(self._path, views, joined, chunks=self._chunks)
             joined.replace(self._path)

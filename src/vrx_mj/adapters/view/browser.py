@@ -10,6 +10,7 @@ from dataclasses import replace
 import rerun as rr
 
 from vrx_mj.adapters.record.blueprint import blueprint_bytes, layout
+from vrx_mj.adapters.record.boats import boat_chunks
 from vrx_mj.adapters.record.moving import MovingChunks, event_chunk
 from vrx_mj.adapters.record.scene import RecordScene
 from vrx_mj.adapters.record.session import scene_of
@@ -95,6 +96,7 @@ class Browser:
         self._stream.connect_grpc(self._server.data_url)
         rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
         rr.send_chunks(still_chunks(self._scene, self._views), recording=self._stream)
+        rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
         self._fleet = MovingChunks(_only(self._scene, boats=True))
         self._others = MovingChunks(_only(self._scene, boats=False))
         self._shown, self._due, self._others_due, self._boat = -1.0, 0.0, 0.0, ""

@@ -1,0 +1,111 @@
+"""How far a run has come: a bar in a terminal or in a notebook, with what the task's referee says."""
+
+import html
+import time as clock
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.adapters.notebook import in_notebook
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["progress", "terminal_bar"]
+
+Tick = Callable[[float], None]
+Line = Callable[[str, str], None]
+REDRAWN = 0.1
+"""Wall time between two drawings of a notebook's bar [s], at least."""
+
+
+@contextmanager
+def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]:
+    """A bar for `vrx_mj.run(sim, duration, progress=tick)`, in a notebook or a terminal; elsewhere none.
+
+    Args:
+        sim: what is run.
+        duration: of the run [s]; by default as long as `vrx_mj.run` lasts at most.
+    """
+    from rich.console import Console
+
+    from vrx_mj.runtime.run import planned
+
+    total = planned(sim) if duration is None else duration
+    with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total, Console(stderr=True)) as tick:
+        yield tick
+
+
+@contextmanager
+def terminal_bar(sim: "Simulation", duration: float, console: "Console") -> Iterator[Tick]:
+    """A progress bar over simulated time [s], with the task's state and score, under the referee's lines."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
+        bar = shown.add_task("sailing", total=duration)
+
+        def say(line: str, level: str) -> None:
+            shown.console.print(line, style="yellow" if level == "WARN" else None, markup=False, highlight=False)
+
+        referee = _referee(sim, say)
+
+        def tick(time: float) -> None:
+            referee()
+            shown.update(bar, completed=time, description=_standing(sim))
+
+        yield tick
+
+
+@contextmanager
+def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
+    """The same in a notebook, where it stays when the run is over; the referee's lines stand under it."""
+    from IPython.display import HTML, display
+
+    lines: list[str] = []
+    referee = _referee(sim, lambda line, _level: lines.append(line))
+    reached, drawn = 0.0, clock.perf_counter()
+
+    def drawing() -> Any:
+        said = f"<pre>{html.escape(chr(10).join(lines))}</pre>" if lines else ""
+        text = html.escape(f"{_standing(sim)}, {reached:.0f} of {duration:.0f} s")
+        return HTML(f'<progress value="{reached:g}" max="{duration:g}"></progress> {text}{said}')
+
+    def tick(time: float) -> None:
+        nonlocal reached, drawn
+        reached = time
+        referee()
+        if clock.perf_counter() - drawn > REDRAWN:
+            handle.update(drawing())
+            drawn = clock.perf_counter()
+
+    handle = display(drawing(), display_id=True)
+    try:
+        yield tick
+    finally:
+        handle.update(drawing())
+
+
+def _referee(sim: "Simulation", say: Line) -> Callable[[], None]:
+    """What says every line of the referee once, with its level."""
+    told = 0
+
+    def tell() -> None:
+        nonlocal told
+        for moment, text, level in sim.task_events[told:]:
+            say(f"{moment:8.2f} s  {text}", level)
+            told += 1
+
+    return tell
+
+
+def _standing(sim: "Simulation") -> str:
+    task = sim.task
+    return "sailing" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"

@@ -1,0 +1,156 @@
+"""What fleets take of a machine: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
+
+Beside it stand the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
+"""
+
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from vrx_mj.cli.bench_worlds import DT, SEA, fleet, resident_memory, sailing
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table", "weigh_fleet"]
+
+FLEETS = (1, 2, 3, 10, 100, 1000, 3000)
+IN_ONE_WORLD = 100
+"""Boats that one world holds here; larger fleets are several such worlds, advanced by one thread."""
+MISSING = (
+    f"* More than {IN_ONE_WORLD} boats are worlds of {IN_ONE_WORLD}, rows of one vrx_mj.Batch on one thread: boats of "
+    "two worlds never meet. What is missing is one world of them all: MuJoCo's reader of MJCF takes time with the "
+    "square of the number of elements, some minutes for 1000 boats and half an hour for 3000."
+)
+GUIDE = {1: (0.35, 1200.0), 2: (0.55, 1800.0), 3: (0.75, 2400.0)}
+"""Share of the CPU and memory [MB] of the old stack, by boats, as the guide has them."""
+PACED = 6.0
+"""How long a fleet sails at the pace of real time [s]."""
+FREE = 3.0
+"""How long it sails as fast as it can [s]."""
+CALL = 0.1
+"""Simulated time of a call [s]: decisions at 10 Hz."""
+WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
+
+Row = dict[str, Any]
+Advance = Callable[[int], None]
+
+
+def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = PACED, free: float = FREE) -> list[Row]:
+    """A row for each number of boats: `fleet_row`'s, with the guide's figures where it has some."""
+    rows = []
+    for boats in fleets:
+        command = [sys.executable, "-c", WORKER, *map(str, (boats, paced, free))]
+        done = subprocess.run(command, stdout=subprocess.PIPE, encoding="ascii", check=True)
+        cpu, memory = GUIDE.get(boats, (None, None))
+        rows.append({**json.loads(done.stdout), "guide_cpu_share": cpu, "guide_memory_mb": memory})
+    return rows
+
+
+def weigh_fleet() -> None:
+    """In a process of its own: the row of so many boats, as JSON."""
+    boats, paced, free = sys.argv[1:]
+    sys.stdout.write(json.dumps(fleet_row(int(boats), paced=float(paced), free=float(free))) + "\n")
+
+
+def in_worlds_of(boats: int) -> tuple[int, int]:
+    """How many worlds of how many boats a fleet is."""
+    return (1, boats) if boats <= IN_ONE_WORLD else (-(-boats // IN_ONE_WORLD), IN_ONE_WORLD)
+
+
+def fleet_row(boats: int, *, paced: float = PACED, free: float = FREE) -> Row:
+    """What a fleet takes: processor time at the pace of real time, memory, and how much faster it could go.
+
+    Args:
+        boats: how many; beyond 100 a multiple of 100.
+        paced: how long it is held to real time [s].
+        free: how long it is not [s].
+    """
+    begun = time.perf_counter()
+    worlds, each = in_worlds_of(boats)
+    advance = _afloat(worlds, each)
+    loaded = time.perf_counter() - begun
+    pace = real_time_factor(advance, free)
+    return {
+        "boats": worlds * each,
+        "worlds": worlds,
+        "load_s": loaded,
+        "cpu_share": processor_share(advance, paced),
+        "memory_mb": resident_memory() / 1e6,
+        "real_time_factor": pace,
+    }
+
+
+def _afloat(worlds: int, each: int) -> Advance:
+    """What advances worlds of `each` boats under way by physics steps, on one thread."""
+    if worlds == 1:
+        return sailing(each).advance
+    batch = Batch(compile_world(SEA, fleet=fleet(each)), worlds, threads=1)
+    batch.step([[0.1] * len(batch.channels)] * worlds, duration=2.0)
+    return batch.advance
+
+
+def real_time_factor(advance: Advance, seconds: float) -> float:
+    """Simulated time over the processor time of it: of the median call in so many seconds."""
+    call, begun = round(CALL / DT), time.perf_counter()
+    spent: list[float] = []
+    while not spent or time.perf_counter() - begun < seconds:
+        before = time.process_time()
+        advance(call)
+        spent.append(time.process_time() - before)
+    return CALL / statistics.median(spent)
+
+
+def processor_share(advance: Advance, seconds: float) -> float:
+    """Processor time over the time that passes while calls are held to real time; beyond 1 none is held any more."""
+    call, begun, spent = round(CALL / DT), time.perf_counter(), time.process_time()
+    calls = round(seconds / CALL)
+    for number in range(calls):
+        advance(call)
+        time.sleep(max(0.0, begun + (number + 1) * CALL - time.perf_counter()))
+    return (time.process_time() - spent) / (calls * CALL)
+
+
+def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
+    """The rows as a table, and what is missing where a fleet is several worlds."""
+    table = Table(title="vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind")
+    for name in ("boats", "CPU", "memory", "real time", "guide: CPU", "guide: memory"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(
+            f"{row['boats']:,}" + ("*" if row["worlds"] > 1 else ""),
+            _share(row["cpu_share"]),
+            _megabytes(row["memory_mb"]),
+            f"{row['real_time_factor']:.3g} x",
+            _share(row["guide_cpu_share"]),
+            _megabytes(row["guide_memory_mb"]),
+        )
+    out = Console()
+    out.print(table)
+    for line in remarks(rows):
+        out.print(line, highlight=False)
+
+
+def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What the figures do not say: which fleets are several worlds, and which are too many for one core, and why."""
+    slow = [row for row in rows if row["real_time_factor"] < 1.0]
+    return [MISSING] * any(row["worlds"] > 1 for row in rows) + [
+        f"{row['boats']:,} boats are too many for this core: a step of one takes "
+        f"{1e6 * DT / row['boats'] / row['real_time_factor']:.2f} microseconds here, and may take "
+        f"{1e6 * DT / row['boats']:.2f}."
+        for row in slow
+    ]
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else f"{100.0 * share:.1f} %"
+
+
+def _megabytes(memory: float | None) -> str:
+    return "" if memory is None else f"{memory:,.0f} MB"

@@ -1,0 +1,150 @@
+"""What moves, carried over to the world with one boat more, or one less.
+
+Who joins comes last in every table and array and who leaves is cut out, so the others keep their order: of each array
+the rows that stay fill the beginning of the new one, and the rest of that is the newcomer's as it starts.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.runtime.rig import MODEL_ARRAYS, OPTIONS, Rig
+
+__all__ = ["carry"]
+
+Rows = npt.NDArray[np.bool_]
+WHOLE = ("body_subtreemass",)
+"""Arrays of the model in which the newcomer counts for the others, too: for the world."""
+
+
+@dataclass(frozen=True)
+class Staying:
+    """Which rows of a rig's arrays stay, without those of one boat and its balls."""
+
+    thrusters: Rows
+    floats: Rows
+    elements: Rows
+    touches: Rows
+    marks: Rows
+    bodies: Rows
+    joints: Rows
+    dofs: Rows
+    qpos: Rows
+
+    @staticmethod
+    def of(world: World, rig: Rig, name: str | None) -> "Staying":
+        """All rows but those of the boat called `name`; None: all of them."""
+        model, parameters = rig.model, world.parameters
+        bodies = np.array([name is None or not _is_part(model.body(i).name, name) for i in range(model.nbody)])
+        floating = [item for item in parameters["objects"] if item["kind"] == "floating"]
+        floats = np.array([name is None or not _is_part(item["body"], name) for item in floating], np.bool_)
+        elements = np.ones(len(rig.elements), np.bool_)
+        for row in rig.floats[~floats]:
+            elements[row["element_start"] : row["element_start"] + row["element_count"]] = False
+        marks = np.ones(len(rig.moments.marks), np.bool_)
+        for sensor in rig.sensors:
+            marks[sensor.marks] = sensor.boat != name
+        rivals = (parameters.get("task") or {"rivals": ()})["rivals"]
+        joints = bodies[model.jnt_bodyid]
+        widths = np.array([_width(kind) for kind in model.jnt_type], np.int64)
+        return Staying(
+            thrusters=np.array([world.boats[row["hull"]] != name for row in rig.thrusters], np.bool_),
+            floats=floats,
+            elements=elements,
+            touches=np.array([rival != name for rival in rivals], np.bool_),
+            marks=marks,
+            bodies=bodies,
+            joints=joints,
+            dofs=bodies[model.dof_bodyid],
+            qpos=np.repeat(joints, widths),
+        )
+
+
+def carry(world: World, old: Rig, new: Rig, *, left: str | None = None) -> None:
+    """Fill a new rig, which was reset, with what moves in the old one, whose world this is; `left` is who leaves."""
+    stay = Staying.of(world, old, left)
+    _model(old, new, stay)
+    _data(old.data, new.data, stay)
+    _tables(old, new, stay)
+    _moments(old, new, stay)
+
+
+def _model(old: Rig, new: Rig, stay: Staying) -> None:
+    """What a user set on the model."""
+    for name in OPTIONS:
+        setattr(new.model.opt, name, getattr(old.model.opt, name))
+    rows = {"body": stay.bodies, "jnt": stay.joints, "dof": stay.dofs, "qpos0": stay.qpos}
+    for name in MODEL_ARRAYS:
+        if name not in WHOLE:
+            here = getattr(old.model, name)
+            _fill(getattr(new.model, name), here, rows.get(name.split("_")[0], np.ones(len(here), np.bool_)))
+    new.refresh()
+
+
+def _data(old: mujoco.MjData, new: mujoco.MjData, stay: Staying) -> None:
+    new.time = old.time
+    _fill(new.qpos, old.qpos, stay.qpos)
+    for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
+        _fill(getattr(new, name), getattr(old, name), stay.dofs)
+    _fill(new.xfrc_applied, old.xfrc_applied, stay.bodies)
+    _fill(new.eq_active, old.eq_active, np.ones(len(old.eq_active), np.bool_))
+
+
+def _tables(old: Rig, new: Rig, stay: Staying) -> None:
+    new.wind_state[:] = old.wind_state
+    _fill(new.thruster_state, old.thruster_state, stay.thrusters)
+    _fill(new.float_state, old.float_state, stay.floats)
+    _fill(new.element_state, old.element_state, stay.elements)
+    new.follower_state[:] = old.follower_state
+    new.block_state[:] = old.block_state
+    _fill(new.touches, old.touches, stay.touches)
+
+
+def _moments(old: Rig, new: Rig, stay: Staying) -> None:
+    """The marks, and what the clocks caught; until a clock's next moment a newcomer is where it starts."""
+    shown = len(old.display_marks)
+    sensed, now = len(old.moments.marks) - shown, new.moments
+    count = len(now.marks) - shown
+
+    def marks(target: npt.NDArray[np.float64], source: npt.NDArray[np.float64]) -> None:
+        _fill_columns(target[..., :count], source[..., :sensed], stay.marks[:sensed])
+        target[..., count:] = source[..., sensed:]
+
+    marks(now.marks, old.moments.marks)
+    start = np.concatenate((new.data.qpos, new.data.qvel, now.marks))
+    clocks = old.moments.clocks
+    now.clocks, now.caught = clocks.copy(), np.tile(start, (len(clocks), 2, 1))
+    (before, moves), (after, change) = _ends(old), _ends(new)
+    _fill_columns(now.caught[..., :after], old.moments.caught[..., :before], stay.qpos)
+    _fill_columns(now.caught[..., after:change], old.moments.caught[..., before:moves], stay.dofs)
+    marks(now.caught[..., change:], old.moments.caught[..., moves:])
+
+
+def _ends(rig: Rig) -> tuple[int, int]:
+    """Where in a moment the positions end, and where the velocities do."""
+    return rig.model.nq, rig.model.nq + rig.model.nv
+
+
+def _fill(target: npt.NDArray[Any], source: npt.NDArray[Any], stay: Rows) -> None:
+    """Write the rows that stay to the beginning."""
+    kept = source[stay]
+    target[: len(kept)] = kept
+
+
+def _fill_columns(target: npt.NDArray[np.float64], source: npt.NDArray[np.float64], stay: Rows) -> None:
+    """The same for the last axis."""
+    kept = source[..., stay]
+    target[..., : kept.shape[-1]] = kept
+
+
+def _is_part(body: str, boat: str) -> bool:
+    return body.startswith(f"{boat}/")
+
+
+def _width(kind: int) -> int:
+    """How many numbers of qpos a joint has."""
+    return {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4}.get(int(kind), 1)

@@ -1,0 +1,126 @@
+"""What a `Simulation` offers of boats that come and go while it runs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from vrx_mj.compiler.joining import with_boat, without_boat
+from vrx_mj.compiler.world import World
+from vrx_mj.errors import CommandError
+from vrx_mj.runtime.carrying import carry
+from vrx_mj.runtime.rig import Rig, stepping_models
+from vrx_mj.runtime.subscriptions import Subscriptions
+
+__all__ = ["Company", "rig_of"]
+
+
+class Company:
+    """The part of a simulation in which boats join and leave."""
+
+    _world: World
+    _rig: Rig
+    _seed: int
+    _subscriptions: Subscriptions
+    _advancing: bool
+
+    def spawn(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float],
+        robot: str | Path | None = None,
+        thrusters: str | Path | None = None,
+        components: str | Path | None = None,
+        sensors: str | Sequence[str] | None = None,
+        engines: str = "fixed",
+        color: Sequence[float] | None = None,
+    ) -> None:
+        """Put another boat into the run, at rest; all others go on to the last bit as if it were not there.
+
+        It stays until it is removed or the run is reset. `sim.model`, `sim.data` and `sim.world` are new objects
+        afterwards; `sim.sea`, `sim.wind`, subscriptions and what was commanded stay. A name that a boat had before
+        begins a new life: its sensors have other noise.
+
+        Args:
+            name: its own; nothing in the world has it.
+            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
+            robot: its kind, a name or a path; by default that of the world's spawn.
+            thrusters: layout, or VRX's thruster file; by default as the world's spawn has it.
+            components: VRX's component file.
+            sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet's file.
+            engines: `fixed` or `hinged`.
+            color: red, green, blue and alpha of its skin, 0 to 1.
+
+        Raises:
+            ConfigError: one of these is wrong, or there is no such robot.
+            CommandError: the name is used, something is at that place, or the run is advancing.
+            CompileError: the boat cannot be built.
+        """
+        self._check_standing("spawn")
+        files = {"robot": robot, "thrusters": thrusters, "components": components}
+        said: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
+        said |= {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
+        world = with_boat(self._world, said)
+        rig = self._moved(world)
+        _check_place(rig, world, name)
+        self._inhabit(world, rig, f"{name} joins")
+
+    def remove(self, name: str) -> None:
+        """Take a boat out of the run; all others go on to the last bit. Subscriptions to its sensors end.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: it is the boat that the task scores, or the run is advancing.
+        """
+        self._check_standing("remove")
+        world = without_boat(self._world, name)
+        self._inhabit(world, self._moved(world, left=name), f"{name} leaves")
+
+    def _check_standing(self, what: str) -> None:
+        self._subscriptions.check_idle(what)
+        if self._advancing:
+            raise CommandError(f"{what} cannot be called while the run advances, as by a recorder: call it afterwards")
+
+    def _moved(self, world: World, left: str | None = None) -> Rig:
+        """The present moment in another world, without the boat that left."""
+        rig = rig_of(world, known=self._rig)
+        rig.reset(self._seed)
+        carry(self._world, self._rig, rig, left=left)
+        mujoco.mj_forward(rig.model, rig.data)
+        return rig
+
+    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
+        """Go on in another world; `told` goes into the recordings' logs."""
+        raise NotImplementedError
+
+
+def rig_of(world: World, known: Rig | None = None) -> Rig:
+    """The tables of a world, with models and data of its own; `known` is a rig that shares boats with it."""
+    model, quiet = stepping_models(world)
+    return Rig(world, model, quiet, mujoco.MjData(model), known=known.sensors if known else ())
+
+
+def _check_place(rig: Rig, world: World, name: str) -> None:
+    """Refuse a boat that stands in something."""
+    model, data = rig.model, rig.data
+    depth, other = 0.0, -1
+    for contact in data.contact:
+        one, two = (int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom)
+        mine = [model.body(root).name.partition("/")[0] == name for root in (one, two)]
+        if mine[0] != mine[1] and contact.dist < depth:
+            depth, other = float(contact.dist), two if mine[0] else one
+    if other < 0:
+        return
+    x, y, _ = data.qpos[_start(rig, world, name)]
+    what = model.body(other).name.rpartition("/")[0] or "the terrain"
+    apart = float(np.hypot(*(data.xpos[other][:2] - (x, y))))
+    where = f", whose origin is {apart:.2f} m away" if other else ""
+    raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would stand {-depth:.2f} m inside {what}{where}")
+
+
+def _start(rig: Rig, world: World, name: str) -> slice:
+    start = int(rig.hulls["qpos"][world.boats.index(name)])
+    return slice(start, start + 3)

@@ -1,0 +1,90 @@
+"""What a `Simulation` offers of where its boats and objects are, and of what acts on them."""
+
+from collections.abc import Sequence
+
+from vrx_mj.compiler.world import World
+from vrx_mj.runtime.bodies import FreeBodies, check_name
+from vrx_mj.runtime.forces import Forces, boat_forces
+from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.weather import Sea
+
+__all__ = ["Whereabouts"]
+
+
+class Whereabouts:
+    """The part of a simulation that puts bodies somewhere, and tells where they are."""
+
+    _world: World
+    _rig: Rig
+    _sea: Sea
+    _bodies: FreeBodies
+
+    def set_boat(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float] | None = None,
+        velocity: Sequence[float] | None = None,
+    ) -> None:
+        """Put a boat somewhere, or set it moving; what is not given stays.
+
+        Args:
+            name: the boat.
+            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
+            velocity: (u, v, w, p, q, r) [m/s, rad/s] of that origin, body axes.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: not six finite numbers.
+        """
+        check_name("boat", name, self._world.boats)
+        if pose is not None:
+            self.release(name)
+        self._bodies.put(name, pose, velocity)
+        self._derive()
+
+    def release(self, boat: str) -> None:
+        """Let go of a boat that its task holds, as `set_boat` with a pose does; nothing happens to one that is free."""
+        check_name("boat", boat, self._world.boats)
+        self._rig.release(boat)
+
+    def set_object(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float] | None = None,
+        velocity: Sequence[float] | None = None,
+    ) -> None:
+        """The same as `set_boat`, for a floating object, or for the frame of a floating dock.
+
+        Raises:
+            UnknownNameError: no floating object or dock has that name.
+            CommandError: not six finite numbers.
+        """
+        check_name("floating object", name, self._bodies.afloat)
+        self._bodies.put(name, pose, velocity)
+        self._derive()
+        self._bodies.set_afloat(name, lambda x, y: float(self._sea.height(x, y, self._rig.data.time)))
+
+    def observe_object(self, name: str) -> BoatObservation:
+        """Pose and velocity of a floating object's link, or of a floating dock's frame, that of its drawing.
+
+        UnknownNameError if none has that name.
+        """
+        check_name("floating object", name, self._bodies.afloat)
+        return self._bodies.observe(name)
+
+    def forces(self, boat: str) -> Forces:
+        """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
+
+        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
+        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`. UnknownNameError if no
+        boat has that name.
+        """
+        check_name("boat", boat, self._world.boats)
+        return boat_forces(self._rig, self._world.boats.index(boat), float(self._rig.data.time))
+
+    def _derive(self) -> None:
+        """Make what follows from the state follow it."""
+        raise NotImplementedError

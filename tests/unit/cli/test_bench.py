@@ -1,0 +1,158 @@
+"""The bench's bookkeeping; what it measures is no test."""
+
+import json
+import math
+import time
+from pathlib import Path
+
+import pytest
+
+from vrx_mj.cli import bench, bench_batch, bench_fleet
+from vrx_mj.cli.bench import batch_rows, print_rows
+from vrx_mj.cli.bench_batch import rate, two_threads_and_two_processes
+from vrx_mj.cli.bench_fleet import (
+    FLEETS,
+    fleet_row,
+    fleet_table,
+    in_worlds_of,
+    print_fleet_table,
+    processor_share,
+    real_time_factor,
+    remarks,
+)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Time that passes when somebody sleeps or works; `work(seconds)` takes processor time too."""
+
+    class Clock:
+        now = spent = 0.0
+
+        def work(self, seconds):
+            self.now += seconds
+            self.spent += seconds
+
+        def sleep(self, seconds):
+            self.now += seconds
+
+    own = Clock()
+    monkeypatch.setattr(time, "perf_counter", lambda: own.now)
+    monkeypatch.setattr(time, "process_time", lambda: own.spent)
+    monkeypatch.setattr(time, "sleep", own.sleep)
+    return own
+
+
+def test_a_rate_counts_every_boat_of_every_row(clock):
+    class Slow:
+        n, boats = 64, ("a", "b")
+
+        def advance(self, steps):
+            clock.work(steps * 1e-3)
+
+    assert rate(Slow(), 0.5) == pytest.approx(64 * 2 / 1e-3)
+
+
+@pytest.mark.parametrize(("second", "share", "factor"), [(0.25, 0.25, 4.0), (2.0, 2.0, 0.5)])
+def test_shares_and_factors_are_those_of_a_fleet_that_takes_so_long_for_a_second(clock, second, share, factor):
+    def advance(steps):
+        clock.work(steps * 0.01 * second)
+
+    assert processor_share(advance, 2.0) == pytest.approx(share)
+    assert real_time_factor(advance, 2.0) == pytest.approx(factor)
+
+
+def test_a_fleet_that_keeps_up_is_held_to_real_time(clock):
+    processor_share(lambda steps: clock.work(steps * 1e-4), 2.0)
+    assert clock.now == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("boats", FLEETS)
+def test_worlds_hold_the_whole_fleet(boats):
+    worlds, each = in_worlds_of(boats)
+    assert worlds * each == boats
+    assert each <= 100
+
+
+@pytest.mark.slow
+def test_threads_and_processes_are_both_timed(monkeypatch):
+    monkeypatch.setattr(bench_batch, "ROWS", 32)
+    assert all(rate > 0.0 for rate in two_threads_and_two_processes(rounds=1, window=0.05))
+
+
+def test_a_row_weighs_more_than_its_state(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["-c", "200"])
+    bench_batch.weigh()
+    weight = float(capsys.readouterr().out)
+    assert 0.01 < weight < 10.0 or math.isnan(weight)  # MB; not known but on Linux
+
+
+def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (900_000.0, 1_200_000.0))
+    monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
+    monkeypatch.setattr(bench, "megabytes_per_row", lambda: 0.49)
+    rows = {row["name"]: row for row in batch_rows()}
+    assert list(rows) == ["batch_boat_steps_per_s", "batch_scaling_2_threads", "batch_mb_per_row"]
+    scaling = rows["batch_scaling_2_threads"]
+    assert (scaling["value"], scaling["ok"], scaling["limit"]) == (0.75, False, "at least")
+    monkeypatch.setenv("COLUMNS", "200")
+    print_rows(list(rows.values()))
+    shown = capsys.readouterr().out
+    assert all(text in shown for text in ("910,000", "900,000", "1,200,000", "at least 0.85", "no"))
+
+
+def test_several_worlds_of_a_fleet_sail_on_one_thread(monkeypatch):
+    monkeypatch.setattr(bench_fleet, "IN_ONE_WORLD", 2)
+    row = fleet_row(6, paced=0.1, free=0.05)
+    assert (row["boats"], row["worlds"]) == (6, 3)
+    assert all(row[name] > 0.0 for name in ("cpu_share", "memory_mb", "real_time_factor", "load_s"))
+
+
+@pytest.mark.slow
+def test_a_row_of_the_table_is_of_a_fresh_process_beside_the_guides_figures():
+    (row,) = fleet_table((2,), paced=0.5, free=0.1)
+    assert (row["boats"], row["worlds"], row["guide_cpu_share"], row["guide_memory_mb"]) == (2, 1, 0.55, 1800.0)
+    assert row["memory_mb"] == pytest.approx(250, abs=150, nan_ok=True)  # Python, MuJoCo, numba and two boats
+    assert row["cpu_share"] > 0.0
+
+
+def test_the_fleet_table_is_printed_and_is_data(cli, monkeypatch):
+    monkeypatch.setattr(bench_fleet, "fleet_table", lambda: [row_of(2, 80.0)])
+    said = cli("bench", "--fleet-table", "--json", "fleets.json")
+    assert json.loads(Path("fleets.json").read_text(encoding="utf-8")) == [row_of(2, 80.0)]
+    assert all(text in said.out for text in ("1.2 %", "300 MB", "80 x"))
+
+
+def row_of(boats, factor, worlds=1):
+    return {
+        "boats": boats,
+        "worlds": worlds,
+        "cpu_share": 1.0 / factor,
+        "memory_mb": 300.0,
+        "real_time_factor": factor,
+        "guide_cpu_share": None,
+        "guide_memory_mb": None,
+    }
+
+
+def test_the_table_says_why_a_fleet_does_not_keep_up():
+    assert remarks([row_of(1, 200.0), row_of(3000, 0.5)]) == [
+        "3,000 boats are too many for this core: a step of one takes 6.67 microseconds here, and may take 3.33."
+    ]
+
+
+def test_the_table_says_which_fleets_are_several_worlds(capsys):
+    rows = [row_of(100, 30.0), row_of(1000, 3.0, worlds=10)]
+    print_fleet_table(rows)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert bench_fleet.MISSING in shown
+    assert "1,000*" in shown
+
+
+def test_a_worker_of_the_bench_answers_with_a_rate(monkeypatch, capsys):
+    monkeypatch.setattr(bench_batch, "batch_of", lambda rows, threads: (rows, threads))
+    monkeypatch.setattr(bench_batch, "rate", lambda batch, window: (*batch, window))
+    monkeypatch.setattr("sys.argv", ["-c", "7"])
+    monkeypatch.setattr("sys.stdin", ["0.5\n", "2\n"])
+    bench_batch.serve()
+    assert capsys.readouterr().out == "ready\n(7, 1, 0.5)\n(7, 1, 2.0)\n"
