@@ -9,9 +9,9 @@ from pathlib import Path
 __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
-    "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "markupsafe", "matplotlib", "mujoco", "numba", "numpy",
-    "pettingzoo", "pyarrow", "pydantic", "pymap3d", "ray", "rerun", "rich", "scipy", "shapely", "trimesh", "typer",
-    "xacro", "yaml",
+    "IPython", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "markupsafe", "matplotlib", "mujoco", "numba",
+    "numpy", "pettingzoo", "pyarrow", "pydantic", "pymap3d", "ray", "rerun", "rerun_notebook", "rich", "scipy",
+    "shapely", "trimesh", "typer", "xacro", "yaml",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from vrx_mj import Simulation, compile_world
 from vrx_mj.cli import main
 
 
@@ -24,8 +25,14 @@ def folder(tmp_path, monkeypatch):
     return place
 
 
+@pytest.fixture(scope="session")
+def compiled():
+    """The physics, compiled: the first run on a machine says so, which no test here is about."""
+    Simulation(compile_world("ocean"))
+
+
 @pytest.fixture
-def cli(folder, monkeypatch, capsys):
+def cli(compiled, folder, monkeypatch, capsys):
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
     monkeypatch.setenv("COLUMNS", "200")

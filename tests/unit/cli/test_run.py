@@ -84,6 +84,7 @@ def test_controllers_that_a_fleet_names_command_its_boats_unless_the_run_says_ot
     assert said.err.strip() == "the controller returned 0.5: a mapping of boats is needed, or None"
 
 
+@pytest.mark.filterwarnings("default::vrx_mj.errors.VrxWarning")
 def test_nudge_moves_boats_to_free_water(cli, folder):
     (folder / "heap.yaml").write_text("positions: [{x: 0, y: 0}, {x: 1, y: 0}]\n", encoding="utf-8")
     refused = cli("run", "ocean", "--fleet", "heap.yaml", "--duration", "0.1")

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from multiprocessing.connection import wait
 from pathlib import Path
 
-from vrx_mj.adapters.campaign.process import TrialProcess, start_server
+from vrx_mj.adapters.campaign.process import TrialProcess, start_server, undisturbed
 from vrx_mj.adapters.campaign.results import Result
 from vrx_mj.adapters.campaign.trial import Trial
 
@@ -32,7 +32,8 @@ def sail_all(
         context = start_server() if trials else None
         while waiting or under_way:
             while context and waiting and len(under_way) < jobs:
-                under_way.append(TrialProcess(context, waiting.pop(), root))
+                with undisturbed():
+                    under_way.append(TrialProcess(context, waiting.pop(), root))
             running(len(under_way))
             wait([process.sentinel for process in under_way], timeout=LOOK)
             for process in list(under_way):

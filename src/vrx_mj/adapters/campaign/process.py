@@ -11,6 +11,7 @@ import os
 import shutil
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator, Mapping, MutableSequence
 from functools import partial
@@ -22,7 +23,7 @@ from vrx_mj.adapters.campaign.sketch import sketch_of
 from vrx_mj.adapters.campaign.trial import PREPARATION, Trial, sail
 from vrx_mj.compiler.world import World
 
-__all__ = ["TrialProcess", "start_server"]
+__all__ = ["TrialProcess", "start_server", "undisturbed"]
 
 PRELOADED = "vrx_mj.adapters.campaign.warm"
 GRACE = 5.0
@@ -66,6 +67,24 @@ def _same_path() -> Iterator[None]:
         del os.environ["PYTHONPATH"]
         if before is not None:
             os.environ["PYTHONPATH"] = before
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[None]:
+    """Have Ctrl-C and SIGTERM wait until the end: in between they would leave a process behind that nobody knows of."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    caught: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    handlers = [signal.signal(number, lambda came, _frame: caught.append(came)) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, handlers, strict=True):
+            signal.signal(number, handler)
+        for came in caught:
+            signal.raise_signal(came)
 
 
 class TrialProcess:
