@@ -71,13 +71,13 @@ class Docking(Problem):
         """The bay from the boat."""
         x, y, inward, _, _, mouth = self._goal.T
         turn = folded(inward - seen.yaw)
-        along, aside = self._place(seen)
+        along, aside = seen.beyond(*self._goal.T[:3])
         ahead, port = seen.toward(x, y)
         return np.stack((ahead, port, np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=1)
 
     def judge(self, seen: Seen, going: Mask) -> Judged:
         """Gain by coming nearer, and by being inside."""
-        along, aside = self._place(seen)
+        along, aside = seen.beyond(*self._goal.T[:3])
         _, _, inward, half_depth, half_width, _ = self._goal.T
         straight = np.cos(inward - seen.yaw) > 0.0
         self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
@@ -92,14 +92,8 @@ class Docking(Problem):
         """Whether it is in."""
         return {"inside": self._inside.copy(), "docked": self._held >= round(HOLD / STEP)}
 
-    def _place(self, seen: Seen) -> tuple[Floats, Floats]:
-        """How far the boat is beyond the middle of the zone along the bay's axis, and to port of it [m]."""
-        x, y, inward = self._goal.T[:3]
-        cos, sin = np.cos(inward), np.sin(inward)
-        return cos * (seen.x - x) + sin * (seen.y - y), cos * (seen.y - y) - sin * (seen.x - x)
-
     def _costs(self, seen: Seen) -> Floats:
-        along, aside = self._place(seen)
+        along, aside = seen.beyond(*self._goal.T[:3])
         cost: Floats = np.hypot(along, aside) + 2.0 * np.abs(aside)
         return cost
 

@@ -74,7 +74,7 @@ class FollowPath(Problem):
 
     def judge(self, seen: Seen, going: Mask) -> Judged:
         """See whether the line was crossed since the step before, and where."""
-        along, aside = self._line(seen)
+        along, aside = seen.beyond(*self._present().T)
         x, y, _ = self._present().T
         reward = 0.1 * (self._gap - np.hypot(x - seen.x, y - seen.y))
         over = (self._along < 0.0) & (along >= 0.0) & (self._at < COUNT)
@@ -95,14 +95,8 @@ class FollowPath(Problem):
     def _present(self) -> Floats:
         return self._gates[self._all, np.minimum(self._at, COUNT - 1)]
 
-    def _line(self, seen: Seen) -> tuple[Floats, Floats]:
-        """How far the boat is beyond the present gate's line, and to port of its middle [m]."""
-        x, y, course = self._present().T
-        cos, sin = np.cos(course), np.sin(course)
-        return cos * (seen.x - x) + sin * (seen.y - y), cos * (seen.y - y) - sin * (seen.x - x)
-
     def _note(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
         x, y, _ = self._present().T
-        along, aside = self._line(seen)
+        along, aside = seen.beyond(*self._present().T)
         for kept, now in ((self._gap, np.hypot(x - seen.x, y - seen.y)), (self._along, along), (self._aside, aside)):
             kept[rows] = now[rows]

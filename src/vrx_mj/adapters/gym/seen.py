@@ -34,6 +34,11 @@ class Seen(NamedTuple):
         east, north, cos, sin = x - self.x, y - self.y, np.cos(self.yaw), np.sin(self.yaw)
         return cos * east + sin * north, cos * north - sin * east
 
+    def beyond(self, x: Floats, y: Floats, course: Floats) -> tuple[Floats, Floats]:
+        """How far the boats are from points [m]: along a course [rad] through them, and to port of it."""
+        east, north, cos, sin = self.x - x, self.y - y, np.cos(course), np.sin(course)
+        return cos * east + sin * north, cos * north - sin * east
+
 
 def seen_of(features: Floats, wind: Floats) -> Seen:
     """What is seen, from a batch's features of one boat, (n, 13), and its wind, (n, 2) [m/s]."""
