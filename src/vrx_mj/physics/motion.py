@@ -77,7 +77,7 @@ def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_ad
 
 def rotation_matrix(quaternion: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in np.asarray(quaternion, np.float64))
+    w, x, y, z = np.asarray(quaternion, np.float64).tolist()
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -109,10 +109,9 @@ class Moments:
 
     def last(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment that the clock of a rate caught, and the one before it: views, until it catches more."""
-        row = int(np.flatnonzero(self.clocks["rate"] == rate)[0])
-        clock = self.clocks[row]
-        slot, before = int(clock["slot"]), float(clock["before"])
-        now = self._moment(int(clock["index"]), float(clock["time"]), self.caught[row, slot])
+        row = self.clocks["rate"].tolist().index(rate)
+        _, index, slot, time, before = self.clocks[row].item()  # plain numbers: this is called for every reading
+        now = self._moment(index, time, self.caught[row, slot])
         if math.isnan(before):
             return now, None
         return now, self._moment(-1, before, self.caught[row, 1 - slot])

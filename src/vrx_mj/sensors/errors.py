@@ -13,7 +13,7 @@ from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.physics.errors import axis_error
 from vrx_mj.physics.noise import stream_key
 
-__all__ = ["Draw", "errors", "variances"]
+__all__ = ["Draw", "axis_of", "errors", "variances"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -33,6 +33,8 @@ class Draw:
         self, axis: int, noise: float, *, offset: float = 0.0, drift: float = 0.0, frequency: float = 0.0
     ) -> float:
         """One error; every `axis` of a sensor is a stream of its own."""
+        if noise == drift == 0.0:
+            return offset
         return float(axis_error(np.uint64(self.key), axis, self.index, offset, drift, frequency / self.rate, noise))
 
 
@@ -44,13 +46,13 @@ def _key(seed: int, boat: str, sensor: str, life: int) -> int:
 
 def errors(model: ErrorModel, draw: Draw, axis: int) -> FloatArray:
     """(3,) errors along the axes of a model, whose streams are `axis` and the two after it."""
-    columns = zip(model.noise, model.offset, model.drift, model.drift_frequency, strict=True)
-    return np.array(
-        [
-            draw.error(axis + k, noise, offset=offset, drift=drift, frequency=frequency)
-            for k, (noise, offset, drift, frequency) in enumerate(columns)
-        ]
-    )
+    return np.array([axis_of(model, draw, axis, k) for k in range(3)])
+
+
+def axis_of(model: ErrorModel, draw: Draw, axis: int, k: int) -> float:
+    """The error along axis `k` of a model whose first stream is `axis`."""
+    offset, drift, frequency = model.offset[k], model.drift[k], model.drift_frequency[k]
+    return draw.error(axis + k, model.noise[k], offset=offset, drift=drift, frequency=frequency)
 
 
 def variances(model: ErrorModel) -> FloatArray:

@@ -5,9 +5,11 @@ is z. Ours is the ellipsoid. At 1 km from the origin of VRX's Sydney the two dif
 water is a plane, which rises over the ellipsoid) and by at most 0.06 m on the ground; at 100 m by less than 1 mm.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
-from vrx_mj.config.sensors import GpsConfig
+from vrx_mj.config.sensors import ErrorModel, GpsConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.sensors.errors import Draw, errors, variances
 from vrx_mj.sensors.places import Place
@@ -27,12 +29,12 @@ def fix(config: GpsConfig, place: Place, earth: Georeference, draw: Draw) -> Fix
     """
     latitude, longitude, altitude = earth.to_geodetic(*(place.position + errors(config.position, draw, _POSITION)))
     east, north, up = earth.to_east_north_up(*(place.velocity + errors(config.velocity, draw, _VELOCITY)))
+    return Fix(latitude, longitude, altitude, np.array([north, -east, up]), _covariance(config.position, earth))
+
+
+@lru_cache(maxsize=256)
+def _covariance(model: ErrorModel, earth: Georeference) -> tuple[float, ...]:
+    """(9,) of the position's errors along east, north and up."""
     turn = np.array([earth.to_east_north_up(*axis) for axis in np.eye(3)]).T
-    covariance = turn @ np.diag(variances(config.position)) @ turn.T
-    return Fix(
-        latitude,
-        longitude,
-        altitude,
-        np.array([north, -east, up]),
-        tuple(float(value) for value in covariance.flat),
-    )
+    covariance = turn @ np.diag(variances(model)) @ turn.T
+    return tuple(float(value) for value in covariance.flat)

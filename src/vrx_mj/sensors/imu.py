@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.config.sensors import ImuConfig
-from vrx_mj.sensors.errors import Draw, errors
+from vrx_mj.sensors.errors import Draw, axis_of, errors
 from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
 from vrx_mj.sensors.readings import Inertia
 
@@ -41,5 +41,5 @@ def inertia(
 
 def _heading_error(config: ImuConfig, draw: Draw) -> npt.NDArray[np.float64]:
     """(4,) quaternion of the heading's error: a turn about the world's z axis."""
-    half = errors(config.heading, draw, _HEADING)[2] / 2.0
+    half = axis_of(config.heading, draw, _HEADING, 2) / 2.0
     return np.array([math.cos(half), 0.0, 0.0, math.sin(half)])

@@ -1,5 +1,6 @@
 """Where a sensor is and how it moves, from the pose and velocity of the body that carries it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -59,7 +60,7 @@ def carried(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:
         velocity: (6,) likewise: linear [m/s], of the origin in world axes; angular [rad/s], in body axes.
         mount: the frame on that body.
     """
-    attitude = pose[3:] / np.linalg.norm(pose[3:])
+    attitude = pose[3:] / math.sqrt(pose[3:].dot(pose[3:]))
     turn = rotation_matrix(attitude)
     lever, spin = turn @ mount.position, turn @ velocity[3:]
     return Place(
