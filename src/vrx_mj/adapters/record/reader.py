@@ -225,7 +225,10 @@ def chunks_of(file: Path, *entities: str) -> Iterator[Any]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
+        try:
+            yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
+        except RuntimeError as error:  # it grows, or changes, while it is read
+            raise RecordError(f"'{file}' cannot be read: {first_line(error)}") from error
 
 
 @contextlib.contextmanager
