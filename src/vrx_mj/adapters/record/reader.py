@@ -169,10 +169,13 @@ def read_readings(file: Path, sensor: RecordedSensor) -> RecordedReadings:
     names = READING_COLUMNS
     found: dict[str, list[Any]] = {"time": [], "sequence": []}
     with whole_file(file) as whole:
-        for chunk in chunks_of(whole, sensor.readings_path):
-            batch = chunk.to_record_batch()
-            for column in (name for name in batch.schema.names if name in names and not chunk.is_static):
-                found.setdefault(names[column], []).extend(lists_of(batch.column(column)))
+        try:
+            for chunk in chunks_of(whole, sensor.readings_path):
+                batch = chunk.to_record_batch()
+                for column in (name for name in batch.schema.names if name in names and not chunk.is_static):
+                    found.setdefault(names[column], []).extend(lists_of(batch.column(column)))
+        except RuntimeError as error:  # it grew, or changed, while it was read
+            raise RecordError(f"'{file}' cannot be read: {first_line(error)}") from error
     return RecordedReadings(sensor, found)
 
 
@@ -225,10 +228,7 @@ def chunks_of(file: Path, *entities: str) -> Iterator[Any]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        try:
-            yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
-        except RuntimeError as error:  # it grows, or changes, while it is read
-            raise RecordError(f"'{file}' cannot be read: {first_line(error)}") from error
+        yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
 
 
 @contextlib.contextmanager
