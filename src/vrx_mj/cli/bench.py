@@ -19,7 +19,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vrx_mj.cli.bench_batch import boat_steps_per_second, megabytes_per_row, two_threads_and_two_processes
+from vrx_mj.cli.bench_batch import (
+    boat_steps_per_second,
+    environment_steps_per_second,
+    megabytes_per_row,
+    two_threads_and_two_processes,
+)
 from vrx_mj.cli.bench_worlds import DT, SEA, fleet, sailing
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
@@ -66,6 +71,7 @@ def batch_rows() -> list[Row]:
     return [
         _row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
         _row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
+        _row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None),
         _row("batch_mb_per_row", megabytes_per_row(), "MB", None),
     ]
 

@@ -3,18 +3,30 @@
 Every row is one boat with fixed engines and nobody reading its sensors, in the sea and wind of the other measurements.
 """
 
+import importlib.util
+import math
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import numpy as np
 
 from vrx_mj.cli.bench_worlds import SEA, fleet, resident_memory
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["boat_steps_per_second", "megabytes_per_row", "serve", "two_threads_and_two_processes", "weigh"]
+__all__ = [
+    "boat_steps_per_second",
+    "environment_steps_per_second",
+    "megabytes_per_row",
+    "serve",
+    "two_threads_and_two_processes",
+    "weigh",
+]
 
 ROWS = 512
 STEPS = 10
@@ -64,6 +76,30 @@ def rate(batch: Batch, window: float) -> float:
         batch.advance(STEPS)
         calls += 1
     return calls * STEPS * batch.n * len(batch.boats) / (time.perf_counter() - begun)
+
+
+def environment_steps_per_second(rounds: int = ROUNDS, window: float = WINDOW) -> float:
+    """Decisions per second of Gymnasium's `VectorEnv`, each of 10 physics steps; the median of `rounds` windows [s].
+
+    Not a number where the extra `rl` is not installed.
+    """
+    if importlib.util.find_spec("gymnasium") is None:
+        return math.nan
+    from vrx_mj.adapters.gym import VectorEnv
+
+    rows = VectorEnv("StationKeeping", ROWS)
+    rows.reset(seed=0)
+    actions = np.full_like(rows.action_space.sample(), THROTTLE)
+    return statistics.median(decisions(rows, actions, window) for _ in range(rounds))
+
+
+def decisions(rows: Any, actions: Any, window: float) -> float:
+    """Decisions per second of a `VectorEnv` in a window [s]."""
+    calls, begun = 0, time.perf_counter()
+    while time.perf_counter() - begun < window:
+        rows.step(actions)
+        calls += 1
+    return calls * int(rows.num_envs) / (time.perf_counter() - begun)
 
 
 def serve() -> None:

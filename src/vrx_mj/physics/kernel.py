@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["cache_folder", "cached", "kernel"]
+__all__ = ["allocating_kernel", "cache_folder", "cached", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -99,6 +99,20 @@ _LOCK = threading.Lock()
 def kernel(function: F) -> F:
     """Compile `function` with numba: no fastmath, without the GIL, divisions as in numpy.
 
+    A kernel can neither make an array nor return one but those that it was given: numba then does not count who holds
+    an array, which it does in every call of a kernel by a kernel, and which was a tenth of a boat's step.
+    """
+    return _compiled(function, counting=False)
+
+
+def allocating_kernel(function: F) -> F:
+    """Compile a kernel that makes arrays."""
+    return _compiled(function, counting=True)
+
+
+def _compiled(function: F, *, counting: bool) -> F:
+    """Have numba compile a function, and cache it.
+
     numba fixes the cache's path when a function is decorated, so its global setting is changed
     only for that moment and other users of numba keep theirs. Without the wrapper for calls from C, which
     nothing uses, kernels compile in two thirds of the time.
@@ -108,7 +122,9 @@ def kernel(function: F) -> F:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(_FOLDER or "")
         try:
-            compiled: F = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, cache=cached)(function)
+            compiled: F = numba.njit(
+                nogil=True, error_model="numpy", no_cfunc_wrapper=True, cache=cached, _nrt=counting
+            )(function)
         finally:
             numba.config.CACHE_DIR = before
     return compiled

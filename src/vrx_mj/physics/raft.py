@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import surface_height
@@ -90,7 +90,7 @@ def moor(line: Record, blocks: Table, work: Table, dt: float) -> Wrench:
     return Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx)
 
 
-@kernel
+@allocating_kernel
 def raft_drag(blocks: Table, work: Table, inertia: Floats, inertia_row: Ints) -> None:
     """Add dt D to MuJoCo's sparse lower inertia.
 
@@ -118,7 +118,7 @@ def raft_drag(blocks: Table, work: Table, inertia: Floats, inertia_row: Ints) ->
             inertia[start + 3 + k] += _along(work[above].frame, k, force)
 
 
-@kernel
+@allocating_kernel
 def _add_root(inertia: Floats, inertia_row: Ints, dof: int, drag: Floats, frame: Floats) -> None:
     """Add a matrix to the block of a free joint: three velocities in world axes, three rates in body axes."""
     column = np.empty(6)

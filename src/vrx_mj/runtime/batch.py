@@ -159,7 +159,7 @@ class Batch:
         for name in STACKED:
             self._stacks[name][which] = getattr(self._rig, name)
         self._movers[which] = self._rig.movers
-        self._look[which] = np.zeros(1, self._look.dtype)
+        self._look[which] = self._rig.look
         self._wind["key"][which, 0] = [stream_key(int(s), "wind", str(self._rig.wind_seed)) for s in self._seeds[which]]
         self._stacks["wind_state"]["speed"][which, 0] = self._wind["mean"][which, 0]
         self._time[which], self._done[which] = 0.0, 0

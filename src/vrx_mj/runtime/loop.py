@@ -12,7 +12,7 @@ from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.flotation import flotation, water_at_elements, water_rise
 from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
 from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_float, wind_on_hull
 from vrx_mj.physics.raft import block_load, moor, raft_drag
@@ -55,7 +55,7 @@ Ints = npt.NDArray[np.integer]
 
 
 # fmt: off
-@kernel
+@allocating_kernel
 def advance(
     model: Address, quiet: Address, data: Address,
     qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
@@ -78,7 +78,7 @@ def advance(
         thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
         blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
         sampling, samples))
-    added, done = np.empty((6, 6)), 0
+    added, done, quiet_before = np.empty((6, 6)), 0, False
     while done < steps:
         if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
             break
@@ -95,8 +95,10 @@ def advance(
                     waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
         push_docks(blocks, block_state, raft_work, moorings, elements, element_state,
                    waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
-        stepping = quiet if apart(movers, obstacles, qpos, look[0]) else model
-        move(stepping, data, qpos, qvel, inertia, inertia_row, hulls, added, blocks, raft_work)
+        alone = apart(movers, obstacles, qpos, look[0])
+        idle = alone and quiet_before and look[0].unbound != 0  # the step before found nothing, nor would this one
+        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row, hulls, added, blocks, raft_work, idle)
+        quiet_before = alone
         note_touches(contacts, touches, time - dt)
         done += 1
     mj_kinematics(model, data)
@@ -134,11 +136,12 @@ def load_on_hull(
 def move(
     model: Address, data: Address,
     qpos: Floats, qvel: Floats, inertia: Floats, inertia_row: Ints, hulls: Table, added: Floats,
-    blocks: Table, raft_work: Table,
+    blocks: Table, raft_work: Table, idle: bool,
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the docks' drag put into the inertia on the way.
 
-    Its checks are left out: they write warnings to a file, and `diverged` tells more.
+    Its checks are left out: they write warnings to a file, and `diverged` tells more. So are, while they are `idle`,
+    the stages about constraints, actuators and sensors, an eighth of a boat's step.
     """
     mj_fwd_kinematics(model, data)
     mj_make_m(model, data)
@@ -148,18 +151,21 @@ def move(
         add_to_inertia(inertia, inertia_row, hull.dof, added)
     raft_drag(blocks, raft_work, inertia, inertia_row)
     mj_factor_m(model, data)
-    mj_collision(model, data)
-    mj_make_constraint(model, data)
-    mj_island(model, data)
-    mj_project_constraint(model, data)
-    mj_transmission(model, data)
-    mj_sensor_pos(model, data)
+    if not idle:
+        mj_collision(model, data)
+        mj_make_constraint(model, data)
+        mj_island(model, data)
+        mj_project_constraint(model, data)
+        mj_transmission(model, data)
+        mj_sensor_pos(model, data)
     mj_fwd_velocity(model, data)
-    mj_sensor_vel(model, data)
-    mj_fwd_actuation(model, data)
+    if not idle:
+        mj_sensor_vel(model, data)
+        mj_fwd_actuation(model, data)
     mj_fwd_acceleration(model, data)
     mj_fwd_constraint(model, data)
-    mj_sensor_acc(model, data)
+    if not idle:
+        mj_sensor_acc(model, data)
     mj_euler(model, data)
 
 

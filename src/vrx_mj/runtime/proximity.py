@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles"]
+__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles", "unbound"]
 
 SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
@@ -31,8 +31,9 @@ OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
 """A box around a static shape: centre and half edges [m], and its axes in the world, a row each."""
-LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64)], align=True)
-"""What the last look found: the least distance [m], and how many steps to wait for another if that was none."""
+LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64), ("unbound", np.int64)], align=True)
+"""What the last look found: the least distance [m], and how many steps to wait for another if that was none; and
+whether the model without shapes is `unbound`."""
 WAIT = 25
 """Steps between looks while something is near."""
 
@@ -56,6 +57,17 @@ def movers(model: mujoco.MjModel) -> Table:
     far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + SLACK
     np.maximum.at(table["radius"], rows[rows >= 0], far[rows >= 0])
     return table
+
+
+def unbound(quiet: mujoco.MjModel) -> bool:
+    """Tell whether the model without shapes has nothing that binds, drives or senses.
+
+    Then all that MuJoCo does about constraints, actuators and sensors comes to nothing in every step. A sensor of
+    contacts finds none.
+    """
+    limited = quiet.jnt_limited.any() or quiet.dof_frictionloss.any()
+    feels = (quiet.sensor_type != mujoco.mjtSensor.mjSENS_CONTACT).any()
+    return not (quiet.neq or quiet.ntendon or quiet.nflex or quiet.nu or limited or feels)
 
 
 def _length(model: mujoco.MjModel, body: int) -> float:
@@ -126,7 +138,7 @@ def _middle(mover: Record, qpos: npt.NDArray[np.float64]) -> tuple[float, float,
     )
 
 
-@kernel
+@allocating_kernel
 def _from_each_other(movers: Table) -> float:
     """Return the least distance [m] between the movers' spheres; `REACH` at most."""
     least = REACH

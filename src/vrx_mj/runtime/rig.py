@@ -16,7 +16,7 @@ from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.runtime.moments import Moments
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
-from vrx_mj.runtime.proximity import LOOK, movers, obstacles
+from vrx_mj.runtime.proximity import LOOK, movers, obstacles, unbound
 from vrx_mj.sensors.displays import display_marks, displays_of
 
 __all__ = ["Rig", "drawing_model", "stepping_models"]
@@ -109,6 +109,7 @@ class Rig:
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.movers, self.obstacles = movers(model), obstacles(model)
         self.look = np.zeros(1, LOOK)
+        self.look["unbound"] = unbound(quiet)
         self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))
         self.sensors = mounted(world, model, known)
         self.displays = displays_of(parameters)
@@ -173,6 +174,7 @@ class Rig:
             setattr(self.quiet.opt, name, getattr(self.model.opt, name))
         for name in MODEL_ARRAYS:
             getattr(self.quiet, name)[:] = getattr(self.model, name)
+        self.look["unbound"] = unbound(self.quiet)
 
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams; the wind's own seed is part of its key."""

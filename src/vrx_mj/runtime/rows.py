@@ -13,7 +13,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from vrx_mj.libmujoco import c_function
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.runtime.loop import advance
@@ -49,20 +49,20 @@ def _pointer(_context: Any, address: Any) -> Any:
     return types.voidptr(address), generate
 
 
-@kernel
+@allocating_kernel
 def _of(stack: Any, row: int) -> Any:
     """A row's part of a stack."""
     return stack[row] if stack.shape[0] > 1 else stack[0]
 
 
-@kernel
+@allocating_kernel
 def _numbers(address: int, size: int) -> Floats:
     """The array of numbers at an address."""
     return carray(_pointer(address), (size,), np.float64)  # type: ignore[no-any-return]
 
 
 # fmt: off
-@kernel
+@allocating_kernel
 def advance_rows(
     first: int, last: int, rows: Table, bodies: int, inertia_size: int, inertia_row: Ints, qpos: Floats, qvel: Floats,
     time: Floats, done: Ints, going: Bools,
@@ -98,7 +98,7 @@ def advance_rows(
 # fmt: on
 
 
-@kernel
+@allocating_kernel
 def reset_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
     """Bring MuJoCo's part of some rows back to the start."""
     for i in which:
@@ -107,7 +107,7 @@ def reset_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
         qpos[i], qvel[i] = _numbers(rows[i].qpos, qpos.shape[1]), _numbers(rows[i].qvel, qvel.shape[1])
 
 
-@kernel
+@allocating_kernel
 def write_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
     """Have MuJoCo's part of some rows take over what `qpos` and `qvel` say."""
     for i in which:
@@ -127,6 +127,7 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: Floats, qvel: Floats
 @kernel
 def _observe(hull: Record, qpos: Floats, qvel: Floats, out: Floats) -> None:
     body = motion(qpos, qvel, hull.qpos, hull.dof)
-    out[:7] = qpos[hull.qpos : hull.qpos + 7]
+    for k in range(7):
+        out[k] = qpos[hull.qpos + k]
     out[7], out[8], out[9] = body.u, body.v, body.w
-    out[10:] = qvel[hull.dof + 3 : hull.dof + 6]
+    out[10], out[11], out[12] = body.p, body.q, body.r

@@ -9,7 +9,7 @@ import pytest
 
 from vrx_mj.cli import bench, bench_batch, bench_fleet
 from vrx_mj.cli.bench import batch_rows, print_rows
-from vrx_mj.cli.bench_batch import rate, two_threads_and_two_processes
+from vrx_mj.cli.bench_batch import decisions, environment_steps_per_second, rate, two_threads_and_two_processes
 from vrx_mj.cli.bench_fleet import (
     FLEETS,
     fleet_row,
@@ -90,15 +90,38 @@ def test_a_row_weighs_more_than_its_state(monkeypatch, capsys):
 def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
     monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (900_000.0, 1_200_000.0))
     monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
+    monkeypatch.setattr(bench, "environment_steps_per_second", lambda: 31_000.0)
     monkeypatch.setattr(bench, "megabytes_per_row", lambda: 0.49)
     rows = {row["name"]: row for row in batch_rows()}
-    assert list(rows) == ["batch_boat_steps_per_s", "batch_scaling_2_threads", "batch_mb_per_row"]
+    assert list(rows) == [
+        "batch_boat_steps_per_s", "batch_scaling_2_threads", "vector_env_steps_per_s", "batch_mb_per_row"
+    ]  # fmt: skip
     scaling = rows["batch_scaling_2_threads"]
     assert (scaling["value"], scaling["ok"], scaling["limit"]) == (0.75, False, "at least")
     monkeypatch.setenv("COLUMNS", "200")
     print_rows(list(rows.values()))
     shown = capsys.readouterr().out
     assert all(text in shown for text in ("910,000", "900,000", "1,200,000", "at least 0.85", "no"))
+
+
+def test_decisions_count_every_row(clock):
+    class Slow:
+        num_envs = 64
+
+        def step(self, actions):
+            clock.work(2e-3)
+
+    assert decisions(Slow(), None, 0.5) == pytest.approx(64 / 2e-3)
+
+
+def test_environments_are_timed(monkeypatch):
+    monkeypatch.setattr(bench_batch, "ROWS", 4)
+    assert environment_steps_per_second(rounds=1, window=0.02) > 0.0
+
+
+def test_a_figure_that_is_not_known_is_shown_as_none(capsys):
+    print_rows([bench._row("vector_env_steps_per_s", math.nan, "env steps/s", None)])
+    assert "nan" in capsys.readouterr().out
 
 
 def test_several_worlds_of_a_fleet_sail_on_one_thread(monkeypatch):
