@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "rotate", "rotated_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "in_world_axes", "motion", "rotate", "rotated_wrench",
     "rotation_matrix", "shift", "unrotate", "zero_wrench",
 ]  # fmt: skip
 
@@ -84,6 +84,20 @@ def rotation_matrix(quaternion: npt.ArrayLike) -> npt.NDArray[np.float64]:
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
+    )
+
+
+def in_world_axes(quaternions: npt.NDArray[np.float64], vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return vectors (..., 3) of body axes in world axes, by unit quaternions (..., 4), (w, x, y, z)."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    u, v, up = np.moveaxis(vectors, -1, 0)
+    return np.stack(
+        (
+            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
+            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
+            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
+        ),
+        axis=-1,
     )
 
 

@@ -12,6 +12,7 @@ from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
 from vrx_mj.libmujoco import untimed
+from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.ballast import heavier
@@ -246,8 +247,8 @@ class Batch:
                 self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
         if velocity is not None:
             moving = row_vectors(f"the velocity of {boat}", velocity, len(which))
-            w, x, y, z = self._qpos[which, qpos + 3 : qpos + 7].T
-            self._qvel[which, dof : dof + 3] = _to_world(w, x, y, z, *moving[:, :3].T)
+            turns = self._qpos[which, qpos + 3 : qpos + 7]
+            self._qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
         write_rows(which, self._rows, self._qpos, self._qvel)
         self._observe()
@@ -384,15 +385,3 @@ class Batch:
             self._own_models[row] = pair
             self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
             self._hulls["mass"][row] = self._rig.hulls["mass"] * factor
-
-
-def _to_world(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, up: Floats) -> Floats:
-    """Vectors of body axes in world axes, (n, 3), by unit quaternions."""
-    return np.stack(
-        (
-            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
-            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
-            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
-        ),
-        axis=1,
-    )

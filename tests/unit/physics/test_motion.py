@@ -12,9 +12,11 @@ from vrx_mj.physics.motion import (
     Wrench,
     add,
     carry,
+    in_world_axes,
     motion,
     rotate,
     rotated_wrench,
+    rotation_matrix,
     shift,
     unrotate,
     zero_wrench,
@@ -83,3 +85,12 @@ def test_sums_turn_with_the_body(a, b, angle):
 
 def test_no_wrench_is_zero():
     assert zero_wrench() == (0.0,) * 6
+
+
+def test_vectors_in_world_axes_are_those_that_each_rotation_matrix_gives():
+    random = np.random.default_rng(1)
+    quaternions, vectors = random.normal(size=(2, 3, 4)), random.normal(size=(2, 3, 3))
+    quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    turned = in_world_axes(quaternions, vectors)
+    for at in np.ndindex(2, 3):
+        assert turned[at] == pytest.approx(rotation_matrix(quaternions[at]) @ vectors[at], abs=1e-14)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.gym.problem import Entry, Mask
 from vrx_mj.adapters.gym.seen import Floats, seen_of
+from vrx_mj.physics.motion import in_world_axes
 
 __all__ = ["CLEAR", "Spot", "Team", "TeamJudged", "TeamProblem", "crowded", "mean_of", "team_of"]
 
@@ -108,16 +109,8 @@ def team_of(features: Floats, wind: Floats, present: Mask) -> Team:
     seen = seen_of(features.reshape(n * boats, -1), np.repeat(wind, boats, axis=0))
     x, y, yaw = (part.reshape(n, boats) for part in seen[:3])
     own = seen.own.reshape(n, boats, -1)
-    qw, qx, qy, qz, *body = np.moveaxis(features[..., 3:10], -1, 0)
-    east, north = _over_ground(qw, qx, qy, qz, *body)
+    east, north, _ = np.moveaxis(in_world_axes(features[..., 3:7], features[..., 7:10]), -1, 0)
     return Team(x.copy(), y.copy(), yaw, east, north, own, present)
-
-
-def _over_ground(w: Floats, x: Floats, y: Floats, z: Floats, u: Floats, v: Floats, up: Floats) -> tuple[Floats, Floats]:
-    """East and north velocity of body velocities, by unit quaternions."""
-    east = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up
-    north = 2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up
-    return east, north
 
 
 def mean_of(values: Floats, who: Mask) -> Floats:
