@@ -190,6 +190,15 @@ def test_order_of_calls():
         ),
         ({"mass": 0}, "mass is 0: a number of 0.001 or more, or two, the least and the greatest, is needed"),
         ({"render_mode": "human"}, "render_mode is 'human': None or 'rgb_array' is possible"),
+        ({"width": 0}, "width is 0: a whole number from 1 to 8192 is needed [pixels]"),
+        ({"height": 1.5}, "height is 1.5: a whole number from 1 to 8192 is needed [pixels]"),
+        ({"duration": 0.01}, "duration is 0.01: a number of 0.1 or more is needed [s]"),
+        ({"duration": float("nan")}, "duration is nan: a number of 0.1 or more is needed [s]"),
+        ({"waves": "rough"}, "waves is 'rough': a number of 0 or more, or two, the least and the greatest, is needed"),
+        (
+            {"autoreset_mode": "never"},
+            "autoreset_mode is 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",
+        ),
         ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: these problems are for one"),
     ],
 )
@@ -197,6 +206,12 @@ def test_options_that_are_none(options, message):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, **options)
     assert str(caught.value) == message
+
+
+def test_a_number_of_rows_that_is_none():
+    with pytest.raises(gymnasium.error.Error) as caught:
+        VectorEnv("StationKeeping", 0)
+    assert str(caught.value) == "num_envs is 0: a whole number above 0 is needed"
 
 
 def test_a_problem_that_is_none():

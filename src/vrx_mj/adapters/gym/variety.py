@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.options import is_number
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["Range", "Variety"]
@@ -31,10 +32,9 @@ class Variety:
 
 
 def _range(name: str, value: Any) -> tuple[float, float]:
-    given = np.asarray(value, np.float64)
-    pair = (float(given), float(given)) if given.shape == () else tuple(given.tolist())
+    pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
     least = 1e-3 if name == "mass" else 0.0
-    if len(pair) != 2 or not np.isfinite(given).all() or not least <= pair[0] <= pair[1]:
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1]:
         text = f"a number of {least:g} or more, or two, the least and the greatest, is needed"
         raise gymnasium.error.Error(f"{name} is {value!r}: {text}")
-    return pair[0], pair[1]
+    return float(pair[0]), float(pair[1])
