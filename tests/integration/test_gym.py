@@ -10,7 +10,10 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 
 import vrx_mj.adapters.gym  # noqa: E402
 from vrx_mj.adapters.gym import Env, VectorEnv  # noqa: E402
+from vrx_mj.adapters.gym.picture import Picture  # noqa: E402
+from vrx_mj.adapters.gym.problem import open_water  # noqa: E402
 from vrx_mj.adapters.gym.problems import PROBLEMS  # noqa: E402
+from vrx_mj.compiler.compile import compile_world  # noqa: E402
 
 ROWS = 3
 STEPS = 12
@@ -144,6 +147,20 @@ def test_pictures_show_something():
     assert picture.shape == (48, 64, 3)
     assert picture.std() > 10
     assert Env("StationKeeping").render_mode is None
+
+
+def test_pictures_show_the_waves_of_their_rows():
+    calm = Picture(
+        compile_world(open_water(sea={"model": "pms", "gain": 0, "period": 5}), fleet={"sensors": "none"}), 64, 48
+    )
+    for factor in (0, 2):
+        env = VectorEnv("StationKeeping", 1, waves=factor, render_mode="rgb_array", width=64, height=48)
+        env.reset(seed=1)
+        for _ in range(30):
+            env.step(np.zeros((1, 4)))  # the sea grows from the start on
+        (picture,) = env.render()
+        without = calm.draw(env._batch, 0, 1.0)
+        assert (picture == without).all() == (factor == 0)
 
 
 def test_what_is_registered():

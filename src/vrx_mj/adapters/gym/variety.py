@@ -19,7 +19,11 @@ Range = float | Sequence[float] | None
 class Variety:
     """What is varied, and how."""
 
-    def __init__(self, *, wind_speed: Range, gusts: Range, waves: Range, mass: Range, thrust: Range) -> None:
+    waves: npt.NDArray[np.float64]
+    """(n,) factor of the waves' amplitudes in each row, as last drawn."""
+
+    def __init__(self, n: int, *, wind_speed: Range, gusts: Range, waves: Range, mass: Range, thrust: Range) -> None:
+        self.waves = np.ones(n)
         given = {"wind_speed": wind_speed, "gusts": gusts, "waves": waves, "mass": mass, "thrust": thrust}
         self._ranges = {name: _range(name, value) for name, value in given.items() if value is not None}
         if "wind_speed" in self._ranges:
@@ -28,7 +32,10 @@ class Variety:
     def draw(self, batch: Batch, rows: npt.NDArray[np.int64], random: Sequence[np.random.Generator]) -> None:
         """Draw for these rows, whose generators are given, what holds from their next reset on."""
         for name, (low, high) in self._ranges.items():
-            batch.vary(rows, **{name: np.array([own.uniform(low, high) for own in random])})
+            drawn = np.array([own.uniform(low, high) for own in random])
+            batch.vary(rows, **{name: drawn})
+            if name == "waves":
+                self.waves[rows] = drawn
 
 
 def _range(name: str, value: Any) -> tuple[float, float]:

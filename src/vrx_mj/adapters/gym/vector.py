@@ -97,7 +97,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._most = episode_steps(kind.duration if duration is None else duration)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
-        self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
+        self._variety = Variety(num_envs, wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
         compiled = _compiled(kind.world if world is None else world, fleet)
         self._batch = Batch(compiled, num_envs, threads=threads)
         self._problem: Problem = kind(num_envs, compiled)
@@ -172,7 +172,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
             return None
         self._random.check_begun()
-        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
+        waves = self._variety.waves.tolist()
+        return tuple(self._picture.draw(self._batch, row, factor) for row, factor in enumerate(waves))
 
     def close_extras(self, **kwargs: Any) -> None:
         """The rows go with the environment."""

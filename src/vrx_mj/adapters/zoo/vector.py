@@ -111,7 +111,7 @@ class TeamVectorEnv:
         check_picture(render_mode, RENDER_MODES, width, height)
         eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
         late, early = chance("joining", joining), chance("leaving", leaving)
-        self._variety = _variety(problem, variety)
+        self._variety = _variety(num_envs, problem, variety)
         compiled, self._batch, self._problem = staged(
             problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
         )
@@ -257,17 +257,18 @@ class TeamVectorEnv:
 
     def _drawn(self, row: int) -> npt.NDArray[np.uint8]:
         places = self._batch.features[row, self._roster.present[row], :2]
-        return team_picture(self._picture, self._batch.qpos[row], float(self._batch.time[row]), places)
+        time, waves = float(self._batch.time[row]), float(self._variety.waves[row])
+        return team_picture(self._picture, self._batch.qpos[row], time, places, waves)
 
     def _check_open(self) -> None:
         if self.closed:
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
 
 
-def _variety(problem: str, given: dict[str, Range]) -> Variety:
+def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
     """What is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
     strange = [name for name in given if name not in VARIED or problem == SCORE]
     if strange:
         text = f"{problem} has no option {strange[0]}"
         raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world is as it is")
-    return Variety(**(dict.fromkeys(VARIED) | given))
+    return Variety(n, **(dict.fromkeys(VARIED) | given))
