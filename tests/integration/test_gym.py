@@ -10,7 +10,10 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 
 import vrx_mj.adapters.gym  # noqa: E402
 from vrx_mj.adapters.gym import Env, VectorEnv  # noqa: E402
+from vrx_mj.adapters.gym.picture import Picture  # noqa: E402
+from vrx_mj.adapters.gym.problem import open_water  # noqa: E402
 from vrx_mj.adapters.gym.problems import PROBLEMS  # noqa: E402
+from vrx_mj.compiler.compile import compile_world  # noqa: E402
 
 ROWS = 3
 STEPS = 12
@@ -146,6 +149,20 @@ def test_pictures_show_something():
     assert Env("StationKeeping").render_mode is None
 
 
+def test_pictures_show_the_waves_of_their_rows():
+    calm = Picture(
+        compile_world(open_water(sea={"model": "pms", "gain": 0, "period": 5}), fleet={"sensors": "none"}), 64, 48
+    )
+    for factor in (0, 2):
+        env = VectorEnv("StationKeeping", 1, waves=factor, render_mode="rgb_array", width=64, height=48)
+        env.reset(seed=1)
+        for _ in range(30):
+            env.step(np.zeros((1, 4)))  # the sea grows from the start on
+        (picture,) = env.render()
+        without = calm.draw(env._batch, 0, 1.0)
+        assert (picture == without).all() == (factor == 0)
+
+
 def test_what_is_registered():
     assert {f"vrx_mj/{name}-v0" for name in PROBLEMS} <= set(gymnasium.registry)
     env = gymnasium.make_vec("vrx_mj/StationKeeping-v0", num_envs=2, waves=0.5)
@@ -190,6 +207,15 @@ def test_order_of_calls():
         ),
         ({"mass": 0}, "mass is 0: a number of 0.001 or more, or two, the least and the greatest, is needed"),
         ({"render_mode": "human"}, "render_mode is 'human': None or 'rgb_array' is possible"),
+        ({"width": 0}, "width is 0: a whole number from 1 to 8192 is needed [pixels]"),
+        ({"height": 1.5}, "height is 1.5: a whole number from 1 to 8192 is needed [pixels]"),
+        ({"duration": 0.01}, "duration is 0.01: a number of 0.1 or more is needed [s]"),
+        ({"duration": float("nan")}, "duration is nan: a number of 0.1 or more is needed [s]"),
+        ({"waves": "rough"}, "waves is 'rough': a number of 0 or more, or two, the least and the greatest, is needed"),
+        (
+            {"autoreset_mode": "never"},
+            "autoreset_mode is 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",
+        ),
         ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: these problems are for one"),
     ],
 )
@@ -197,6 +223,12 @@ def test_options_that_are_none(options, message):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, **options)
     assert str(caught.value) == message
+
+
+def test_a_number_of_rows_that_is_none():
+    with pytest.raises(gymnasium.error.Error) as caught:
+        VectorEnv("StationKeeping", 0)
+    assert str(caught.value) == "num_envs is 0: a whole number above 0 is needed"
 
 
 def test_a_problem_that_is_none():

@@ -99,6 +99,7 @@ def test_order_of_calls_of_many():
         ("Formation", {"boats": 2, "fleet": THREE}, "boats is 2, and the fleet has 3: give one of both"),
         ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
         ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),
+        ("Formation", {"height": 0}, "height is 0: a whole number from 1 to 8192 is needed [pixels]"),
         ("Formation", {"render_mode": "ansi"}, "render_mode is 'ansi': None, 'human' or 'rgb_array' is possible"),
     ],
 )

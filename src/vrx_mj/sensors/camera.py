@@ -81,6 +81,10 @@ class Cameras:
         for geom, rgba in colors.items():
             self._model.geom_rgba[geom] = rgba
 
+    def swell(self, factor: float) -> None:
+        """Draw waves `factor` times as high as the world's from now on, 0 for none."""
+        self._sea.swell(factor)
+
     def close(self) -> None:
         """Free the drawing context; the next picture makes a new one."""
         if self._canvas is not None:

@@ -25,8 +25,9 @@ class SeaSkin:
     def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
         self.wet = model.nskin == 1
         sea = parameters["sea"]
-        self._waves = tables.table(tables.WAVE, sea["waves"])
-        self._shading = ripples(self._waves)
+        self._nominal = tables.table(tables.WAVE, sea["waves"])
+        self._factor = 1.0
+        self._waves, self._shading = self._nominal, ripples(self._nominal)
         self._sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
         self._distances, self._spokes = fan()
         number = int(model.nskinvert)
@@ -34,6 +35,13 @@ class SeaSkin:
         self.normals = np.zeros((number, 3), np.float32)
         self.palette = np.zeros((number, 2), np.float32)
         """Texture coordinates: what share of the sky a point mirrors, and how it glitters."""
+
+    def swell(self, factor: float) -> None:
+        """Have all waves `factor` times as high as the world's from now on, 0 for none."""
+        if factor != self._factor:
+            self._factor, self._waves = factor, self._nominal.copy()
+            self._waves["amplitude"] *= factor
+            self._shading = ripples(self._waves)
 
     def move(self, eye: FloatArray, sun: FloatArray, course: float, half: float, time: float) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].

@@ -76,6 +76,7 @@ BALLS = (((30, 4, 1.5), 0.5, RED), ((50, -10, 3.0), 1.0, BLUE))
 _WORLDS = {
     "balls": (CALM, BALLS),
     "waves": (WAVES, ()),
+    "high waves": ({**WAVES, "sea": WAVES["sea"] | {"gain": 0.6}}, ()),
     "fog": ({**CALM, "scene": {"fog": FOG}}, (((100, 0, 3), 2.0, WHITE), ((12, 3, 3), 1.0, WHITE))),
     "dusk": ({**CALM, "scene": {"sky": {"time": 19.8}}}, ()),
     "near": (CALM, (((0.03, 0, 1.5), 0.01, RED), ((20, 0, 1.5), 0.5, RED))),
@@ -135,6 +136,18 @@ def test_stereo_cameras_see_a_ball_apart_by_focal_length_times_baseline_over_dis
     left, right = (centre_of(red(image("balls", camera, (20, 4 + y, 1.5)))) for y in (0.1, -0.1))
     assert left[0] - right[0] == pytest.approx(762.72 * 0.2 / 10.0, abs=0.6)  # the ball's middle is 10 m away
     assert left[1] == pytest.approx(right[1], abs=0.3)
+
+
+def test_a_swell_is_a_sea_with_as_much_more_gain():
+    cameras, _ = _drawn("waves")
+    nominal = image("waves", config())
+    try:
+        for factor, other in ((2.0, "high waves"), (0.0, "calm"), (1.0, "waves")):
+            cameras.swell(factor)
+            np.testing.assert_array_equal(image("waves", config()), image(other, config()))
+            assert (factor == 1.0) == (image("waves", config()) == nominal).all()
+    finally:
+        cameras.swell(1.0)
 
 
 def test_what_is_nearer_than_near_is_not_seen():

@@ -20,10 +20,10 @@ class Generators:
         self._n = n
         self._random: list[np.random.Generator] = []
 
-    @property
-    def begun(self) -> bool:
-        """Whether there are any."""
-        return bool(self._random)
+    def check_begun(self) -> None:
+        """gymnasium.error.ResetNeeded: there are none yet."""
+        if not self._random:
+            raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
     def of(self, rows: npt.NDArray[np.int64]) -> list[np.random.Generator]:
         """Those of some rows."""

@@ -25,12 +25,12 @@ class Picture:
         self._lens = CameraConfig(name="picture", link="base_link", width=width, height=height, noise=0.0)
         self._model: mujoco.MjModel | None = None
 
-    def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
-        """The picture (height, width, 3) of a row, from behind and above its first boat."""
+    def draw(self, batch: Batch, row: int, waves: float) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a row, from behind and above its first boat; `waves` is as in `take`."""
         x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
         place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
-        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw))
+        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw), waves)
 
     def take(
         self,
@@ -38,6 +38,7 @@ class Picture:
         time: float,
         place: npt.NDArray[np.float64],
         turned: tuple[float, float, float],
+        waves: float,
     ) -> npt.NDArray[np.uint8]:
         """The picture (height, width, 3) of a state.
 
@@ -46,6 +47,7 @@ class Picture:
             time: simulated [s], for the waves.
             place: of the camera (3,) [m].
             turned: its roll, pitch and yaw [rad]; x is forward.
+            waves: factor of the waves' amplitudes.
         """
         if self._model is None:
             self._model = drawing_model(self._world)
@@ -53,6 +55,7 @@ class Picture:
             self._cameras = Cameras(self._model, self._world.parameters)
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
+        self._cameras.swell(waves)
         axes = np.array(rotation(*turned))
         rgb: npt.NDArray[np.uint8] = self._cameras.image(self._lens, self._data, place, axes, time).rgb
         return rgb

@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
-from vrx_mj.adapters.gym.vector import Floats32, VectorEnv
+from vrx_mj.adapters.gym.features import Floats32
+from vrx_mj.adapters.gym.vector import VectorEnv
 
 __all__ = ["Env"]
 

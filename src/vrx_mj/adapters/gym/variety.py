@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.options import is_number
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["Range", "Variety"]
@@ -18,7 +19,11 @@ Range = float | Sequence[float] | None
 class Variety:
     """What is varied, and how."""
 
-    def __init__(self, *, wind_speed: Range, gusts: Range, waves: Range, mass: Range, thrust: Range) -> None:
+    waves: npt.NDArray[np.float64]
+    """(n,) factor of the waves' amplitudes in each row, as last drawn."""
+
+    def __init__(self, n: int, *, wind_speed: Range, gusts: Range, waves: Range, mass: Range, thrust: Range) -> None:
+        self.waves = np.ones(n)
         given = {"wind_speed": wind_speed, "gusts": gusts, "waves": waves, "mass": mass, "thrust": thrust}
         self._ranges = {name: _range(name, value) for name, value in given.items() if value is not None}
         if "wind_speed" in self._ranges:
@@ -27,14 +32,16 @@ class Variety:
     def draw(self, batch: Batch, rows: npt.NDArray[np.int64], random: Sequence[np.random.Generator]) -> None:
         """Draw for these rows, whose generators are given, what holds from their next reset on."""
         for name, (low, high) in self._ranges.items():
-            batch.vary(rows, **{name: np.array([own.uniform(low, high) for own in random])})
+            drawn = np.array([own.uniform(low, high) for own in random])
+            batch.vary(rows, **{name: drawn})
+            if name == "waves":
+                self.waves[rows] = drawn
 
 
 def _range(name: str, value: Any) -> tuple[float, float]:
-    given = np.asarray(value, np.float64)
-    pair = (float(given), float(given)) if given.shape == () else tuple(given.tolist())
+    pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
     least = 1e-3 if name == "mass" else 0.0
-    if len(pair) != 2 or not np.isfinite(given).all() or not least <= pair[0] <= pair[1]:
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1]:
         text = f"a number of {least:g} or more, or two, the least and the greatest, is needed"
         raise gymnasium.error.Error(f"{name} is {value!r}: {text}")
-    return pair[0], pair[1]
+    return float(pair[0]), float(pair[1])

@@ -9,27 +9,24 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from vrx_mj.adapters.gym.features import BOUND, Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
+from vrx_mj.adapters.gym.options import PERIOD, check_count, check_picture, episode_steps, reset_mode
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Problem
 from vrx_mj.adapters.gym.problems import PROBLEMS
-from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Seen, seen_of
+from vrx_mj.adapters.gym.seen import Seen, seen_of
 from vrx_mj.adapters.gym.variety import Range, Variety
 from vrx_mj.compiler.compile import Source, compile_world
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError, UnknownNameError
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["BOUND", "HEIGHT", "PERIOD", "VectorEnv", "commanded"]
+__all__ = ["HEIGHT", "VectorEnv", "commanded"]
 
-PERIOD = 0.1
-"""Of an action [s]: 10 physics steps."""
-BOUND = 5.0
-"""Observations are clipped to this either way, in their units."""
 HEIGHT = 0.1
 """Of the boat's origin over the water at the start [m], as VRX spawns it."""
 
-Floats32 = npt.NDArray[np.float32]
 Arrays = tuple[Floats32, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 
 
@@ -94,27 +91,29 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """
         if problem not in PROBLEMS:
             raise UnknownNameError("problem", problem, PROBLEMS)
-        if render_mode not in {None, *self.metadata["render_modes"]}:
-            raise gymnasium.error.Error(f"render_mode is {render_mode!r}: None or 'rgb_array' is possible")
+        check_count("num_envs", num_envs)
+        check_picture(render_mode, self.metadata["render_modes"], width, height)
         kind = PROBLEMS[problem]
-        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, AutoresetMode(autoreset_mode)
+        self._most = episode_steps(kind.duration if duration is None else duration)
+        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
-        self._variety = Variety(wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
+        self._variety = Variety(num_envs, wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
         compiled = _compiled(kind.world if world is None else world, fleet)
         self._batch = Batch(compiled, num_envs, threads=threads)
         self._problem: Problem = kind(num_envs, compiled)
         self._limits = np.abs(self._batch.largest)
-        self._most = round((kind.duration if duration is None else duration) / PERIOD)
         self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
         self._last = np.zeros((num_envs, len(self._limits)), np.float32)
         self._random = Generators(num_envs)
         self._picture = Picture(compiled, width, height)
-        self._spaces(kind)
+        channels = [f"previous action: {name}" for _, name in self._batch.channels]
+        self._features = Features(channels, kind.entries)
+        self._spaces(len(channels))
 
     @property
     def observation_names(self) -> tuple[str, ...]:
         """What the features are, and in which units."""
-        return self._names
+        return self._features.names
 
     # What Gymnasium wants
 
@@ -172,23 +171,19 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         if self.render_mode is None:
             gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
             return None
-        self._check_begun()
-        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
+        self._random.check_begun()
+        waves = self._variety.waves.tolist()
+        return tuple(self._picture.draw(self._batch, row, factor) for row, factor in enumerate(waves))
 
     def close_extras(self, **kwargs: Any) -> None:
         """The rows go with the environment."""
 
     # Inside
 
-    def _spaces(self, kind: type[Problem]) -> None:
-        channels = [name for _, name in self._batch.channels]
-        self._entries = np.array([entry.scale for entry in kind.entries])
-        own = [f"{name} in units of {scale:g}" for name, scale in zip(OWN_NAMES, OWN, strict=True)]
-        task = [f"{entry.name} in units of {entry.scale:g}" for entry in kind.entries]
-        self._names = (*own, *(f"previous action: {name}" for name in channels), *task)
+    def _spaces(self, channels: int) -> None:
         box = gymnasium.spaces.Box
-        self.single_observation_space = box(-BOUND, BOUND, (len(self._names),), np.float32)
-        self.single_action_space = box(-1.0, 1.0, (len(channels),), np.float32)
+        self.single_observation_space = box(-BOUND, BOUND, (len(self._features.names),), np.float32)
+        self.single_action_space = box(-1.0, 1.0, (channels,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
@@ -219,10 +214,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
     def _observe(self, seen: Seen) -> Floats32:
         """What is observed; rows that have diverged see nothing."""
-        parts = seen.own / OWN, self._last, self._problem.observe(seen) / self._entries
-        whole = np.nan_to_num(np.concatenate(parts, axis=1), nan=0.0)
-        observed: Floats32 = np.clip(whole, -BOUND, BOUND).astype(np.float32)
-        return observed
+        return self._features.of(seen.own, self._last, self._problem.observe(seen))
 
     def _told(self, diverged: npt.NDArray[np.bool_]) -> dict[str, Any]:
         every = np.ones(self.num_envs, np.bool_)
@@ -232,7 +224,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         return info
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        self._check_begun()
+        self._random.check_begun()
         if self._mode is AutoresetMode.DISABLED and self._over.any():
             ended = np.flatnonzero(self._over)
             text = "reset them with options={'reset_mask': ...}"
@@ -257,10 +249,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             text = f"reset_mask has shape {given.shape} and type {given.dtype}: ({self.num_envs},) of bool is needed"
             raise gymnasium.error.Error(text)
         return np.flatnonzero(given)
-
-    def _check_begun(self) -> None:
-        if not self._random.begun:
-            raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
     def _check_open(self) -> None:
         if self.closed:

@@ -6,9 +6,10 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.features import Floats32
 from vrx_mj.adapters.gym.problem import Mask
 from vrx_mj.adapters.gym.seen import Floats
-from vrx_mj.adapters.gym.vector import Floats32, commanded
+from vrx_mj.adapters.gym.vector import commanded
 
 __all__ = ["ActionError", "Actions"]
 
@@ -33,6 +34,10 @@ class Actions:
     def most(self) -> int:
         """Channels of the boat that has the most."""
         return int(self._own.max())
+
+    def columns(self) -> list[str]:
+        """What the numbers of an action are called where they mean another channel for every boat."""
+        return [f"previous action {k + 1}" for k in range(self.most)]
 
     def commands(self, actions: Floats32) -> Floats:
         """The batch's commands (rows, channels) that actions (rows, boats, most) mean."""

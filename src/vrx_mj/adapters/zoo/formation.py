@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.options import PERIOD
 from vrx_mj.adapters.gym.problem import Entry, Mask, open_water
 from vrx_mj.adapters.gym.seen import Floats, folded
-from vrx_mj.adapters.gym.vector import PERIOD
 from vrx_mj.adapters.zoo.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
 from vrx_mj.control.formation import slots
 

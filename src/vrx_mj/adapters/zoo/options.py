@@ -7,10 +7,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from vrx_mj.adapters.gym.vector import PERIOD
+from vrx_mj.adapters.gym.options import PERIOD, is_number
 from vrx_mj.adapters.zoo.neighbours import Eyes
 
-__all__ = ["RENDER_MODES", "chance", "check_render_mode", "episode_steps", "eyes_of", "team_share"]
+__all__ = ["RENDER_MODES", "chance", "eyes_of", "team_share"]
 
 RENDER_MODES = ["human", "rgb_array"]
 
@@ -19,13 +19,13 @@ def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
     """How boats see each other; gymnasium.error.Error: an option is none."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
         raise gymnasium.error.Error(f"neighbours is {neighbours!r}: a whole number of 0 or more is needed")
-    if not _number(reach) or reach <= 0.0:
+    if not is_number(reach) or reach <= 0.0:
         raise gymnasium.error.Error(f"range is {reach!r}: a number above 0 is needed [m]")
     given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
-    if len(given) != 3 or not all(_number(one) and one >= 0.0 for one in given):
+    if len(given) != 3 or not all(is_number(one) and one >= 0.0 for one in given):
         text = "three numbers of 0 or more are needed, of places [m], velocities [m/s] and headings [rad]"
         raise gymnasium.error.Error(f"noise is {noise!r}: {text}")
-    if not _number(delay) or delay < 0.0 or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6):
+    if not is_number(delay) or delay < 0.0 or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6):
         raise gymnasium.error.Error(f"delay is {delay!r}: a multiple of {PERIOD:g} s is needed")
     return Eyes(
         int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
@@ -34,7 +34,7 @@ def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
 
 def chance(name: str, value: Any) -> float:
     """A share of boats; gymnasium.error.Error: not from 0 to 1."""
-    if not _number(value) or not 0.0 <= value <= 1.0:
+    if not is_number(value) or not 0.0 <= value <= 1.0:
         raise gymnasium.error.Error(f"{name} is {value!r}: a share from 0 to 1 is needed")
     return float(value)
 
@@ -43,24 +43,7 @@ def team_share(reward: Any) -> float:
     """The team's share of what a boat is given, from the option `reward`; gymnasium.error.Error: it is none."""
     if isinstance(reward, str) and reward in {"team", "individual"}:
         return float(reward == "team")
-    if not _number(reward) or not 0.0 <= reward <= 1.0:
+    if not is_number(reward) or not 0.0 <= reward <= 1.0:
         text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
         raise gymnasium.error.Error(f"reward is {reward!r}: {text}")
     return float(reward)
-
-
-def episode_steps(duration: Any) -> int:
-    """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
-    if not _number(duration) or duration < PERIOD:
-        raise gymnasium.error.Error(f"duration is {duration!r}: a number of {PERIOD:g} or more is needed [s]")
-    return round(float(duration) / PERIOD)
-
-
-def check_render_mode(mode: Any) -> None:
-    """gymnasium.error.Error: there is no such way to draw."""
-    if mode not in {None, *RENDER_MODES}:
-        raise gymnasium.error.Error(f"render_mode is {mode!r}: None, 'human' or 'rgb_array' is possible")
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(value)

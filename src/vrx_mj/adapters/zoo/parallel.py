@@ -9,7 +9,8 @@ import numpy.typing as npt
 import pettingzoo
 from pettingzoo.utils.env_logger import EnvLogger
 
-from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32
+from vrx_mj.adapters.gym.features import BOUND, Floats32
+from vrx_mj.adapters.gym.options import PERIOD
 from vrx_mj.adapters.zoo.actions import ActionError
 from vrx_mj.adapters.zoo.options import RENDER_MODES
 from vrx_mj.adapters.zoo.picture import show

@@ -18,14 +18,17 @@ COLUMNS = 80
 
 
 def team_picture(
-    picture: Picture, qpos: npt.NDArray[np.float64], time: float, places: npt.NDArray[np.float64]
+    picture: Picture, qpos: npt.NDArray[np.float64], time: float, places: npt.NDArray[np.float64], waves: float
 ) -> npt.NDArray[np.uint8]:
-    """A picture (height, width, 3) from the south, with all boats at `places`, (boats, 2) [m], in sight."""
+    """A picture (height, width, 3) from the south, with all boats at `places`, (boats, 2) [m], in sight.
+
+    The other arguments are those of `Picture.take`.
+    """
     low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
     away = NEAREST + ROOM * 0.5 * float(np.hypot(*(high - low)))
     x, y = (low + high) / 2.0
     place = np.array([x, y - away * np.cos(PITCH), away * np.sin(PITCH)])
-    return picture.take(qpos, time, place, (0.0, PITCH, np.pi / 2))
+    return picture.take(qpos, time, place, (0.0, PITCH, np.pi / 2), waves)
 
 
 def show(picture: npt.NDArray[np.uint8]) -> None:

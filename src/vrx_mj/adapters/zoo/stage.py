@@ -3,8 +3,8 @@
 from typing import Any
 
 import gymnasium
-import numpy as np
 
+from vrx_mj.adapters.gym.options import check_count
 from vrx_mj.adapters.zoo.problems import PROBLEMS
 from vrx_mj.adapters.zoo.refereed import RefereedRow
 from vrx_mj.adapters.zoo.score import Score
@@ -53,10 +53,9 @@ def staged(
 def _fleet(kind: type[TeamProblem], boats: Any, fleet: Source | None) -> Source:
     if fleet is not None:
         return fleet
-    if boats is not None and (not isinstance(boats, int | np.integer) or boats < 1):
-        raise gymnasium.error.Error(f"boats is {boats!r}: a whole number above 0 is needed")
-    count = kind.boats if boats is None else int(boats)
-    return {"usv_count": count, "layout": "line", "spacing": SPACING, "origin": "spawn", "sensors": "none"}
+    count = kind.boats if boats is None else boats
+    check_count("boats", count)
+    return {"usv_count": int(count), "layout": "line", "spacing": SPACING, "origin": "spawn", "sensors": "none"}
 
 
 def _check_size(name: str, kind: type[TeamProblem], size: int, boats: Any, *, moving: bool) -> None:

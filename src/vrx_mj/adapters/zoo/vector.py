@@ -8,15 +8,16 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.features import Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
+from vrx_mj.adapters.gym.options import PERIOD, check_count, check_picture, episode_steps
 from vrx_mj.adapters.gym.picture import Picture
-from vrx_mj.adapters.gym.problem import Entry, Mask
-from vrx_mj.adapters.gym.seen import OWN, OWN_NAMES, Floats
+from vrx_mj.adapters.gym.problem import Mask
+from vrx_mj.adapters.gym.seen import Floats
 from vrx_mj.adapters.gym.variety import Range, Variety
-from vrx_mj.adapters.gym.vector import BOUND, PERIOD, Floats32
 from vrx_mj.adapters.zoo.actions import Actions
 from vrx_mj.adapters.zoo.neighbours import Neighbours
-from vrx_mj.adapters.zoo.options import chance, check_render_mode, episode_steps, eyes_of, team_share
+from vrx_mj.adapters.zoo.options import RENDER_MODES, chance, eyes_of, team_share
 from vrx_mj.adapters.zoo.picture import team_picture
 from vrx_mj.adapters.zoo.roster import Roster
 from vrx_mj.adapters.zoo.stage import SCORE, staged
@@ -106,10 +107,11 @@ class TeamVectorEnv:
             gymnasium.error.Error: an option is wrong.
             VrxError: the world or the fleet is, as `compile_world` tells.
         """
-        check_render_mode(render_mode)
+        check_count("num_envs", num_envs)
+        check_picture(render_mode, RENDER_MODES, width, height)
         eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
         late, early = chance("joining", joining), chance("leaving", leaving)
-        self._variety = _variety(problem, variety)
+        self._variety = _variety(num_envs, problem, variety)
         compiled, self._batch, self._problem = staged(
             problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
         )
@@ -121,7 +123,7 @@ class TeamVectorEnv:
         self._random, self._steps = Generators(num_envs), np.zeros(num_envs, np.int64)
         self._last = np.zeros((num_envs, len(self.boats), self._actions.most), np.float32)
         self._picture = Picture(compiled, width, height)
-        self._name((*self._problem.entries, *eyes.entries()))
+        self._features = Features(self._actions.columns(), (*self._problem.entries, *eyes.entries()))
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -131,7 +133,7 @@ class TeamVectorEnv:
     @property
     def observation_names(self) -> tuple[str, ...]:
         """What the features are, and in which units."""
-        return self._names
+        return self._features.names
 
     @property
     def action_names(self) -> dict[str, tuple[str, ...]]:
@@ -198,7 +200,7 @@ class TeamVectorEnv:
     def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
         """A picture (height, width, 3) of each row, from the south, with the whole team in it."""
         self._check_open()
-        self._check_begun()
+        self._random.check_begun()
         return tuple(self._drawn(row) for row in range(self.num_envs))
 
     def close(self) -> None:
@@ -206,13 +208,6 @@ class TeamVectorEnv:
         self.closed = True
 
     # Inside
-
-    def _name(self, entries: Sequence[Entry]) -> None:
-        """Note what is observed, and in which units."""
-        own = [f"{name} in units of {scale:g}" for name, scale in zip(OWN_NAMES, OWN, strict=True)]
-        before = [f"previous action {k + 1}" for k in range(self._actions.most)]
-        self._names = (*own, *before, *(f"{entry.name} in units of {entry.scale:g}" for entry in entries))
-        self._scales = np.concatenate((OWN, np.ones(len(before)), [entry.scale for entry in entries]))
 
     def _begin(self, rows: npt.NDArray[np.int64]) -> None:
         """Begin an episode in some rows."""
@@ -247,15 +242,13 @@ class TeamVectorEnv:
     def _observe(self, team: Team) -> Floats32:
         """What is observed; absent boats and rows that have diverged see nothing."""
         parts = team.own, self._last, self._problem.observe(team), self._neighbours.observe(team)
-        whole = np.nan_to_num(np.concatenate(parts, axis=2) / self._scales, nan=0.0)
-        observed = np.where(team.present[..., None], np.clip(whole, -BOUND, BOUND), 0.0)
-        return observed.astype(np.float32)
+        return np.where(team.present[..., None], self._features.of(*parts), np.float32(0.0))
 
     def _told(self, acted: Mask) -> dict[str, Any]:
         return {**self._problem.facts(), "acted": acted, "present": self.present}
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        self._check_begun()
+        self._random.check_begun()
         if not self.autoreset and not self._roster.present.any(axis=1).all():
             ended = np.flatnonzero(~self._roster.present.any(axis=1))
             text = f"the episodes of rows {ended[:5].tolist()} have ended: reset them with rows=..."
@@ -264,21 +257,18 @@ class TeamVectorEnv:
 
     def _drawn(self, row: int) -> npt.NDArray[np.uint8]:
         places = self._batch.features[row, self._roster.present[row], :2]
-        return team_picture(self._picture, self._batch.qpos[row], float(self._batch.time[row]), places)
-
-    def _check_begun(self) -> None:
-        if not self._random.begun:
-            raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
+        time, waves = float(self._batch.time[row]), float(self._variety.waves[row])
+        return team_picture(self._picture, self._batch.qpos[row], time, places, waves)
 
     def _check_open(self) -> None:
         if self.closed:
             raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
 
 
-def _variety(problem: str, given: dict[str, Range]) -> Variety:
+def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
     """What is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
     strange = [name for name in given if name not in VARIED or problem == SCORE]
     if strange:
         text = f"{problem} has no option {strange[0]}"
         raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world is as it is")
-    return Variety(**(dict.fromkeys(VARIED) | given))
+    return Variety(n, **(dict.fromkeys(VARIED) | given))

@@ -1,0 +1,54 @@
+"""Options that environments for one boat and for teams share, checked."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+__all__ = ["PERIOD", "check_count", "check_picture", "episode_steps", "is_number", "reset_mode"]
+
+PERIOD = 0.1
+"""Of an action [s]: 10 physics steps."""
+LARGEST = 8192
+"""Width and height of a picture, at most [pixels]."""
+
+
+def episode_steps(duration: Any) -> int:
+    """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
+    if not is_number(duration) or duration < PERIOD:
+        raise gymnasium.error.Error(f"duration is {duration!r}: a number of {PERIOD:g} or more is needed [s]")
+    return round(float(duration) / PERIOD)
+
+
+def check_count(name: str, value: Any) -> None:
+    """gymnasium.error.Error: the option of that name is no whole number above 0."""
+    if not isinstance(value, int | np.integer) or value < 1:
+        raise gymnasium.error.Error(f"{name} is {value!r}: a whole number above 0 is needed")
+
+
+def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
+    """gymnasium.error.Error: `mode` is none of the ways to draw, or pictures have no such size [pixels]."""
+    if mode not in (None, *modes):
+        possible = ", ".join(["None", *map(repr, modes[:-1])])
+        raise gymnasium.error.Error(f"render_mode is {mode!r}: {possible} or {modes[-1]!r} is possible")
+    for name, size in (("width", width), ("height", height)):
+        if not isinstance(size, int | np.integer) or not 1 <= size <= LARGEST:
+            text = f"a whole number from 1 to {LARGEST} is needed [pixels]"
+            raise gymnasium.error.Error(f"{name} is {size!r}: {text}")
+
+
+def reset_mode(mode: Any) -> AutoresetMode:
+    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(repr(one.value) for one in AutoresetMode)
+        raise gymnasium.error.Error(f"autoreset_mode is {mode!r}: one of {known} is needed") from None
+
+
+def is_number(value: Any) -> bool:
+    """Whether it is a finite number."""
+    return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(value)
