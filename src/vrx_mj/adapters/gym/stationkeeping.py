@@ -24,8 +24,9 @@ class StationKeeping(Problem):
 
     world = open_water()
     duration = 60.0
-    entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0),
-               Entry("sine of the turn to the goal's heading", 1.0), Entry("cosine of that", 1.0))  # fmt: skip
+    entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0), Entry("goal ahead [m]", 1.0),
+               Entry("goal to port [m]", 1.0), Entry("sine of the turn to the goal's heading", 1.0),
+               Entry("cosine of that", 1.0))  # fmt: skip
 
     def __init__(self, n: int, world: World) -> None:
         super().__init__(n, world)
@@ -45,9 +46,9 @@ class StationKeeping(Problem):
         self._error[rows] = pose_error(seen, self._x, self._y, self._yaw)[rows]
 
     def observe(self, seen: Seen) -> Floats:
-        """The goal from the boat."""
-        turn = folded(self._yaw - seen.yaw)
-        return np.stack((*seen.toward(self._x, self._y), np.sin(turn), np.cos(turn)), axis=1)
+        """The goal from the boat, from afar and close up."""
+        turn, way = folded(self._yaw - seen.yaw), seen.toward(self._x, self._y)
+        return np.stack((*way, *way, np.sin(turn), np.cos(turn)), axis=1)
 
     def judge(self, seen: Seen, going: Mask) -> Judged:
         """Lose by the error."""

@@ -69,7 +69,8 @@ def test_what_is_seen_is_in_body_axes():
 
 def test_station_keeping_loses_by_the_error(sea):
     problem, _ = begun(StationKeeping, sea)
-    ahead, port, sine, cosine = problem.observe(at(0, 0, 0))[0]
+    ahead, port, *near, sine, cosine = problem.observe(at(0, 0, 0))[0]
+    assert near == [ahead, port]  # the same, in smaller units
     there = at(ahead, port, math.atan2(sine, cosine))
     assert problem.judge(there, GOING).reward[0] == pytest.approx(0, abs=1e-12)
     away = at(ahead + 2, port, math.atan2(sine, cosine))
