@@ -262,8 +262,10 @@ def test_bad_input_is_told_and_changes_nothing(boat, call, message):
 def test_what_cannot_be_a_batch(boat):
     with pytest.raises(CommandError, match=r"^n is 0: a whole number above 0 is needed$"):
         vrx_mj.Batch(boat, 0)
-    with pytest.raises(CommandError, match=r"^threads is 1\.5: a whole number above 0 is needed$"):
-        vrx_mj.Batch(boat, 1, threads=1.5)
+    for threads in (1.5, "two", float("nan"), [2]):
+        with pytest.raises(CommandError) as raised:
+            vrx_mj.Batch(boat, 1, threads=threads)
+        assert str(raised.value) == f"threads is {threads!r}: a whole number above 0 is needed"
     with pytest.raises(UnknownNameError, match="no boat named 'wam'"):
         vrx_mj.Batch(boat, 1).set_boat("wam", pose=[0.0] * 6)
     with pytest.raises(CommandError) as raised:

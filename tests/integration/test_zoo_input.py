@@ -112,3 +112,60 @@ def test_options_that_are_none(problem, options, message):
 def test_a_problem_that_is_none():
     with pytest.raises(vrx_mj.VrxError, match=r"^no problem named 'Racing'; known: "):
         ParallelEnv("Racing")
+
+
+@pytest.mark.parametrize(
+    ("seed", "message"),
+    [
+        (1.5, "seed is 1.5: a whole number of 0 or more is needed, or one for each of 1 rows"),
+        ("12", "seed is '12': a whole number of 0 or more is needed, or one for each of 1 rows"),
+        (-1, "the seed of row 0 is -1: a whole number of 0 or more is needed"),
+        ([1, 2], "2 seeds for 1 rows: one for each is needed, or one"),
+    ],
+)
+def test_a_seed_that_is_none_leaves_all_as_it_was(pair, seed, message):
+    still = {boat: np.zeros(4) for boat in pair.possible_agents}
+    told = []
+    for wrong in (False, True):
+        pair.reset(seed=1)
+        if wrong:
+            with pytest.raises(gymnasium.error.Error) as caught:
+                pair.reset(seed=seed)
+            assert str(caught.value) == message
+        told.append([*pair.step(still)[0]["wamv1"], *pair.reset()[0]["wamv1"]])
+    assert told[0] == told[1]
+
+
+def test_a_seed_of_many_that_is_none_changes_no_row():
+    env = TeamVectorEnv("Encounter", 2)
+    env.reset(seed=1)
+    expected = env.reset()[0].copy()
+    env.reset(seed=1)
+    with pytest.raises(gymnasium.error.Error, match=r"^the seed of row 1 is -1: "):
+        env.reset(seed=[5, -1])
+    np.testing.assert_array_equal(env.reset()[0], expected)
+
+
+@pytest.mark.parametrize("given", [{}, {"wamv1": np.full(4, np.nan)}, {"wamv1": "ahead"}], ids=["none", "nan", "text"])
+def test_what_is_given_for_a_boat_that_is_done_does_not_count(pair, given):
+    told = []
+    for more in ({"wamv1": np.zeros(4)}, given):
+        pair.reset(seed=1)
+        pair._rows._problem._goals[0, 0] = pair._rows._batch.features[0, 0, :2]
+        pair.step({boat: np.zeros(4) for boat in pair.agents})
+        assert pair.agents == ["wamv2"]
+        seen, reward, *_ = pair.step({"wamv2": np.full(4, 0.5), **more})
+        assert list(seen) == ["wamv2"]
+        told.append([*seen["wamv2"], reward["wamv2"], *pair.state()])
+    assert told[0] == told[1]
+
+
+def test_nothing_can_be_done_after_the_end():
+    env = ParallelEnv("Encounter", render_mode="rgb_array")
+    env.reset(seed=1)
+    env.close()
+    env.close()
+    for call in (env.reset, env.state, env.render):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment was closed$"):
+            call()
+    assert env.agents == []

@@ -2,6 +2,7 @@
 
 import time as clock
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any
 
 import mujoco
@@ -56,7 +57,7 @@ class Batch:
             CommandError: no rows, no threads, or the world has a task.
         """
         for name, count in (("n", n), ("threads", 1 if threads is None else threads)):
-            if count != int(count) or count < 1:
+            if not isinstance(count, Real) or count < 1 or count % 1:
                 raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
         if world.parameters.get("task"):
             text = 'compile it without, {"extends": name, "task": None}'
@@ -68,7 +69,7 @@ class Batch:
         self._rig.reset(0)
         self._waves: Table
         self._thrusters: Table
-        self._crew = Crew(threads or thread_count())
+        self._crew = Crew(int(threads or thread_count()))
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
         self._build()

@@ -9,12 +9,14 @@ from numba.core import event
 
 from vrx_mj.physics.kernel import cached
 
+ONCE = "for this machine, once"
+EVERY_TIME = "for this process only, as there is no folder to keep it in: VRX_MJ_CACHE may name one"
 KERNELS = 130
 """About how many kernels the loop is made of: for the progress only."""
 
 
 @contextlib.contextmanager
-def announced(first_call: Callable[..., Any], what: str = "the physics", seconds: int = 25) -> Iterator[None]:
+def announced(first_call: Any, what: str = "the physics", seconds: int = 25) -> Iterator[None]:
     """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.
@@ -23,7 +25,8 @@ def announced(first_call: Callable[..., Any], what: str = "the physics", seconds
         yield
         return
     counter = _Counter()
-    sys.stderr.write(f"vrx_mj: compiling {what} for this machine, once; it takes about {seconds} s\n")
+    kept = first_call.stats.cache_path is not None
+    sys.stderr.write(f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s\n")
     sys.stderr.flush()
     event.register("numba:compile", counter)
     try:

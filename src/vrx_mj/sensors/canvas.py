@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.errors import RenderError
-from vrx_mj.sensors.gl import new_context
+from vrx_mj.sensors.gl import check_process, is_forked, new_context
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
 
@@ -68,6 +68,7 @@ class Canvas:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first."""
         if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
+        check_process()
         self._gl.make_current()
         height, width = out.shape[:2]
         self._grow(width, height)
@@ -143,7 +144,9 @@ class Canvas:
 
 
 def _free_left() -> None:
-    """Free what is left of this thread's canvases."""
+    """Free what is left of this thread's canvases; in a forked process it is its parent's."""
+    if is_forked():
+        return
     for gl, context in _LEFT.pop(threading.current_thread(), ()):
         if context is not None:
             with gl.as_current():

@@ -15,7 +15,7 @@ from typing import Any
 
 from vrx_mj.errors import RenderError
 
-__all__ = ["BACKENDS", "choose_backend", "new_context", "problem_of"]
+__all__ = ["BACKENDS", "check_process", "choose_backend", "is_forked", "new_context", "problem_of"]
 
 BACKENDS = ("egl", "osmesa")
 """Ways to draw without a screen on Linux, in the order in which they are tried."""
@@ -37,14 +37,39 @@ def new_context(width: int, height: int) -> Any:
     """A fresh OpenGL context of the backend that `choose_backend` names.
 
     Raises:
-        RenderError: there is none, with what to install.
+        RenderError: there is none, with what to install; or as `check_process` tells.
     """
+    check_process()
     backend = choose_backend()
     try:
         module = "mujoco.rendering.classic.gl_context" if backend == "mujoco" else f"mujoco.{backend}"
         return importlib.import_module(module).GLContext(width, height)
     except (ImportError, RuntimeError, AttributeError, OSError) as error:
         raise RenderError(_advice({backend: str(error)})) from error
+
+
+def check_process() -> None:
+    """See that OpenGL works in this process: its locks and threads do not live on in a forked one, and it would hang.
+
+    Raises:
+        RenderError: the process was forked from one that had drawn.
+    """
+    if is_forked():
+        raise RenderError(
+            "this process was forked from one that had drawn pictures, after which it cannot draw any: "
+            "start it with 'spawn' or 'forkserver', or draw only in processes that were forked before"
+        )
+
+
+def is_forked() -> bool:
+    """Whether the process was forked from one that had drawn."""
+    return _drawing_process() != os.getpid()
+
+
+@functools.cache
+def _drawing_process() -> int:
+    """The first process that asked."""
+    return os.getpid()
 
 
 @functools.cache

@@ -2,6 +2,8 @@
 
 import functools
 import math
+import multiprocessing
+import os
 import threading
 
 import mujoco
@@ -283,6 +285,40 @@ def test_cameras_that_another_thread_lets_go_do_no_harm():
     pictures += [cameras.image(config(), data, np.zeros(3), LEVEL, 1.0).rgb for cameras in (kept, left)]
     assert threading.current_thread() not in canvas._LEFT  # the second one has a new canvas
     assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
+
+
+def drawn_in_a_child(pipe):
+    """Tell what a camera that drew before the fork says, and one that never drew; then go in peace."""
+    compiled = compile_world(CALM)
+    model = drawing_model(compiled)
+    fresh = Cameras(model, compiled.parameters)
+    for draw in (
+        lambda: image("calm", config()),
+        lambda: fresh.image(config(), mujoco.MjData(model), np.zeros(3), LEVEL, 1.0),
+    ):
+        try:
+            draw()
+        except RenderError as error:
+            pipe.send(str(error))
+    canvas._close_all()
+    pipe.send("closed")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_process_that_was_forked_from_one_that_drew_is_refused():
+    """OpenGL would hang there for ever: its threads are not copied, and its locks are."""
+    image("calm", config())
+    ours, theirs = multiprocessing.Pipe()
+    child = multiprocessing.get_context("fork").Process(target=drawn_in_a_child, args=(theirs,))
+    child.start()
+    told = [ours.recv() if ours.poll(60.0) else None for _ in range(3)]
+    child.kill()
+    refused = (
+        "this process was forked from one that had drawn pictures, after which it cannot draw any: "
+        "start it with 'spawn' or 'forkserver', or draw only in processes that were forked before"
+    )
+    assert told == [refused, refused, "closed"]
 
 
 def test_the_drawing_model_of_the_caller_is_left_alone():

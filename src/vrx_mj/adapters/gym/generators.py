@@ -1,6 +1,7 @@
 """A generator of random numbers for every row."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -30,24 +31,38 @@ class Generators:
         return [self._random[row] for row in rows.tolist()]
 
     def seed(self, rows: npt.NDArray[np.int64], seed: Seeds) -> None:
-        """Give rows generators of their own; gymnasium.error.Error: not as many seeds as rows."""
+        """Give rows generators of their own.
+
+        Raises:
+            gymnasium.error.Error: not as many seeds as rows, or one is none; then no row has another generator.
+        """
         if seed is None and self._random:
             return
-        seeds = (
-            [None if seed is None else seed + row for row in range(self._n)]
-            if seed is None or isinstance(seed, int | np.integer)
-            else list(seed)
-        )
-        if len(seeds) != self._n:
-            raise gymnasium.error.Error(f"{len(seeds)} seeds for {self._n} rows: one for each is needed, or one")
-        if not self._random:
-            self._random = [seeding.np_random(own)[0] for own in seeds]
-        for row in rows.tolist():
-            if seeds[row] is not None:
-                self._random[row] = seeding.np_random(seeds[row])[0]
+        seeds = _each(seed, self._n)
+        wanted = [row for row in rows.tolist() if seeds[row] is not None] if self._random else range(self._n)
+        fresh = {row: seeding.np_random(seeds[row])[0] for row in wanted}
+        self._random = [fresh[row] if row in fresh else self._random[row] for row in range(self._n)]
 
     def use(self, row: int, random: np.random.Generator) -> None:
         """Have a row draw from this one from now on."""
         if not self._random:
             self._random = [seeding.np_random(None)[0] for _ in range(self._n)]
         self._random[row] = random
+
+
+def _each(seed: Any, n: int) -> list[int | None]:
+    """The seed of each row."""
+    if seed is None or isinstance(seed, int | np.integer):
+        given: list[Any] = [None if seed is None else int(seed) + row for row in range(n)]
+    elif np.ndim(seed) == 1:
+        given = list(seed)
+    else:
+        text = f"a whole number of 0 or more is needed, or one for each of {n} rows"
+        raise gymnasium.error.Error(f"seed is {seed!r}: {text}")
+    if len(given) != n:
+        raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one for each is needed, or one")
+    for row, own in enumerate(given):
+        if own is not None and (not isinstance(own, int | np.integer) or own < 0):
+            text = "a whole number of 0 or more is needed"
+            raise gymnasium.error.Error(f"the seed of row {row} is {own!r}: {text}")
+    return [None if own is None else int(own) for own in given]

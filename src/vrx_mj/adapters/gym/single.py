@@ -25,7 +25,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         """Compile the world; `options` are those of `VectorEnv`, but for `num_envs` and `autoreset_mode`."""
         options = {"threads": 1} | options
         self._rows = VectorEnv(problem, 1, render_mode=render_mode, autoreset_mode=AutoresetMode.DISABLED, **options)
-        self.render_mode = render_mode
+        self.render_mode, self._ended = render_mode, False
         self.observation_space = self._rows.single_observation_space
         self.action_space = self._rows.single_action_space
 
@@ -41,15 +41,22 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         super().reset(seed=seed, options=options)
         self._rows.use(0, self.np_random)
         observation, info = self._rows.reset()
+        self._ended = False
         return observation[0], info
 
     def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
         """Act for 0.1 s; errors are those of `VectorEnv.step`."""
-        given = np.asarray(action, np.float32)
+        if self._ended and not self._rows.closed:
+            raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
+        try:
+            given = np.asarray(action, np.float32)
+        except (TypeError, ValueError):
+            raise gymnasium.error.InvalidAction("the action is no array of numbers") from None
         if given.shape != self.action_space.shape:
             text = f"the action has shape {given.shape} instead of {self.action_space.shape}"
             raise gymnasium.error.InvalidAction(text)
         observation, reward, done, cut, info = self._rows.step(given[None])
+        self._ended = bool(done[0] or cut[0])
         facts = {name: value[0].item() for name, value in info.items() if not name.startswith("_")}
         return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), facts
 

@@ -104,6 +104,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._limits = np.abs(self._batch.largest)
         self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
         self._last = np.zeros((num_envs, len(self._limits)), np.float32)
+        self._over[:] = True  # none has begun
         self._random = Generators(num_envs)
         self._picture = Picture(compiled, width, height)
         channels = [f"previous action: {name}" for _, name in self._batch.channels]
@@ -228,8 +229,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         if self._mode is AutoresetMode.DISABLED and self._over.any():
             ended = np.flatnonzero(self._over)
             text = "reset them with options={'reset_mask': ...}"
-            raise gymnasium.error.ResetNeeded(f"the episodes of rows {ended[:5].tolist()} have ended: {text}")
-        given = np.asarray(actions, np.float32)
+            raise gymnasium.error.ResetNeeded(
+                f"the episodes of rows {ended[:5].tolist()} have ended or never began: {text}"
+            )
+        try:
+            given = np.asarray(actions, np.float32)
+        except (TypeError, ValueError):
+            raise gymnasium.error.InvalidAction("actions are no array of numbers") from None
         if given.shape != self.action_space.shape:
             text = f"actions have shape {given.shape} instead of {self.action_space.shape}"
             raise gymnasium.error.InvalidAction(text)

@@ -1,0 +1,151 @@
+"""The Gymnasium environments: what is wrong is told as Gymnasium tells it, and changes nothing."""
+
+import numpy as np
+import pytest
+from gymnasium.error import ClosedEnvironmentError, Error, InvalidAction, ResetNeeded
+
+from vrx_mj.adapters.gym import Env, VectorEnv
+
+HALF = np.full(4, 0.5, np.float32)
+SEED = "a whole number of 0 or more is needed"
+
+
+@pytest.fixture(scope="module")
+def env():
+    return Env("StationKeeping")
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return VectorEnv("StationKeeping", 2)
+
+
+def onward(env, action):
+    """What the next step, and the episode after it, are like."""
+    observation, reward, *_ = env.step(action)
+    return [*observation.ravel(), *np.atleast_1d(reward), *env.reset()[0].ravel()]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(env, rows):
+    env.reset(seed=1)
+    rows.reset(seed=1)
+    return onward(env, HALF), onward(rows, [HALF, HALF])
+
+
+ALONE = [
+    ([0, 0, 0], "the action has shape (3,) instead of (4,)"),
+    ([[0, 0, 0, 0]], "the action has shape (1, 4) instead of (4,)"),
+    (None, "the action has shape () instead of (4,)"),
+    ("ahead", "the action is no array of numbers"),
+    ({"left": 1}, "the action is no array of numbers"),
+    ([0, [0], 0, 0], "the action is no array of numbers"),
+    ([0, np.nan, 0, 0], "the action right of row 0 is nan: it must be within -1 and 1"),
+    ([0, 0, 0, -np.inf], "the action right_angle of row 0 is -inf: it must be within -1 and 1"),
+    ([1.5, 0, 0, 0], "the action left of row 0 is 1.5: it must be within -1 and 1"),
+]
+MANY = [
+    ([0, 0, 0, 0], "actions have shape (4,) instead of (2, 4)"),
+    ("ahead", "actions are no array of numbers"),
+    ([HALF, [0, 0, 0]], "actions are no array of numbers"),
+    ([HALF, [0, 0, np.nan, 0]], "the action left_angle of row 1 is nan: it must be within -1 and 1"),
+]
+
+
+@pytest.mark.parametrize(("action", "message"), ALONE)
+def test_an_action_that_is_none(env, undisturbed, action, message):
+    env.reset(seed=1)
+    with pytest.raises(InvalidAction) as caught:
+        env.step(action)
+    assert str(caught.value) == message
+    assert onward(env, HALF) == undisturbed[0]
+
+
+@pytest.mark.parametrize(("actions", "message"), MANY)
+def test_actions_that_are_none(rows, undisturbed, actions, message):
+    rows.reset(seed=1)
+    with pytest.raises(InvalidAction) as caught:
+        rows.step(actions)
+    assert str(caught.value) == message
+    assert onward(rows, [HALF, HALF]) == undisturbed[1]
+
+
+@pytest.mark.parametrize("given", [HALF.astype(np.float64), HALF.astype(np.float16), HALF.tolist(), tuple(HALF)])
+def test_numbers_are_numbers_whatever_holds_them(env, undisturbed, given):
+    env.reset(seed=1)
+    assert onward(env, given) == undisturbed[0]
+
+
+@pytest.mark.parametrize(
+    ("seed", "message"),
+    [
+        (1.5, f"seed is 1.5: {SEED}, or one for each of 2 rows"),
+        ("12", f"seed is '12': {SEED}, or one for each of 2 rows"),
+        ({1, 2}, f"seed is {{1, 2}}: {SEED}, or one for each of 2 rows"),
+        (-1, f"the seed of row 0 is -1: {SEED}"),
+        ([5, -1], f"the seed of row 1 is -1: {SEED}"),
+        ([5, "a"], f"the seed of row 1 is 'a': {SEED}"),
+        ([5, 1.5], f"the seed of row 1 is 1.5: {SEED}"),
+        ([5], "1 seeds for 2 rows: one for each is needed, or one"),
+    ],
+)
+def test_seeds_that_are_none(rows, undisturbed, seed, message):
+    rows.reset(seed=1)
+    with pytest.raises(Error) as caught:
+        rows.reset(seed=seed)
+    assert str(caught.value) == message
+    assert onward(rows, [HALF, HALF]) == undisturbed[1]
+
+
+@pytest.mark.parametrize("seed", [1.5, "12", -1])
+def test_a_seed_that_is_none(env, undisturbed, seed):
+    env.reset(seed=1)
+    with pytest.raises(Error, match=r"^Seed must be "):  # Gymnasium's own words
+        env.reset(seed=seed)
+    assert onward(env, HALF) == undisturbed[0]
+
+
+def test_seeds_of_numpy_are_seeds(rows):
+    expected = rows.reset(seed=[3, 4])[0].copy()
+    for seed in (np.int64(3), np.arange(3, 5), (3, 4), range(3, 5)):
+        np.testing.assert_array_equal(rows.reset(seed=seed)[0], expected)
+
+
+def test_a_mask_that_is_none(rows, undisturbed):
+    rows.reset(seed=1)
+    with pytest.raises(Error) as caught:
+        rows.reset(seed=9, options={"reset_mask": [1, 0]})
+    assert str(caught.value) == "reset_mask has shape (2,) and type int64: (2,) of bool is needed"
+    assert onward(rows, [HALF, HALF]) == undisturbed[1]
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "Disabled"])
+def test_rows_that_were_never_reset_do_not_sail(mode):
+    """A first reset of some rows leaves the others without an episode."""
+    rows = VectorEnv("StationKeeping", 2, autoreset_mode=mode)
+    rows.reset(seed=1, options={"reset_mask": np.array([True, False])})
+    if mode == "Disabled":
+        with pytest.raises(ResetNeeded, match=r"^the episodes of rows \[1\] have ended or never began: "):
+            rows.step([HALF, HALF])
+        return
+    seen, reward, *_ = rows.step([HALF, HALF])  # begins the episode of row 1
+    np.testing.assert_array_equal(seen[1], VectorEnv("StationKeeping", 2).reset(seed=1)[0][1])
+    assert reward[0] < 0.0 == reward[1]
+
+
+def test_order_of_calls():
+    env = Env("StationKeeping", duration=0.1, render_mode="rgb_array", width=32, height=32)
+    for call in (lambda: env.step(HALF), env.render):
+        with pytest.raises(ResetNeeded) as caught:
+            call()
+        assert str(caught.value) == "call reset() before step() or render()"
+    env.reset(seed=1)
+    assert env.step(HALF)[3]
+    with pytest.raises(ResetNeeded) as caught:
+        env.step(HALF)
+    assert str(caught.value) == "the episode has ended: call reset()"
+    env.close()
+    env.close()
+    for call in (env.reset, lambda: env.step(HALF), env.render):
+        with pytest.raises(ClosedEnvironmentError, match=r"^the environment was closed$"):
+            call()

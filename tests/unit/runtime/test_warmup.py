@@ -1,0 +1,30 @@
+"""What is told while kernels are compiled."""
+
+import pytest
+
+import vrx_mj.physics.kernel as module
+from vrx_mj.physics.kernel import kernel
+from vrx_mj.runtime.warmup import announced
+
+
+def _twice(x):
+    return 2.0 * x
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_where_nothing_can_be_kept_it_is_said_what_helps(tmp_path, monkeypatch, capsys, writable):
+    monkeypatch.setattr(module, "_FOLDER", tmp_path if writable else None)
+    twice = kernel(_twice)
+    with announced(twice, "a kernel", 7):
+        assert twice(2.0) == 4.0
+    often = (
+        "for this machine, once"
+        if writable
+        else "for this process only, as there is no folder to keep it in: VRX_MJ_CACHE may name one"
+    )
+    first, last = capsys.readouterr().err.splitlines()
+    assert first == f"vrx_mj: compiling a kernel {often}; it takes about 7 s"
+    assert last.strip() == "vrx_mj: compiled 1 kernels"
+    with announced(twice):
+        twice(3.0)
+    assert capsys.readouterr().err == ""
