@@ -56,7 +56,8 @@ class Batch:
         Raises:
             CommandError: no rows, no threads, or the world has a task.
         """
-        for name, count in (("n", n), ("threads", 1 if threads is None else threads)):
+        counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
+        for name, count in counts.items():
             if not isinstance(count, Real) or count < 1 or count % 1:
                 raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
         if world.parameters.get("task"):
