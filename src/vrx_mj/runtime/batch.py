@@ -58,7 +58,7 @@ class Batch:
         """
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
         for name, count in counts.items():
-            if not isinstance(count, Real) or count < 1 or count % 1:
+            if not isinstance(count, Real) or count < 1 or count % 1 != 0:
                 raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
         if world.parameters.get("task"):
             text = 'compile it without, {"extends": name, "task": None}'
