@@ -17,6 +17,7 @@ __all__ = [
     "UnknownNameError",
     "VrxError",
     "VrxWarning",
+    "check_kind",
     "nearest",
 ]
 
@@ -52,7 +53,7 @@ class UnknownNameError(VrxError):
         return type(self), (self.kind, self.name, self.known)
 
     def _hint(self) -> str:
-        close = nearest(self.name, self.known)
+        close = nearest(str(self.name), self.known)
         if close is not None:
             return f"did you mean '{close}'?"
         names = ", ".join(self.known[:_SHOWN_NAMES]) or "none"
@@ -114,3 +115,14 @@ class SensorError(VrxError):
 
 class RenderError(VrxError):
     """Pictures that cannot be drawn here, with what to install."""
+
+
+def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
+    """Tell whether what a function takes is of a kind; `wanted` says where to get one.
+
+    Raises:
+        VrxError: it is not; of the class `error`.
+    """
+    if not isinstance(given, kind):
+        text = repr(given)
+        raise error(f"{taker} takes {wanted}, not {text if len(text) <= 60 else type(given).__name__}")

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.course import Course, course_of, symbols_of
-from vrx_mj.compiler.shooters import ball_names
+from vrx_mj.compiler.shooters import BALL
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
 
@@ -197,9 +197,8 @@ def _boat(entry: Any, index: int) -> MapBoat:
 
 
 def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
-    """The objects with the colours and widths of what is seen of them, which the MJCF holds."""
-    balls = ball_names(world.parameters)
-    return tuple(_object(model, item) for item in world.parameters["objects"] if item["name"] not in balls)
+    """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
+    return tuple(_object(model, item) for item in world.parameters["objects"] if item["model"] != BALL)
 
 
 def _placards(world: World, model: Any) -> Iterator[MapPlacard]:

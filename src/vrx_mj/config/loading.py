@@ -52,6 +52,8 @@ def check(info: ValidationInfo, load: Callable[[], object]) -> None:
 
 def file_of(kind: str, source: str | Path) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
+    if not isinstance(source, str | Path):
+        raise ConfigError([_no_source(kind, source)])
     if not is_path(source):
         return find(kind, str(source))
     file = Path(source)
@@ -62,6 +64,11 @@ def file_of(kind: str, source: str | Path) -> Path:
     except (OSError, ValueError):
         reason = "no such file"
     raise ConfigError([Problem(str(source), None, None, "", reason)])
+
+
+def _no_source(kind: str, given: object) -> Problem:
+    expected = f"expected a name, a path or a mapping, got {shown(given)}"
+    return Problem(f"<{KINDS[kind]}>", None, None, "", expected)
 
 
 def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:

@@ -33,9 +33,24 @@ class Helm:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        if boat not in self._channels:
-            raise UnknownNameError("boat", boat, self._channels)
-        return tuple(self._channels[boat])
+        try:
+            return tuple(self._channels[boat])
+        except (KeyError, TypeError):  # what is no name may have no hash
+            raise UnknownNameError("boat", boat, self._channels) from None
+
+    def refuse(self, boat: str, given: tuple[object, ...]) -> None:
+        """Tell who gave a boat commands without names that they have names.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: always.
+        """
+        names = self.names(boat)
+        example = f"command({boat!r}, {names[0]}=0.5)" if names else f"command({boat!r})"
+        raise CommandError(
+            f"{boat} was given {', '.join(map(repr, given))}: write each command with its name, as {example}; it takes "
+            f"{', '.join(names) or 'none'}"
+        )
 
     def give(self, rig: Rig, commands: Commands, time: float, hold: float) -> None:
         """Set commands at `time` [s]; a thrust lasts for its thruster's timeout, and at least `hold` [s].

@@ -1,10 +1,23 @@
 """Durations as whole numbers of physics steps."""
 
 import math
+import operator
 
 from vrx_mj.errors import CommandError
 
-__all__ = ["steps_to_second", "whole_steps"]
+__all__ = ["steps_to_second", "whole", "whole_steps"]
+
+
+def whole(what: str, value: object) -> int:
+    """The value as an int.
+
+    Raises:
+        CommandError: it is no whole number.
+    """
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise CommandError(f"{what} is {value!r}: a whole number is needed") from None
 
 
 def whole_steps(duration: float, timestep: float) -> int:
@@ -13,7 +26,11 @@ def whole_steps(duration: float, timestep: float) -> int:
     Raises:
         CommandError: it is not a whole number.
     """
-    if not duration >= timestep * (1.0 - 1e-6) or math.isinf(duration):
+    try:
+        enough = duration >= timestep * (1.0 - 1e-6)
+    except TypeError:
+        raise CommandError(f"the duration is {duration!r}: a number of seconds is needed") from None
+    if not enough or math.isinf(duration):
         raise CommandError(f"a duration of {duration:g} s: at least one timestep, {timestep:g} s, is needed")
     steps = round(duration / timestep)
     if abs(steps * timestep - duration) > 1e-4 * timestep:

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, check_kind
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -103,9 +103,13 @@ def run(
     as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
 
     Raises:
-        CommandError: the duration is no multiple of the timestep, or the controller returned nonsense.
+        CommandError: `sim` is no simulation, the duration no multiple of the timestep, the rate not above 0, or the
+            controller returned nonsense.
+        VrxError: the controller cannot be called with observations and a time.
         DivergedError: the state became NaN or huge.
     """
+    check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
+    _check_control(controller, control_rate)
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
@@ -162,9 +166,7 @@ def load_controller(name: str, seed: int) -> Controller:
     if found is None:
         raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'")
     controller: Any = found() if inspect.isclass(found) else found
-    if not callable(controller):
-        raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
-    _check_parameters(name, controller)
+    _check_callable(name, controller)
     if hasattr(controller, "reset"):
         controller.reset(seed)
     return cast("Controller", controller)
@@ -178,8 +180,18 @@ def split_name(name: str) -> tuple[str, str]:
     return module, attribute
 
 
-def _check_parameters(name: str, controller: Any) -> None:
+def _check_control(controller: Any, rate: Any) -> None:
+    """Whether there is a controller, or none, to be called at such a rate."""
+    if controller is not None:
+        _check_callable(getattr(controller, "__name__", repr(controller).strip("'")), controller)
+    if not isinstance(rate, int | float | np.number) or not 0.0 < rate < math.inf:
+        raise CommandError(f"control_rate is {rate!r}: a number of calls per second above 0 is needed")
+
+
+def _check_callable(name: str, controller: Any) -> None:
     """Whether it can be called with the observations and the time."""
+    if not callable(controller):
+        raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
     try:
         takes = inspect.signature(controller)
     except (TypeError, ValueError):  # of something compiled

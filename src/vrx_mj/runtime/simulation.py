@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import DivergedError, StateError
+from vrx_mj.errors import DivergedError, StateError, check_kind
 from vrx_mj.libmujoco import untimed
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
-from vrx_mj.runtime.durations import steps_to_second, whole_steps
+from vrx_mj.runtime.durations import steps_to_second, whole, whole_steps
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import Observation
@@ -53,6 +53,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
+        check_kind("Simulation", world, World, "what compile_world gives")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
         self._take(world, rig_of(world))
@@ -137,11 +138,11 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         The boats are those of the world that the simulation was made of, whoever was spawned or removed.
 
         Raises:
-            CommandError: the run is being recorded: a recording is of one run.
+            CommandError: the seed is no whole number, or the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._first.seed if seed is None else int(seed)
+        self._seed = self._first.seed if seed is None else whole("the seed", seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
             self._bind(self._first, rig_of(self._first))
@@ -152,13 +153,17 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         self._settle()
         return self.observe()
 
-    def command(self, boat: str, **commands: float) -> None:
+    def command(self, boat: str, *given: object, **commands: float) -> None:
         """Command a boat's thrusters as VRX's topics do: each thrust lasts for the thruster's timeout.
 
         Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. In worlds of profile
         `vrx3` they are forces [N], clamped to the thruster's limits, and last until the next. Angles are in rad,
-        clamped to the thruster's limit, and do not time out. Errors are those of `command_all`.
+        clamped to the thruster's limit, and do not time out. Errors are those of `command_all`, and a CommandError if
+        something is `given` without its name.
         """
+        check_kind("command", boat, str, "the name of a boat first")
+        if given:
+            self._helm.refuse(boat, given)
         self.command_all({boat: commands})
 
     def command_all(self, commands: Commands) -> None:
@@ -190,11 +195,16 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         return whole_steps(duration, self.timestep)
 
     def advance(self, steps: int) -> None:
-        """Advance by a number of physics steps under the commands that stand; DivergedError as `step`."""
+        """Advance by a number of physics steps under the commands that stand.
+
+        Raises:
+            CommandError: it is no whole number.
+            DivergedError: the state became NaN or huge; the last good one is in a file.
+        """
         self._subscriptions.check_idle("advance")
         self._advancing = True
         try:
-            self._advance(steps)
+            self._advance(whole("the number of steps", steps))
         finally:
             self._advancing = False
 
@@ -247,12 +257,13 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         """Go to a state that `get_state` gave, here or in another process.
 
         Raises:
-            StateError: it belongs to another world, as to this one before boats came or went, or to another version,
-                or is not finite.
+            StateError: it is none, or belongs to another world, as to this one before boats came or went, or to another
+                version, or is not finite.
             CommandError: the run is being recorded: a recording is of one run.
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
+        check_kind("set_state", state, State, "what get_state gave, or State.load(path)", StateError)
         if state.world == self._first.sha256 != self._world.sha256:
             boats = ", ".join(self._first.boats)
             raise StateError(

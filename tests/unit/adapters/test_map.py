@@ -145,6 +145,13 @@ def test_a_world_becomes_a_scene():
     np.testing.assert_array_equal(scene.shore[0], [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])
 
 
+@pytest.mark.parametrize("name", ["blue_projectile", "wamv1/ball_shooter"])  # the regatta's own, and a shooter's
+def test_parked_balls_are_not_on_the_map(name):
+    ball = {**WORLD.parameters["objects"][0], "name": name, "model": "blue_projectile"}
+    values = {**WORLD.parameters, "objects": [*WORLD.parameters["objects"], ball]}
+    assert map_of(World(WORLD.mjcf, WORLD.assets, values)).objects == map_of(WORLD).objects
+
+
 def test_still_air_and_a_calm_sea_have_no_arrows():
     values = {**WORLD.parameters, "wind": {"direction": [1.0, 0.0], "mean": 0.0}}
     values["sea"] = {**values["sea"], "waves": []}

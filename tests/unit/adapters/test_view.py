@@ -105,6 +105,20 @@ def test_a_controller_steers_until_a_key_takes_over(trio):
     assert speeds[1] < -0.1 > speeds[2]
 
 
+def test_a_view_keeps_to_its_boats(trio):
+    clock = Clock()
+    sim = Simulation(trio)
+    session = Session(sim, clock=clock, controller=lambda _obs, t: sim.remove("wamv2") if t > 0.15 else None)
+    with pytest.raises(CommandError) as caught:
+        watch(session, Screen(20), clock=clock, sleep=clock.sleep)
+    assert str(caught.value) == (
+        "boats came or went, wamv1, wamv2, wamv3 are now wamv1, wamv3: a view keeps to the boats with which it began"
+    )
+    again = Session(sim, clock=clock)  # which is of the boats of now
+    with pytest.raises(CommandError, match=r"^boats came or went, wamv1, wamv3 are now wamv1, wamv2, wamv3: "):
+        again.press("backspace")
+
+
 def test_starting_again_repeats_the_run(trio):
     session, screen = watched(trio, 121, {0: "i", 60: ["backspace"]})
     fresh = Simulation(trio)

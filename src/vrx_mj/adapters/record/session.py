@@ -35,7 +35,7 @@ from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import RecordError
+from vrx_mj.errors import RecordError, check_kind
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -67,8 +67,9 @@ def record(
     Raises:
         RecordError: the file cannot be written.
         UnknownNameError: no such boat or sensor.
-        CommandError: a sensor's rate is not above 0, or above its own.
+        CommandError: `sim` is no simulation, or a sensor's rate is not above 0, or above its own.
     """
+    check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
     choices = chosen(sensors, sensor_rates(sim)) if sensors else ()
     with RunWriter(path, sim, choices, sea=sea) as writer:
         sim.attach(writer, rate=POSE_RATE)

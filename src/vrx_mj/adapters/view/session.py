@@ -89,7 +89,7 @@ class Session:
             raise UnknownNameError("boat", boat, sim.boats)
         if not (math.isfinite(pace) and pace > 0.0):
             raise CommandError(f"a pace of {pace:g}: a number above 0 is needed, 1 for real time")
-        self.sim = sim
+        self.sim, self._world = sim, sim.world
         self.pacer = Pacer(sim.timestep, pace, clock())
         self.pilot = Pilot({name: engines_of(sim.world, name) for name in sim.boats}, boat or sim.boats[0])
         self._controller = controller
@@ -115,15 +115,20 @@ class Session:
             self.pilot.press(key)
 
     def reset(self) -> None:
-        """Start again with the same seed; all boats are let go."""
+        """Start again with the same seed; all boats are let go. CommandError: those were others at the start."""
         self.sim.reset(self.sim.seed)
+        self._check_boats()
         self.pilot.reset()
         self._steps = 0
         self.resets += 1
         self.pacer.restart(self._clock())
 
     def advance(self) -> None:
-        """Make the steps that are due now, as far as the frame's budget goes."""
+        """Make the steps that are due now, as far as the frame's budget goes.
+
+        Raises:
+            CommandError: the controller spawned or removed a boat.
+        """
         begun = self._clock()
         due, done = self.pacer.due(begun), 0
         while done < due:
@@ -137,11 +142,20 @@ class Session:
         into = self._steps % self._slice
         if into == 0 and self._controller is not None:
             obey(self.sim, self._controller(self.sim.observe(), self.sim.time))
+            self._check_boats()
         self.sim.command_all(self.pilot.commands())
         steps = min(most, self._slice - into)
         self.sim.advance(steps)
         self._steps += steps
         return steps
+
+    def _check_boats(self) -> None:
+        """Screens have models of the world with which they were opened, and keys drive its boats."""
+        if self.sim.world is not self._world:
+            shown, now = ", ".join(self._world.boats), ", ".join(self.sim.boats)
+            raise CommandError(
+                f"boats came or went, {shown} are now {now}: a view keeps to the boats with which it began"
+            )
 
     def status(self) -> tuple[tuple[str, str], ...]:
         """What a screen writes beside the picture: names and values."""

@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,7 +48,7 @@ def world_source(source: Source) -> tuple[Section, str]:
         ConfigError: the file is wrong, or is not there.
         VrxError: the series has no world of this number.
     """
-    if not isinstance(source, str | Path):
+    if isinstance(source, Mapping):
         return read_source("worlds", source), "world"
     text, mark, number = str(source).rpartition(MARK)
     if mark and not is_path(source) and (is_path(text) or number.isdigit()):
