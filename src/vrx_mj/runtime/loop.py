@@ -79,9 +79,7 @@ def advance(
         blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
         sampling, samples))
     added, done, quiet_before = np.empty((6, 6)), 0, False
-    while done < steps:
-        if sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0]:
-            break
+    while done < steps and not full(sampling, samples):
         sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
         capture(clocks, moments, qpos, qvel, marks, time)
         if diverged(qpos, qvel):
@@ -307,6 +305,12 @@ def diverged(qpos: Floats, qvel: Floats) -> bool:
     for value in qvel:
         fine &= abs(value) < HUGE
     return not fine
+
+
+@kernel
+def full(sampling: Ints, samples: Floats) -> bool:
+    """Tell whether there is no room for another row."""
+    return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
 
 
 @kernel
