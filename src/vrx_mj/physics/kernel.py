@@ -53,7 +53,10 @@ def _candidates() -> Iterator[Path]:
     with contextlib.suppress(RuntimeError, KeyError):  # no home folder is known
         yield _user_cache(Path.home())
     with contextlib.suppress(OSError):  # there is no usable temporary folder
-        yield Path(tempfile.gettempdir()) / f"vrx_mj-{_user_name()}"
+        shared = Path(tempfile.gettempdir()) / f"vrx_mj-{_user_name()}"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        if _private(shared):
+            yield shared
 
 
 def _user_cache(home: Path) -> Path:
@@ -68,9 +71,15 @@ def _user_cache(home: Path) -> Path:
 
 
 def _user_name() -> str:
-    """Return what keeps users of one temporary folder apart: they cannot write each other's files."""
+    """Return what keeps users of one temporary folder apart."""
     getuid = getattr(os, "getuid", None)
     return str(getuid()) if getuid else os.environ.get("USERNAME", "user")
+
+
+def _private(folder: Path) -> bool:
+    """Tell whether nobody else can write there: what is kept compiled is run."""
+    status, getuid = folder.stat(), getattr(os, "getuid", None)
+    return getuid is None or (status.st_uid == getuid() and not status.st_mode & 0o022)
 
 
 def _writable(folder: Path) -> bool:

@@ -49,6 +49,19 @@ def test_where_nothing_else_can_be_written_it_is_the_temporary_folder(tmp_path, 
     assert folder.is_relative_to(tmp_path)
 
 
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are POSIX's")
+@pytest.mark.usefixtures("nowhere")
+def test_a_temporary_folder_that_others_can_write_is_not_used(tmp_path, monkeypatch):
+    """They could put code there that we run."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    folder = tmp_path / f"vrx_mj-{os.getuid()}"
+    folder.mkdir()
+    folder.chmod(0o777)
+    assert cache_folder() is None
+    folder.chmod(0o700)
+    assert cache_folder() == folder / source_hash()
+
+
 def test_without_any_folder_kernels_still_run(nowhere, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(nowhere))
     assert cache_folder() is None

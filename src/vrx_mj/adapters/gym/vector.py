@@ -102,9 +102,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._batch = Batch(compiled, num_envs, threads=threads)
         self._problem: Problem = kind(num_envs, compiled)
         self._limits = np.abs(self._batch.largest)
-        self._steps, self._over = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.bool_)
+        self._steps, self._over = np.zeros(num_envs, np.int64), np.ones(num_envs, np.bool_)  # none has begun
         self._last = np.zeros((num_envs, len(self._limits)), np.float32)
-        self._over[:] = True  # none has begun
         self._random = Generators(num_envs)
         self._picture = Picture(compiled, width, height)
         channels = [f"previous action: {name}" for _, name in self._batch.channels]
