@@ -1,12 +1,13 @@
-"""The models that step, from the saved form of a world; made quickly again when a boat comes or goes.
+"""The models that step, from the saved form of a world; made quickly again when boats come and go.
 
-MuJoCo's specs are kept. When the world's text differs by boats alone these are attached or deleted, and all the rest is
-not read again; a model of an edited spec is that of the text to the last byte. Whatever else differs is read anew.
+MuJoCo's specs are kept: a boat that comes is attached to them and the rest is not read again, which takes longer than
+all else that is done. A model of such a spec is that of the text, to the last byte. A spec that something was deleted
+from would be, too, but deleting takes MuJoCo as long as reading, so without a boat the text is read.
 """
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -21,13 +22,15 @@ Models = tuple[mujoco.MjModel, mujoco.MjModel]
 SEEN = re.compile(r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[^>]*/>')
 """What is only looked at, in the MJCF of a world."""
 GEOM, MESH = re.compile(r"<geom [^>]*/>"), re.compile(r'<mesh name="([^"]+)"[^>]*/>')
+EMPTY = re.compile(r"<frame [^>]*>\s*</frame>")
 POINTS = re.compile(r'<mesh name="([^"]+)" vertex="([^"]+)"/>')
 """A mesh that is the hull of points which stand in the MJCF itself."""
-MESH_FOLDER = ' meshdir="assets"'
+FOLDER = ' meshdir="assets"'
+"""Names of files without a folder are found faster."""
 PLACED, END = "\n    <frame ", "\n    </frame>"
 """Around each thing that was placed in a world, as `placed.xml.j2` writes them."""
-ROOT = re.compile(r'<body name="(?P<boat>[^"/]+/)(?P<link>[^"]+)"')
-"""The first body of something that was placed."""
+PREFIX = re.compile(r'<body name="([^"/]+/)')
+"""In something that was placed: what its names start with."""
 PAIR, TOUCH = "    <exclude ", '    <contact name="touch/'
 SECTIONS = ("  <contact>", "  </contact>", "  <sensor>", "  </sensor>")
 """Lines after the world: pairs that never touch, sensors of what a scored boat touches, and what is around them."""
@@ -53,69 +56,84 @@ class Stepping:
 
     def __init__(self) -> None:
         self._text: _Text | None = None
-        self._specs: tuple[mujoco.MjSpec, ...] = ()
+        self._specs: tuple[mujoco.MjSpec, mujoco.MjSpec] | None = None
+        self._thinned: dict[str, _Thin] = {}
+        self._shapes: tuple[tuple[str, frozenset[str]], tuple[str, dict[str, bytes]]] | None = None
 
     def models(self, world: World) -> Models:
-        """The same as `stepping_models`, quicker if the world differs by boats from the one before.
+        """The same as `stepping_models`, quicker if the world is much like the one before.
 
         Raises:
             CompileError: MuJoCo refuses the saved world.
         """
         text, before = _Text.of(world.mjcf), self._text
-        change = before and text.change(before)
         self._text = None
+        self._thinned = {item: self._thinned.get(item) or _Thin.of(item) for item in text.items}
+        newcomer = before and text.newcomer(before)
         try:
-            models = self._edited(change) if change else None
-            models = models or self._read(world)
+            models = self._joined(newcomer) if newcomer else None
+            models = models or self._read(text, world.assets)
         except ValueError as error:
             raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
         self._text = text
         return models
 
-    def _edited(self, change: "_Change") -> Models | None:
-        """The models of the kept specs after a change; None: MuJoCo refuses it, and reading will tell why."""
-        try:
-            for spec, only in zip(self._specs, (_solid, _quiet), strict=True):
-                change.make(spec, only)
-            return self._models()
-        except ValueError:
+    def _joined(self, newcomer: "_Newcomer") -> Models | None:
+        """The models of the kept specs with a boat more; None: MuJoCo refuses it, or it has shapes to share."""
+        thin = [self._thinned[frame] for frame in newcomer.frames]
+        if self._specs is None or any(item.meshes for item in thin):
             return None
+        solid, quiet = self._specs
+        try:
+            newcomer.join(solid, "".join(item.solid for item in thin))
+            newcomer.join(quiet, "".join(item.quiet for item in thin))
+            return solid.compile(), quiet.compile()
+        except ValueError:
+            return None  # reading will tell why
 
-    def _read(self, world: World) -> Models:
-        solid = _solid(world.mjcf).replace(MESH_FOLDER, "", 1)
-        used = set(re.findall(r' mesh="([^"]+)"', solid))
-        solid = MESH.sub(lambda found: found[0] if found[1] in used else "", solid)
-        files = set(re.findall(r' file="([^"]+)"', solid))
-        solid, points = _points_in_files(solid)
-        assets = {file: world.assets[file] for file in files} | points
-        self._specs = (_spec(solid, assets), _spec(_quiet(world.mjcf), {}))
-        return self._models()
-
-    def _models(self) -> Models:
-        solid, quiet = (spec.compile() for spec in self._specs)
-        return solid, quiet
-
-
-def _spec(text: str, assets: Mapping[str, bytes]) -> mujoco.MjSpec:
-    spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
-    spec.compiler.discardvisual = True
-    return spec
-
-
-def _solid(text: str) -> str:
-    """MJCF without what is only looked at: reading it takes longer than all that is done with it."""
-    return SEEN.sub("", text)
+    def _read(self, text: "_Text", files: Mapping[str, bytes]) -> Models:
+        """The models of a text that is read, without what is only looked at: it saves most of the time."""
+        used = frozenset().union(*(thin.meshes for thin in self._thinned.values()))
+        if self._shapes is None or self._shapes[0] != (text.top, used):
+            self._shapes = (text.top, used), _shapes(text.top, used)
+        top, points = self._shapes[1]
+        assets = {file: files[file] for file in re.findall(r' file="([^"]+)"', top) if file not in points} | points
+        thin = [self._thinned[item] for item in text.items]
+        solid = _spec(top, "".join(item.solid for item in thin), text.tail, assets)
+        quiet = _spec(MESH.sub("", top), "".join(item.quiet for item in thin), text.tail, {})
+        self._specs = solid, quiet
+        return solid.compile(), quiet.compile()
 
 
-def _quiet(text: str) -> str:
-    """MJCF without any shape."""
-    return MESH.sub("", GEOM.sub("", _solid(text)))
+@dataclass(frozen=True)
+class _Thin:
+    """Something in the world without what is only looked at."""
+
+    solid: str
+    quiet: str
+    """Without any shape."""
+    meshes: frozenset[str]
+    """Names of those that can be hit."""
+
+    @staticmethod
+    def of(item: str) -> "_Thin":
+        solid = _hollowed(SEEN.sub("", item))
+        return _Thin(solid, _hollowed(GEOM.sub("", solid)), frozenset(re.findall(r' mesh="([^"]+)"', solid)))
 
 
-def _points_in_files(text: str) -> tuple[str, dict[str, bytes]]:
-    """MJCF with its points in files of MuJoCo's format MSH: hulls of files are kept from one compilation to the next.
+def _hollowed(text: str) -> str:
+    """A text without frames in which nothing is left."""
+    count = 1
+    while count:
+        text, count = EMPTY.subn("", text)
+    return text
 
-    They hold the same numbers: an array of 32 bit floats, without normals, texture or faces.
+
+def _shapes(top: str, used: frozenset[str]) -> tuple[str, dict[str, bytes]]:
+    """What comes before the world with the meshes that are used, and files of the points that stand in it.
+
+    MuJoCo keeps the hulls of meshes in files from one compilation to the next. In its format MSH these have the same
+    numbers: an array of 32 bit floats, without normals, texture or faces.
     """
     files: dict[str, bytes] = {}
 
@@ -126,57 +144,54 @@ def _points_in_files(text: str) -> tuple[str, dict[str, bytes]]:
         files[file] = content
         return f'<mesh name="{found[1]}" file="{file}"/>'
 
-    return POINTS.sub(moved, text), files
+    top = MESH.sub(lambda found: found[0] if found[1] in used else "", SEEN.sub("", top))
+    return POINTS.sub(moved, top.replace(FOLDER, "", 1)), files
+
+
+def _spec(top: str, world: str, tail: str, assets: Mapping[str, bytes]) -> mujoco.MjSpec:
+    text = f"{top}\n  <worldbody>{world}\n  </worldbody>{tail}"
+    spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
+    spec.compiler.discardvisual = True
+    return spec
 
 
 @dataclass(frozen=True)
-class _Change:
-    """What makes of one world another, which differs by boats."""
+class _Newcomer:
+    """A boat that comes, as elements of MJCF."""
 
-    leaving: Sequence[str]
-    """Roots that go."""
     prefix: str
-    """What the names of all that comes start with."""
+    """What its names start with."""
     head: str
-    """What the other world's MJCF starts with, down to its options."""
+    """What the new world's MJCF starts with, down to its options."""
     frames: Sequence[str]
+    """The boat, and its balls."""
     pairs: Sequence[str]
     touches: Sequence[str]
-    """What comes, as elements of MJCF: what is placed, pairs that never touch, and sensors."""
 
-    def make(self, spec: mujoco.MjSpec, thinned: Callable[[str], str]) -> None:
-        """Change a spec; `thinned` leaves of the text of a frame what the spec has."""
-        for name in self.leaving:
-            spec.delete(spec.body(name).frame)  # with all that names something in it
-        if self.frames:
-            child = mujoco.MjSpec.from_string(self._document(thinned))
-            for option in SLEEP_OPTIONS:
-                setattr(spec.option, option, getattr(child.option, option))
-            for frame in list(child.worldbody.frames):
-                spec.worldbody.attach_frame(frame, self.prefix, "")
+    def join(self, spec: mujoco.MjSpec, frames: str) -> None:
+        """Attach it to a spec, with what that is to have of its frames."""
+        # without its prefix, which comes with attaching: MuJoCo warns of an empty one
+        own = f"<worldbody>{frames}</worldbody><contact>{''.join(self.pairs)}</contact>".replace(f'"{self.prefix}', '"')
+        boat = mujoco.MjSpec.from_string(f"{self.head}{own}</mujoco>")
+        for option in SLEEP_OPTIONS:
+            setattr(spec.option, option, getattr(boat.option, option))
+        for frame in list(boat.worldbody.frames):
+            spec.worldbody.attach_frame(frame, self.prefix, "")
         if self.touches:
-            child = mujoco.MjSpec.from_string(f"<mujoco><sensor>{''.join(self.touches)}</sensor></mujoco>")
-            for sensor in child.sensors:
+            scored = mujoco.MjSpec.from_string(f"<mujoco><sensor>{''.join(self.touches)}</sensor></mujoco>")
+            for sensor in scored.sensors:
                 spec.add_sensor(**{field: getattr(sensor, field) for field in SENSOR_FIELDS})
-
-    def _document(self, thinned: Callable[[str], str]) -> str:
-        """What comes, alone, its names without their prefix: MuJoCo warns of specs that are attached without one."""
-        world = f"<worldbody>{thinned(''.join(self.frames))}</worldbody><contact>{''.join(self.pairs)}</contact>"
-        return self.head + world.replace(f'"{self.prefix}', '"') + "</mujoco>"
 
 
 @dataclass(frozen=True)
 class _Text:
     """The MJCF of a world, in the parts by which worlds can differ."""
 
-    head: str
-    """Down to the options."""
+    top: str
+    """Down to the world."""
     items: Sequence[str]
     """What is in the world: what is placed, each in its frame, and what is not."""
-    pairs: Sequence[str]
-    touches: Sequence[str]
-    rest: Sequence[str]
-    """Other lines after the world."""
+    tail: str
 
     @staticmethod
     def of(mjcf: str) -> "_Text":
@@ -187,33 +202,26 @@ class _Text:
         for chunk in inside.split(END):
             other, placed, frame = chunk.partition(PLACED)
             items += [other] * bool(other) + [placed + frame + END] * bool(placed)
-        lines = [line for line in tail.splitlines() if line not in SECTIONS]
-        pairs, touches = ([line for line in lines if line.startswith(mark)] for mark in (PAIR, TOUCH))
-        rest = [line for line in lines if not line.startswith((PAIR, TOUCH))]
-        return _Text(top.partition("\n  <asset>")[0], items, pairs, touches, rest)
+        return _Text(top, items, tail)
 
-    def change(self, old: "_Text") -> _Change | None:
-        """What makes this of an old text; None if it is more than boats that left, and one that came after all else.
+    @property
+    def head(self) -> str:
+        """Down to the options."""
+        return self.top.partition("\n  <asset>")[0]
 
-        A boat with meshes to hit is more, too: meshes are shared.
-        """
-        if self.rest != old.rest or _awake(self.head) != _awake(old.head):
+    def newcomer(self, old: "_Text") -> _Newcomer | None:
+        """Who is here and was not in an old text; None if that is not one boat that came after all else."""
+        if _awake(self.head) != _awake(old.head):
             return None
-        known = set(self.items)
-        frames = _later([item for item in old.items if item in known], self.items)
-        left = [_root(item) for item in old.items if item not in known]
-        came = [_root(frame) for frame in frames or ()]
-        if frames is None or None in left or None in came or len({boat for boat, _ in filter(None, came)}) > 1:
+        (*pairs, rest), (*before, former) = _lines(self.tail), _lines(old.tail)
+        came = [_later(now, then) for now, then in zip((self.items, *pairs), (old.items, *before), strict=True)]
+        if rest != former or any(part is None for part in came):
             return None
-        gone = tuple(f'"{boat}' for boat, _ in filter(None, left))  # what names something of them goes with them
-        pairs, touches = (
-            _later([line for line in before if not any(name in line for name in gone)], now)
-            for before, now in ((old.pairs, self.pairs), (old.touches, self.touches))
-        )
-        if pairs is None or touches is None:
-            return None
-        prefix = next((boat for boat, _ in filter(None, came)), "")
-        return _Change(["".join(root) for root in filter(None, left)], prefix, self.head, frames, pairs, touches)
+        frames, new_pairs, new_touches = (part or () for part in came)
+        found = [PREFIX.search(frame) if frame.startswith(PLACED) else None for frame in frames]
+        prefixes = {match and match[1] for match in found}
+        prefix = prefixes.pop() if len(prefixes) == 1 else None
+        return _Newcomer(prefix, self.head, frames, new_pairs, new_touches) if prefix else None
 
 
 def _awake(head: str) -> str:
@@ -223,15 +231,13 @@ def _awake(head: str) -> str:
     return head
 
 
-def _later(stay: Sequence[str], now: Sequence[str]) -> Sequence[str] | None:
-    """What comes after all that stays; None if that is not what there is first."""
-    return now[len(stay) :] if now[: len(stay)] == stay else None
+def _lines(tail: str) -> tuple[list[str], list[str], list[str]]:
+    """Pairs that never touch, sensors of what a scored boat touches, and the other lines after a world."""
+    lines = [line for line in tail.splitlines() if line not in SECTIONS]
+    pairs, touches = ([line for line in lines if line.startswith(mark)] for mark in (PAIR, TOUCH))
+    return pairs, touches, [line for line in lines if not line.startswith((PAIR, TOUCH))]
 
 
-def _root(item: str) -> tuple[str, str] | None:
-    """The first body of something that was placed: what its boat's names start with, and the rest of its name.
-
-    None for what has no body, and for what has meshes to hit: these are shared.
-    """
-    found = ROOT.search(item) if item.startswith(PLACED) else None
-    return None if found is None or ' mesh="' in _solid(item) else (found["boat"], found["link"])
+def _later(now: Sequence[str], then: Sequence[str]) -> Sequence[str] | None:
+    """What comes after all that there was; None if that is not what there is first."""
+    return now[len(then) :] if now[: len(then)] == then else None
