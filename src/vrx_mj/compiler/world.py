@@ -45,7 +45,7 @@ class World:
         """Seed that `Simulation.reset` uses when it is given none."""
         return int(self.parameters["seed"])
 
-    @property
+    @cached_property
     def boats(self) -> tuple[str, ...]:
         """Names of the boats, in the order of the fleet."""
         return tuple(boat["name"] for boat in self.parameters["boats"])

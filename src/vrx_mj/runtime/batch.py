@@ -20,10 +20,11 @@ from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.durations import whole_steps
 from vrx_mj.runtime.limits import thread_count
-from vrx_mj.runtime.rig import Rig, stepping_models
+from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import Rows, channels_of, row_seeds, row_values, row_vectors, which_rows
 from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.stepping import stepping_models
 from vrx_mj.runtime.warmup import announced
 
 __all__ = ["Batch"]

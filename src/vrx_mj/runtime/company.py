@@ -11,7 +11,8 @@ from vrx_mj.compiler.joining import with_boat, without_boat
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.carrying import carry
-from vrx_mj.runtime.rig import Rig, stepping_models
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
 
 __all__ = ["Company", "rig_of"]
@@ -22,6 +23,7 @@ class Company:
 
     _world: World
     _rig: Rig
+    _stepping: Stepping
     _seed: int
     _subscriptions: Subscriptions
     _advancing: bool
@@ -86,7 +88,7 @@ class Company:
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""
-        rig = rig_of(world, known=self._rig)
+        rig = rig_of(world, self._stepping, known=self._rig)
         rig.reset(self._seed)
         carry(self._world, self._rig, rig, left=left)
         mujoco.mj_forward(rig.model, rig.data)
@@ -97,10 +99,10 @@ class Company:
         raise NotImplementedError
 
 
-def rig_of(world: World, known: Rig | None = None) -> Rig:
-    """The tables of a world, with models and data of its own; `known` is a rig that shares boats with it."""
-    model, quiet = stepping_models(world)
-    return Rig(world, model, quiet, mujoco.MjData(model), known=known.sensors if known else ())
+def rig_of(world: World, stepping: Stepping, known: Rig | None = None) -> Rig:
+    """The tables of a world, with models and data of its own; `known` is the rig of one that differs by boats alone."""
+    model, quiet = stepping.models(world)
+    return Rig(world, model, quiet, mujoco.MjData(model), known=known)
 
 
 def _check_place(rig: Rig, world: World, name: str) -> None:

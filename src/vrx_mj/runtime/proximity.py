@@ -42,7 +42,8 @@ def movers(model: mujoco.MjModel) -> Table:
     """Every tree of bodies with a free joint, with a radius that holds for any angle of its hinges."""
     free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
     table = np.zeros(len(free), MOVER)
-    row_of = {int(model.jnt_bodyid[joint]): row for row, joint in enumerate(free)}
+    row_of = np.full(model.nbody, -1)
+    row_of[model.jnt_bodyid[free]] = np.arange(len(free))
     table["qpos"] = model.jnt_qposadr[free]
     table["seen"] = np.inf
     table["middle"] = model.body_ipos[model.jnt_bodyid[free]]
@@ -52,7 +53,7 @@ def movers(model: mujoco.MjModel) -> Table:
             reach[body] = reach[model.body_parentid[body]] + _length(model, body)
     geoms = _colliding(model)
     bodies = model.geom_bodyid[geoms]
-    rows = np.array([row_of.get(int(root), -1) for root in model.body_rootid[bodies]], np.int64)
+    rows = row_of[model.body_rootid[bodies]]
     start = np.where((bodies == model.body_rootid[bodies])[:, None], model.body_ipos[bodies], 0.0)
     far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + SLACK
     np.maximum.at(table["radius"], rows[rows >= 0], far[rows >= 0])

@@ -1,6 +1,5 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import CompileError, StateError
+from vrx_mj.errors import StateError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
@@ -19,7 +18,7 @@ from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles, unbound
 from vrx_mj.sensors.displays import display_marks, displays_of
 
-__all__ = ["Rig", "drawing_model", "stepping_models"]
+__all__ = ["Rig", "drawing_model"]
 
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
@@ -31,10 +30,6 @@ MODEL_ARRAYS = (
 )  # fmt: skip
 """Arrays of the model that a user may change between runs."""
 
-SEEN = re.compile(r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[^>]*/>')
-"""What is only looked at, in the MJCF of a world."""
-GEOM, MESH = re.compile(r"<geom [^>]*/>"), re.compile(r'<mesh name="([^"]+)"[^>]*/>')
-
 WIND = ("direction", "mean", "gain", "time_constant", "first_step")
 """Parameters of the wind that the loop reads."""
 Row = Mapping[str, Any]
@@ -43,27 +38,6 @@ LOCK = "lock"
 """Equality constraints that hold a boat are called by this and its name."""
 NEVER = -1.0
 """Time [s] of a touch that was not."""
-
-
-def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-    """The model that steps, from the saved form without anything that is only looked at, and its quiet twin.
-
-    The twin has no shapes at all; it steps the same data while nothing can touch anything.
-    """
-    solid = SEEN.sub("", world.mjcf)
-    used = set(re.findall(r' mesh="([^"]+)"', solid))
-    solid = MESH.sub(lambda found: found[0] if found[1] in used else "", solid)
-    try:
-        return _quickly(solid, world.assets), _quickly(MESH.sub("", GEOM.sub("", solid)), {})
-    except ValueError as error:
-        raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
-
-
-def _quickly(text: str, assets: Mapping[str, bytes]) -> mujoco.MjModel:
-    """The model of a text that was thinned out: reading MJCF takes longer than all that is done with it."""
-    spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
-    spec.compiler.discardvisual = True
-    return spec.compile()
 
 
 class Rig:
@@ -79,9 +53,9 @@ class Rig:
         quiet: mujoco.MjModel,
         data: mujoco.MjData,
         *,
-        known: Sequence[Mounted] = (),
+        known: "Rig | None" = None,
     ) -> None:
-        """Tables of a world; `known` are sensors of another rig that need not be read again."""
+        """Tables of a world; `known` is the rig of one that differs by boats alone."""
         parameters = world.parameters
         sea, wind = parameters["sea"], parameters["wind"]
         self.model, self.data, self.quiet = model, data, quiet
@@ -107,10 +81,10 @@ class Rig:
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
-        self.movers, self.obstacles = movers(model), obstacles(model)
-        self.look = np.array([(0.0, 0, unbound(quiet))], LOOK)
+        self.movers, self.look = movers(model), np.array([(0.0, 0, unbound(quiet))], LOOK)
+        self.obstacles: tables.Table = known.obstacles if known else obstacles(model)
         self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))
-        self.sensors = mounted(world, model, known)
+        self.sensors: tuple[Mounted, ...] = mounted(world, model, known.sensors if known else ())
         self.displays = displays_of(parameters)
         self.moments = Moments(model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)])
 

@@ -30,6 +30,7 @@ from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.warmup import announced
@@ -56,7 +57,8 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         check_kind("Simulation", world, World, "what compile_world gives")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
-        self._take(world, rig_of(world))
+        self._stepping = Stepping()
+        self._take(world, rig_of(world, self._stepping))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
         self._pace, self._drained, self._advancing = 1e-5, 0.0, False
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
@@ -145,7 +147,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         self._seed = self._first.seed if seed is None else whole("the seed", seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
-            self._bind(self._first, rig_of(self._first))
+            self._bind(self._first, rig_of(self._first, self._stepping))
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()

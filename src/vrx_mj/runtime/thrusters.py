@@ -1,11 +1,12 @@
 """What a boat's thrusters are, as a controller's author knows them: where they push, how hard, and on what command."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.physics.tables import RUDDER, Record
+from vrx_mj.physics.tables import RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, thrust_force
 from vrx_mj.runtime.rig import Rig
 
@@ -14,6 +15,8 @@ __all__ = ["Thruster", "thrusters"]
 FloatArray = npt.NDArray[np.float64]
 SAMPLES = 401
 """Commands at which the mapping is tabulated."""
+DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
+"""Fields of a thruster's row that its mapping depends on."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +59,8 @@ def _is_rudder(rig: Rig, row: int) -> bool:
 
 
 def _thruster(name: str, row: Record) -> Thruster:
-    limit = float(row["max_command"])
-    commands = np.linspace(-limit, limit, SAMPLES)
-    forces = np.maximum.accumulate([thrust_force(row, float(command)) for command in commands])
-    spread = forces + 1e-9 * np.arange(SAMPLES)  # where the force does not change, the smallest command
+    drive = {field: row[field].item() for field in DRIVE}
+    commands, forces, spread = _tabulated(**drive)
     toward = row["rotation"] @ row["direction"]
     x, y, z = (float(value) for value in force_point(row, 0.0))
     return Thruster(
@@ -72,3 +73,17 @@ def _thruster(name: str, row: Record) -> Thruster:
         commands,
         spread,
     )
+
+
+@lru_cache(maxsize=64)
+def _tabulated(**drive: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Commands, the forces [N] that they give, and the same forces with a slope where they do not change."""
+    row = np.zeros(1, THRUSTER)[0]
+    for name, value in drive.items():
+        row[name] = value
+    commands = np.linspace(-drive["max_command"], drive["max_command"], SAMPLES)
+    forces = np.maximum.accumulate([thrust_force(row, float(command)) for command in commands])
+    spread = forces + 1e-9 * np.arange(SAMPLES)  # where the force does not change, the smallest command
+    for array in (commands, forces, spread):
+        array.setflags(write=False)  # all thrusters of a kind have the same
+    return commands, forces, spread

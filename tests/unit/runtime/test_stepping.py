@@ -1,0 +1,107 @@
+"""The models that step: what is made quickly when boats come and go is what MuJoCo makes of the whole text."""
+
+import re
+
+import mujoco
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj.compiler.joining import with_boat, without_boat
+from vrx_mj.runtime.stepping import Stepping, stepping_models
+
+TWO = {
+    "boats": [
+        {"name": "hinged", "pose": [0, 0, 0.1, 0, 0, 0], "engines": "hinged"},
+        {"name": "fixed", "pose": [12, 0, 0.1, 0, 0, 0], "sensors": "none"},
+    ]
+}
+FILES = {"mesh_pathadr", "npaths", "paths", "nbuffer"}
+"""What models of meshes in files have, and those of meshes whose points stand in the text have not."""
+
+
+def plain_models(world):
+    """What MuJoCo itself makes of the text, without what is only looked at: no spec is kept, no mesh is moved."""
+    seen = r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[^>]*/>'
+    mesh, solid = r'<mesh name="([^"]+)"[^>]*/>', re.sub(seen, "", world.mjcf)
+    used = set(re.findall(r' mesh="([^"]+)"', solid))
+    solid = re.sub(mesh, lambda found: found[0] if found[1] in used else "", solid)
+    quiet = re.sub(mesh, "", re.sub(r"<geom [^>]*/>", "", solid))
+    for text, assets in ((solid, dict(world.assets)), (quiet, {})):
+        spec = mujoco.MjSpec.from_string(text, assets=assets)
+        spec.compiler.discardvisual = True
+        yield spec.compile()
+
+
+def different(one, other):
+    """Names of all that two models differ in."""
+    found = set()
+    for part in ("", "opt", "stat"):
+        left, right = (getattr(model, part) if part else model for model in (one, other))
+        for name in (name for name in dir(left) if not name.startswith("_")):
+            value, same = getattr(left, name), getattr(right, name)
+            if isinstance(value, np.ndarray | np.generic | int | float | bytes):
+                found |= {name} if np.asarray(value).tobytes() != np.asarray(same).tobytes() else set()
+    return found
+
+
+def near_first(world, **said):
+    x, y, *_ = world.parameters["boats"][0]["pose"]
+    return {"pose": [x, y + 30.0, 0.1, 0, 0, 1.0], **said}
+
+
+def come_and_go(world):
+    """The worlds of a run in which boats come and go, one of which was refused by the run."""
+    yield world
+    refused = with_boat(world, near_first(world, name="late", sensors="none"))
+    yield refused
+    world = with_boat(world, near_first(world, name="late", engines="hinged", sensors="vrx"))
+    yield world
+    world = without_boat(world, "fixed")
+    yield world
+    x, y, *_ = near_first(world)["pose"]
+    world = with_boat(world, {"name": "skiff", "robot": "skiff", "pose": [x + 15, y, 0.1, 0, 0, 0]})
+    yield world
+    world = with_boat(world, {"name": "last", "pose": [x + 30, y, 0.1, 0, 0, 0], "sensors": ["ball_shooter"]})
+    yield world
+    yield without_boat(world, "skiff")
+
+
+@pytest.mark.parametrize("name", ["ocean", "stationkeeping_task"])
+@pytest.mark.filterwarnings("ignore:robot ")
+def test_every_model_is_what_mujoco_makes_of_the_whole_text(name):
+    fleet = TWO if name == "ocean" else {**TWO, "origin": [-500, 240, 0]}
+    stepping, start = Stepping(), vrx_mj.compile_world(name, fleet=fleet)
+    for world in come_and_go(start):
+        solid, quiet = plain_models(world)
+        made = stepping.models(world)
+        assert different(solid, made[0]) <= FILES
+        assert not different(quiet, made[1])
+        assert made[0].ngeom > made[1].ngeom == 0
+
+
+def test_what_differs_is_told():
+    """So the test above can fail."""
+    world = vrx_mj.compile_world("ocean", fleet=TWO)
+    moved = vrx_mj.compile_world("ocean", fleet={"boats": [TWO["boats"][0], {**TWO["boats"][1], "engines": "hinged"}]})
+    assert {"nbody", "body_mass"} <= different(stepping_models(world)[0], stepping_models(moved)[0])
+
+
+def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
+    world = vrx_mj.compile_world("ocean", fleet=TWO)
+    stepping = Stepping()
+    stepping.models(world)
+    read = mujoco.MjSpec.from_string
+    lengths = []
+    monkeypatch.setattr(
+        mujoco.MjSpec, "from_string", lambda text, **said: lengths.append(len(text)) or read(text, **said)
+    )
+    stepping.models(with_boat(world, near_first(world, name="late")))
+    assert len(lengths) == 2
+    assert max(lengths) < len(world.mjcf) / 2
+
+
+def test_another_world_is_read():
+    stepping = Stepping()
+    for world in (vrx_mj.compile_world("ocean"), vrx_mj.compile_world({"physics": {"timestep": 0.02}})):
+        assert not different(stepping_models(world)[0], stepping.models(world)[0])
