@@ -14,7 +14,7 @@ from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
-from vrx_mj.config.search import display, package_paths
+from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import expand
@@ -63,8 +63,9 @@ def build_boat(order: Order) -> Boat:
         VrxError: the robot takes no thruster or component file.
     """
     ours = load_robot(order.robot, order.folder).folder
-    packaged = ours is not None and ours.is_relative_to(root() / "assets")
-    return _kept(order, ours) if packaged and not (order.thrusters or order.components) else _built(order)
+    if ours is None or not ours.is_relative_to(root() / "assets") or order.thrusters or order.components:
+        return _built(order)
+    return _kept(order if is_path(order.robot) else replace(order, folder=None), ours)  # a name is found from anywhere
 
 
 @lru_cache(maxsize=64)
