@@ -248,6 +248,9 @@ def test_the_threads_go_with_their_batch(boat):
             lambda b: b.set_boat("wamv", pose=[0.0] * 5),
             "the pose of wamv has shape (5,): (2, 6) or (6,), of numbers below 1e+07, is needed",
         ),
+        (lambda b: b.set_boat("wamv", pose="here"), "the pose of wamv: an array of numbers is needed, not 'here'"),
+        (lambda b: b.vary(waves="none"), "waves: an array of numbers is needed, not 'none'"),
+        (lambda b: b.command({"left": 1}), "commands: an array of numbers is needed, not {'left': 1}"),
     ],
 )
 def test_bad_input_is_told_and_changes_nothing(boat, call, message):
@@ -260,6 +263,8 @@ def test_bad_input_is_told_and_changes_nothing(boat, call, message):
 
 
 def test_what_cannot_be_a_batch(boat):
+    with pytest.raises(CommandError, match=r"^Batch takes what compile_world gives, not 'ocean'$"):
+        vrx_mj.Batch("ocean", 1)
     with pytest.raises(CommandError, match=r"^n is 0: a whole number above 0 is needed$"):
         vrx_mj.Batch(boat, 0)
     for threads in (1.5, "two", float("nan"), [2]):

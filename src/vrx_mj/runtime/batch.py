@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
-from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
+from vrx_mj.errors import CommandError, DivergedError, UnknownNameError, check_kind
 from vrx_mj.libmujoco import untimed
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
@@ -21,7 +21,7 @@ from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.durations import whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.runtime.row_arguments import Rows, channels_of, row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.row_arguments import Rows, channels_of, row_numbers, row_seeds, row_values, row_vectors, which_rows
 from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
@@ -55,8 +55,9 @@ class Batch:
             threads: by default OMP_NUM_THREADS or SLURM_CPUS_PER_TASK, or as many as there are cores to use.
 
         Raises:
-            CommandError: no rows, no threads, or the world has a task.
+            CommandError: `world` is none, no rows, no threads, or the world has a task.
         """
+        check_kind("Batch", world, World, "what compile_world gives")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
         for name, count in counts.items():
             if not isinstance(count, Real) or count < 1 or count % 1 != 0:
@@ -363,7 +364,7 @@ class Batch:
 
     def _give(self, which: npt.NDArray[np.int64], values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
-        given = np.asarray(values, np.float64)
+        given = row_numbers("commands", values)
         if given.shape != (len(which), len(self._channels)):
             raise CommandError(f"commands have shape {given.shape} instead of {(len(which), len(self._channels))}")
         if not np.isfinite(given).all():

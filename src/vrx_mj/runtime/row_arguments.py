@@ -11,7 +11,7 @@ from vrx_mj.physics.tables import RUDDER, Record, Table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE
 
-__all__ = ["Channel", "Rows", "channels_of", "row_seeds", "row_values", "row_vectors", "which_rows"]
+__all__ = ["Channel", "Rows", "channels_of", "row_numbers", "row_seeds", "row_values", "row_vectors", "which_rows"]
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.ArrayLike | None
@@ -81,13 +81,27 @@ def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
     return given.astype(np.int64)
 
 
+def row_numbers(what: str, values: npt.ArrayLike) -> Floats:
+    """Return the values as an array.
+
+    Raises:
+        CommandError: they are none of numbers.
+    """
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        text = repr(values)
+        given = text if len(text) <= 60 else f"a {type(values).__name__}"
+        raise CommandError(f"{what}: an array of numbers is needed, not {given}") from None
+
+
 def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
     """Return six numbers for each of `count` rows, (count, 6).
 
     Raises:
         CommandError: another shape, or numbers that no state may have.
     """
-    given = np.asarray(values, np.float64)
+    given = row_numbers(what, values)
     if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
         raise CommandError(
             f"{what} has shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
@@ -101,7 +115,7 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     Raises:
         CommandError: another shape, or numbers that are not finite, or below `least`.
     """
-    given = np.asarray(value, np.float64)
+    given = row_numbers(what, value)
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
         raise CommandError(f"{what} is {value!r}: one finite number{at_least}, or {count} of them")
