@@ -173,7 +173,7 @@ def kernel_row(folder: Path | None, compiled: bool) -> Row:
         advice = "set VRX_MJ_CACHE to a folder that can be written, or every run begins with 15 s of compiling"
         return Row("compiled physics", "no folder can be written", "no", advice)
     if not compiled:
-        return Row("compiled physics", f"not yet in {folder}", "yes", "the first run compiles it, in about 25 s")
+        return Row("compiled physics", f"not yet in {folder}", "yes", "the first run compiles it, in about 30 s")
     return Row("compiled physics", str(folder), "yes")
 
 

@@ -16,7 +16,7 @@ KERNELS = 130
 
 
 @contextlib.contextmanager
-def announced(first_call: Any, what: str = "the physics", seconds: int = 25) -> Iterator[None]:
+def announced(first_call: Any, what: str = "the physics", seconds: int = 30) -> Iterator[None]:
     """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.

@@ -93,7 +93,7 @@ def test_an_old_python():
 def test_where_compiled_physics_is_kept(tmp_path):
     assert doctor.kernel_row(tmp_path, compiled=True) == Row("compiled physics", str(tmp_path), "yes")
     assert doctor.kernel_row(tmp_path, compiled=False) == Row(
-        "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 25 s"
+        "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 30 s"
     )
     assert doctor.kernel_row(None, compiled=False) == Row(
         "compiled physics", "no folder can be written", "no",
