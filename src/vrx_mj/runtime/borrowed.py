@@ -1,7 +1,7 @@
 """Arrays that are lent to a kernel, not counted.
 
-numba counts who holds an array, with an atomic addition whenever it is passed on. That was an eighth of a boat's step,
-and threads that share a table contend for its counter.
+Kernels that make arrays count who holds one, with an atomic addition whenever it is passed on, and threads that share a
+table contend for its counter. The loop makes one, and would count all that it is given.
 """
 
 from typing import Any
