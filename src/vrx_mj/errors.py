@@ -9,6 +9,7 @@ __all__ = [
     "CompileError",
     "ConfigError",
     "DivergedError",
+    "NetworkError",
     "Problem",
     "RecordError",
     "RenderError",
@@ -103,6 +104,10 @@ class CommandError(VrxError):
 
 class DivergedError(VrxError):
     """A state that is NaN or beyond all bounds, with the step, the time and the body."""
+
+
+class NetworkError(VrxError):
+    """A network that cannot be opened or reached, with who is in the way."""
 
 
 class RecordError(VrxError):

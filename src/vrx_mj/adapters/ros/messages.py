@@ -1,0 +1,181 @@
+"""ROS 1's message and service types: making, writing and reading messages, and the md5 sums that peers compare.
+
+Types are named as ROS 1 names them, `sensor_msgs/Imu`; the two halves of a service `std_srvs/Trigger` are
+`std_srvs/TriggerRequest` and `std_srvs/TriggerResponse`. Codec and most definitions are those of `rosbags`; the rest
+is in `definitions`.
+"""
+
+import hashlib
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from vrx_mj.errors import CommandError
+
+__all__ = [
+    "DEFINITIONS",
+    "Message",
+    "decode",
+    "definition",
+    "duration",
+    "encode",
+    "is_known",
+    "md5sum",
+    "new",
+    "service_md5sum",
+    "stamp",
+    "typestore",
+]
+
+Message = Any
+"""An instance of a class of rosbags' type store: fields by name, `uint8[]` and arrays of numbers as numpy's."""
+
+DEFINITIONS = Path(__file__).parent / "definitions"
+PADDING = "structure_needs_at_least_one_member"
+"""rosbags' only field of a message without fields; it is not sent."""
+LARGEST = 1 << 26
+"""Elements of an array in a message that is read, at most."""
+
+
+@cache
+def typestore() -> Typestore:
+    """Every type that is known."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.max_sequence_length = LARGEST
+    types = {}
+    for file in sorted(DEFINITIONS.glob("*/*.msg")):
+        types.update(get_types_from_msg(file.read_text("utf-8"), f"{file.parent.name}/msg/{file.stem}"))
+    for file in sorted(DEFINITIONS.glob("*/*.srv")):
+        halves = file.read_text("utf-8").split("---\n")
+        for half, text in zip(("Request", "Response"), halves, strict=True):
+            types.update(get_types_from_msg(text, f"{file.parent.name}/msg/{file.stem}{half}"))
+    store.register(types)
+    return store
+
+
+@cache
+def full_name(type_name: str) -> str:
+    """`sensor_msgs/msg/Imu` for `sensor_msgs/Imu`, as rosbags and ROS 2 have it."""
+    package, _, name = type_name.rpartition("/")
+    return f"{package.removesuffix('/msg')}/msg/{name}"
+
+
+def is_known(type_name: str) -> bool:
+    """Whether there is such a message type."""
+    return full_name(type_name) in typestore().types
+
+
+def new(type_name: str, **fields: Any) -> Message:
+    """A message; fields that are not given are zero, empty or a message of such.
+
+    A mapping may stand for a message in it, as `position={"x": 1.0}`.
+    """
+    kinds = _fields(type_name)
+    values = {name: _filled(kinds[name], value) for name, value in fields.items()}
+    for name, kind in kinds.items():
+        if name not in values:
+            values[name] = _default(kind)
+    return typestore().types[full_name(type_name)](**values)
+
+
+def encode(message: Message, type_name: str) -> bytes:
+    """The message as TCPROS and ROS 1's bags hold it, without its length."""
+    return bytes(typestore().serialize_ros1(message, full_name(type_name)))
+
+
+def decode(raw: bytes | memoryview, type_name: str) -> Message:
+    """A message from its bytes.
+
+    Raises:
+        CommandError: they are no such message.
+    """
+    try:
+        return typestore().deserialize_ros1(raw, full_name(type_name))
+    except Exception as error:  # rosbags raises what numpy and struct raise
+        raise CommandError(f"{len(raw)} bytes are no {type_name}: {error}") from error
+
+
+@cache
+def definition(type_name: str) -> str:
+    """The full text of a type's definition, with those that it uses, as in a connection's header."""
+    return typestore().generate_msgdef(full_name(type_name))[0]
+
+
+@cache
+def md5sum(type_name: str) -> str:
+    """The md5 sum of a message type."""
+    return typestore().generate_msgdef(full_name(type_name))[1]
+
+
+@cache
+def service_md5sum(type_name: str) -> str:
+    """The md5 sum of a service type."""
+    text = _hashed(f"{type_name}Request") + _hashed(f"{type_name}Response")
+    return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
+
+
+def stamp(time: float) -> Message:
+    """A moment [s] as ROS has it."""
+    nanoseconds = round(time * 1e9)
+    return _time()(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+
+
+def duration(seconds: float) -> Message:
+    """A span of time [s] as ROS has it; both its numbers have its sign."""
+    whole, part = divmod(round(abs(seconds) * 1e9), 1_000_000_000)
+    sign = -1 if math.copysign(1.0, seconds) < 0.0 else 1
+    kind: Any = typestore().types["builtin_interfaces/msg/Duration"]
+    return kind(sec=sign * whole, nanosec=sign * part)
+
+
+@cache
+def _time() -> Any:
+    return typestore().types["builtin_interfaces/msg/Time"]
+
+
+@cache
+def _fields(type_name: str) -> Mapping[str, Any]:
+    """Fields of a type, and what rosbags knows of each."""
+    return dict(typestore().fielddefs[full_name(type_name)][1])
+
+
+def _filled(kind: Any, value: Any) -> Any:
+    if kind[0] == Nodetype.NAME and isinstance(value, Mapping):
+        return new(kind[1], **value)
+    return value
+
+
+def _default(kind: Any) -> Any:
+    """The value of a field that was not given."""
+    node, about = kind
+    if node == Nodetype.BASE:
+        return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(about[0], 0)
+    if node == Nodetype.NAME:
+        return new(about)
+    (inner, what), count = about
+    if inner == Nodetype.BASE and what[0] != "string":
+        return np.zeros(count if node == Nodetype.ARRAY else 0, _dtype(what[0]))
+    return [_default((inner, what)) for _ in range(count)] if node == Nodetype.ARRAY else []
+
+
+def _dtype(name: str) -> str:
+    return {"byte": "uint8", "char": "uint8", "bool": "bool"}.get(name, name)
+
+
+def _hashed(type_name: str) -> str:
+    """What ROS computes an md5 sum of: the definition, with the sums of other messages in place of their types."""
+    own = definition(type_name).partition("=" * 80)[0]
+    return "\n".join(_hashed_line(line) for line in own.splitlines() if line)
+
+
+def _hashed_line(line: str) -> str:
+    kind, _, name = line.partition(" ")
+    base = kind.partition("[")[0]
+    return f"{md5sum(base)} {name}" if "/" in base else line
