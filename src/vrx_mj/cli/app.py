@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli import campaign, robot, scoring, worlds
+from vrx_mj.cli import campaign, robot, ros, scoring, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import console, print_summary, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
@@ -25,6 +25,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(robot.app)
+app.add_typer(ros.app)
 app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
