@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.ros1.http import BROKEN, address
-from vrx_mj.adapters.ros.ros1.names import is_legal, is_type, resolve
+from vrx_mj.adapters.ros.ros1.names import LONGEST, is_legal, is_type, resolve
 from vrx_mj.adapters.ros.ros1.notifier import Notifier
 from vrx_mj.adapters.ros.ros1.parameters import Parameters, updates
 from vrx_mj.adapters.ros.ros1.registrations import Registrations
@@ -71,8 +71,8 @@ class Master:
     def call(self, method: str, values: Sequence[Any]) -> Reply:
         """Code (1 done, 0 failed, -1 wrong call), text and value."""
         kinds, function = self._methods[method]
-        if not values or not isinstance(values[0], str):
-            return -1, "caller_id must be a string", 0
+        if not values or not isinstance(values[0], str) or len(values[0]) > LONGEST:
+            return -1, f"caller_id must be a string of at most {LONGEST} characters", 0
         if len(values) != len(kinds) + 1:
             return -1, "Error: bad call arity", 0
         try:
@@ -163,7 +163,7 @@ class Master:
         return 1, f"parameter {key} deleted", 0
 
     def _search_parameter(self, node: str, key: Any) -> Reply:
-        if not isinstance(key, str) or not key or key.startswith("~"):
+        if not isinstance(key, str) or not 0 < len(key) <= LONGEST or key.startswith("~"):
             return -1, "ERROR: parameter [key] is no relative or absolute name", 0
         found = self.parameters.search(node, key)
         return (
@@ -227,7 +227,7 @@ class Master:
 
 def _checked(kind: str, value: Any, node: str) -> Any:
     """A value of a call, names made absolute."""
-    if kind == "k" and isinstance(value, str) and value:
+    if kind == "k" and isinstance(value, str) and 0 < len(value) <= LONGEST:
         return resolve(value, node)
     if kind == "n" and is_legal(value):
         return resolve(value, node)

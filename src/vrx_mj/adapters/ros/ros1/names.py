@@ -2,7 +2,7 @@
 
 import re
 
-__all__ = ["is_legal", "is_type", "joined", "namespace", "resolve"]
+__all__ = ["LONGEST", "is_legal", "is_type", "joined", "resolve"]
 
 LONGEST = 1024
 """Characters of a name, at most."""

@@ -14,6 +14,9 @@ PATIENCE = 5.0
 MOST_NODES = 512
 """Nodes that are being told something, at most; beyond that the news is lost, and the node will ask."""
 
+MOST_CALLS = 2000
+"""Of one node that wait, at most."""
+
 
 class Notifier:
     """Per node a list of calls; of calls of one method about one thing only the newest is made."""
@@ -27,7 +30,9 @@ class Notifier:
         """Have a node's method called with the caller, the thing and these values."""
         if api not in self._waiting and len(self._waiting) >= MOST_NODES:
             return
-        self._waiting.setdefault(api, {})[method, about] = (about, *values)
+        calls = self._waiting.setdefault(api, {})
+        if len(calls) < MOST_CALLS or (method, about) in calls:
+            calls[method, about] = (about, *values)
         if api not in self._tasks:
             self._tasks[api] = asyncio.get_running_loop().create_task(self._work(api))
 

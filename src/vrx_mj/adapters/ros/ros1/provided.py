@@ -8,6 +8,7 @@ from vrx_mj.adapters.ros.messages import Message, decode, encode, service_md5sum
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import framed
+from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.errors import CommandError
 
@@ -67,7 +68,7 @@ class Caller:
         network: Network,
         budget: Budget,
     ) -> None:
-        self.service, self.transport, self.node = service, transport, header["callerid"]
+        self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
         self._persistent = header.get("persistent", "").lower() in {"1", "true"}
         self._network = network
         self._splitter = Splitter(LARGEST_REQUEST, budget)

@@ -7,6 +7,7 @@ from typing import Any
 
 from vrx_mj.adapters.ros.messages import Message, definition, encode, md5sum
 from vrx_mj.adapters.ros.ros1.header import framed
+from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.outbox import Budget, Outbox
 
 __all__ = ["Publication", "Reader", "Stream"]
@@ -15,6 +16,8 @@ HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
 MOST_IDLE_TALK = 1 << 16
 """Bytes that a subscriber may say after its header; it has nothing to say."""
+MOST_MET = 1000
+"""Names of subscribers that are remembered."""
 _LENGTH = struct.Struct("<I")
 
 
@@ -53,7 +56,9 @@ class Publication:
         missing = [field for field in ("topic", "md5sum", "callerid") if field not in header]
         if missing:
             return f"Missing required '{missing[0]}' field"
-        self.met.add(header["callerid"])
+        if len(self.met) >= MOST_MET:
+            self.met.clear()
+        self.met.add(header["callerid"][:LONGEST])
         wanted, own = header["md5sum"], md5sum(self.type)
         kind = header.get("type", "*")
         if kind not in {"*", self.type}:
@@ -106,7 +111,7 @@ class Reader:
 
     def __init__(self, publication: Publication, transport: asyncio.Transport, header: Mapping[str, str]) -> None:
         self.publication, self.transport = publication, transport
-        self.node = header["callerid"]
+        self.node = header["callerid"][:LONGEST]
         self.number = publication.stream.number()
         self.sent = self.messages = 0
         self._outbox = Outbox(publication.stream.budget)

@@ -1,6 +1,7 @@
 """What is to be registered with the master, and making it so again whenever the master has lost it."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -13,6 +14,8 @@ __all__ = ["Registrar", "State"]
 
 PERIOD = 2.0
 """Wall time between two looks at what the master knows [s]."""
+SOONEST = 0.25
+"""And at least, however often the master changes."""
 CLOSING = 1.0
 """Wall time to take all back at the end [s]."""
 METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
@@ -43,19 +46,24 @@ class Registrar:
 
     async def run(self) -> None:
         """Do it for ever."""
+        loop = asyncio.get_running_loop()
+        looked = -SOONEST
         while True:
+            self.wake.clear()
+            pause = PERIOD
             try:
                 await self._settle()
-                self._look(await self._state())
+                if loop.time() - looked >= SOONEST:
+                    looked = loop.time()
+                    self._look(await self._state())
+                else:
+                    pause = SOONEST
                 self._found()
             except (*BROKEN, Fault) as error:
                 self._missed(error)
-            try:
-                async with asyncio.timeout(PERIOD):
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(pause):
                     await self.wake.wait()
-            except TimeoutError:
-                pass
-            self.wake.clear()
 
     async def withdraw(self) -> None:
         """Take all back, as far as the master answers in time."""

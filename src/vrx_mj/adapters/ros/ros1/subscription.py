@@ -9,6 +9,7 @@ from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
 from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy
 from vrx_mj.adapters.ros.ros1.incoming import keep_alive
+from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.adapters.ros.ros1.xmlrpc import Fault
@@ -51,7 +52,7 @@ class Subscription:
 
     def update(self, uris: Iterable[str]) -> None:
         """These are the publishers now."""
-        wanted = list(dict.fromkeys(uris))[:MOST_PUBLISHERS]
+        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).close()
         for uri in wanted:
@@ -194,7 +195,7 @@ class Receiver(asyncio.Protocol):
             return
         header = decode_header(frame)
         self._check(header)
-        self._sender = header.get("callerid", "") or self._source.uri
+        self._sender = header.get("callerid", "")[:LONGEST] or self._source.uri
         self._splitter.largest = LARGEST_MESSAGE
         if self._timer is not None:
             self._timer.cancel()

@@ -99,7 +99,7 @@ class Watch:
                     continue  # it has died, and its registration has stayed
             except CommandError:
                 continue
-            where = "this machine" if is_local(host) else host
+            where = "this machine" if await asyncio.to_thread(is_local, host) else host
             text = (
                 f"subscriber {node} on {where} never connected: can it reach {self.announced}? "
                 "That is what ROS_HOSTNAME, ROS_IP or --host say"
