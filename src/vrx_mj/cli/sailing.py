@@ -32,11 +32,12 @@ def sail(
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
-    with _recording(sim, path, sensors or ()), terminal_bar(sim, most, console) as tick:
+    with recording(sim, path, sensors or ()), terminal_bar(sim, most, console) as tick:
         return run(sim, duration, controller=controller, progress=tick)
 
 
-def _recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
+def recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
+    """What records a simulation into a file, or nothing if there is none."""
     if path is None:
         return nullcontext()
     from vrx_mj.adapters.record import record

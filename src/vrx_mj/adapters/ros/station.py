@@ -112,6 +112,10 @@ class Station:
         for stranger in strangers:
             self.diagnosis.stranger(stranger, self._table)
 
+    def announce(self) -> None:
+        """Publish the present moment, before time goes on."""
+        self._post.deliver()
+
     def tick(self) -> int:
         """Advance to the clock's next moment, and publish; the steps made. Lockstep: only if all have answered."""
         if self.lockstep is not None:
@@ -252,7 +256,7 @@ class Station:
         self._offer()
 
     def _offer(self) -> None:
-        self._table = make_table(self, clock_rate=self._clock_rate)
+        self._table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
         for transport in self._transports:
             transport.offer(self._table)
         self._post.offer(self._table)
