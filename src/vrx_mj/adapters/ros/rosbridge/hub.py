@@ -1,0 +1,83 @@
+"""What all clients share."""
+
+import asyncio
+import itertools
+import logging
+from typing import Protocol
+
+from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.network import Network
+from vrx_mj.adapters.ros.offer import Table
+from vrx_mj.adapters.ros.rosbridge.outgoing import Counts
+from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
+from vrx_mj.adapters.ros.rosbridge.rosapi import Rosapi
+from vrx_mj.adapters.ros.rosbridge.services import Services
+from vrx_mj.adapters.ros.rosbridge.topics import Topics
+
+__all__ = ["Hub", "Pace"]
+
+SHARE, BURST = 0.5, 0.2
+"""Of its thread's time, what clients' messages may take in the long run; and at once [s]."""
+MOST_TOLD = 512
+
+_logger = logging.getLogger(__name__)
+
+
+class Pace:
+    """Keeps a flood of messages from taking the interpreter from the simulation."""
+
+    def __init__(self) -> None:
+        self._debt = 0.0
+        self._paid = 0.0
+
+    async def spent(self, seconds: float) -> None:
+        """So much was spent on a message; waits until there is time for another."""
+        now = asyncio.get_running_loop().time()
+        self._debt = max(0.0, self._debt - SHARE * (now - self._paid)) + seconds
+        self._paid = now
+        await asyncio.sleep(max(0.0, (self._debt - BURST) / SHARE))
+
+
+class Ending(Protocol):
+    """A client, as far as the hub is concerned."""
+
+    def abort(self) -> None:
+        """End its connection at once."""
+
+
+class Hub:
+    """Topics, services and parameters, and who is there."""
+
+    def __init__(self, network: Network, inbox: Inbox) -> None:
+        self.inbox = inbox
+        self.counts = Counts()
+        self.pace = Pace()
+        self.topics = Topics()
+        self.services = Services(network, inbox)
+        self.parameters = Parameters()
+        self.clients: dict[int, Ending] = {}
+        self._told: set[tuple[str, str]] = set()
+        self.numbers = itertools.count(1)
+        self.rosapi = Rosapi(self.topics, self.services, self.parameters, lambda: sorted(self.clients))
+        self.services.built_in = self.rosapi.all()
+
+    @property
+    def now(self) -> float:
+        """Simulated time [s]."""
+        return self.rosapi.time
+
+    @now.setter
+    def now(self, time: float) -> None:
+        self.rosapi.time = time
+
+    def offer(self, table: Table) -> None:
+        """Have this table in place of the one before."""
+        self.topics.offer(table)
+        self.services.table = table
+        self.parameters.offer(table.parameters)
+
+    def tell_once(self, peer: str, kind: str, text: str) -> None:
+        """Warn in the log, once for a peer and kind of mistake."""
+        if (peer, kind) not in self._told and len(self._told) < MOST_TOLD:
+            self._told.add((peer, kind))
+            _logger.warning("rosbridge: %s: %s", peer, text)

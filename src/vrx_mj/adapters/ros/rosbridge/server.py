@@ -1,0 +1,214 @@
+"""The transport: what the simulation's thread calls, and the server in the network's loop."""
+
+import asyncio
+import contextlib
+import errno
+import http
+import ipaddress
+import itertools
+import logging
+import os
+import threading
+import urllib.parse
+from collections import deque
+from collections.abc import Sequence
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.http11 import Request, Response
+
+from vrx_mj.adapters.ros import messages
+from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.listener import who_listens
+from vrx_mj.adapters.ros.messages import Message
+from vrx_mj.adapters.ros.network import Network
+from vrx_mj.adapters.ros.offer import Sent, Table, Traffic
+from vrx_mj.adapters.ros.rosbridge.client import Client
+from vrx_mj.adapters.ros.rosbridge.hub import Hub
+from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
+from vrx_mj.adapters.ros.rosbridge.protocol import MOST_INCOMING
+from vrx_mj.adapters.ros.rosbridge.rosapi import SIMULATION
+from vrx_mj.adapters.ros.rosbridge.topics import ROSOUT
+from vrx_mj.adapters.ros.rosbridge.writing import Parcel
+from vrx_mj.errors import NetworkError
+
+__all__ = ["Rosbridge"]
+
+MOST_CLIENTS = 64
+MOST_WAITING = 16
+"""Messages of a topic that wait for the network's thread, at most."""
+HANDSHAKE = 10.0
+"""Wall time for a handshake [s]."""
+ALIVE = 60.0
+"""Wall time after which who does not answer is gone [s]."""
+CLOSING = 1.0
+OPENING = 10.0
+LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
+"""rosgraph_msgs/Log's."""
+
+_quiet = logging.getLogger(f"{__name__}.websockets")
+_quiet.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
+_logger = logging.getLogger(__name__)
+
+
+class Rosbridge:
+    """A rosbridge v2 server, for roslibjs, roslibpy and what speaks like them.
+
+    Everybody who reaches the port may do everything. On loopback that is every program on this machine; pages that
+    a browser shows here reach it too, so those of other sites are refused by their Origin, which browsers send:
+    accepted are none, loopback, `null` and `file:` (pages from a disk). With another host nobody's Origin is looked
+    at, as pages that are served from that machine are what it is for.
+
+    Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
+    """
+
+    title = "rosbridge"
+
+    def __init__(self, network: Network, inbox: Inbox, *, port: int = 9090, host: str = "127.0.0.1") -> None:
+        """Nothing is opened yet; port 0 is any that is free."""
+        if not 0 <= port <= 65535:
+            raise NetworkError(f"rosbridge: port {port}; allowed: 1 to 65535, or 0 for any that is free")
+        self.port = port
+        self.host = host
+        self._network = network
+        self._hub = Hub(network, inbox)
+        self._server: Server | None = None
+        self._handshakes = 0
+        self._lock = threading.Lock()
+        self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
+        self._numbers = itertools.count()
+        self._overrun = 0
+
+    def start(self) -> Sequence[str]:
+        """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
+        try:
+            self._network.call(self._open(), OPENING)
+        except (OSError, TimeoutError) as error:
+            raise NetworkError(self._refused(error)) from error
+        shown = f"[{self.host}]" if ":" in self.host else self.host
+        return [f"rosbridge: ws://{shown}:{self.port}"]
+
+    def offer(self, table: Table) -> None:
+        """Offer this table from now on, and nothing else."""
+        self._network.soon(self._hub.offer, table)
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Names of the outputs that somebody listens to now."""
+        return self._hub.topics.wanted
+
+    def publish(self, batch: Sequence[Sent]) -> None:
+        """Send messages of one moment to who listens."""
+        with self._lock:
+            idle = not self._waiting
+            for sent in batch:
+                queue = self._waiting.setdefault(sent.output.name, deque(maxlen=MOST_WAITING))
+                self._overrun += len(queue) == MOST_WAITING
+                queue.append((next(self._numbers), sent))
+        if idle and batch:
+            self._network.soon(self._send)
+
+    def log(self, level: str, text: str) -> None:
+        """Tell people on the network a line: `INFO`, `WARN` or `ERROR`; who subscribes to /rosout gets it."""
+        self._network.soon(self._log, level, text)
+
+    @property
+    def traffic(self) -> Traffic:
+        """What it has carried."""
+        counts = self._hub.counts
+        return Traffic(len(self._hub.clients), counts.sent, counts.dropped + self._overrun)
+
+    def close(self) -> None:
+        """Withdraw all, close every connection, and wait until that is done."""
+        with contextlib.suppress(TimeoutError, RuntimeError):
+            self._network.call(self._close(), 2.0 * CLOSING)
+
+    async def _open(self) -> None:
+        self._server = await serve(
+            self._serve,
+            self.host,
+            self.port,
+            process_request=self._admit,
+            compression=None,
+            max_size=MOST_INCOMING,
+            max_queue=4,
+            open_timeout=HANDSHAKE,
+            ping_interval=ALIVE / 2.0,
+            ping_timeout=ALIVE,
+            close_timeout=CLOSING / 2.0,
+            logger=_quiet,
+        )
+        self.port = self._server.sockets[0].getsockname()[1]
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        await Client(connection, self._hub).serve()
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Refuse a handshake, or not."""
+        origins = request.headers.get_all("Origin")
+        if _is_loopback(self.host) and not all(map(_is_local, origins)):
+            text = f"pages of {', '.join(origins)[:200]} may not connect: only those of this machine may\n"
+            self._hub.tell_once(str(connection.remote_address[0]), "origin", text.strip())
+            return connection.respond(http.HTTPStatus.FORBIDDEN, text)
+        if len(self._hub.clients) >= MOST_CLIENTS:
+            text = f"{MOST_CLIENTS} clients are connected; no more are taken\n"
+            return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
+        return None
+
+    async def _close(self) -> None:
+        if self._server is None:
+            return
+        self._server.close()
+        try:
+            await asyncio.wait_for(self._server.wait_closed(), CLOSING)
+        except TimeoutError:
+            for client in self._hub.clients.values():
+                client.abort()
+
+    def _send(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, {}
+        merged = sorted(itertools.chain.from_iterable(waiting.values()), key=lambda pair: pair[0])
+        for _, (output, message, time) in merged:
+            self._hub.now = time
+            parcel = Parcel(message, ros1_name(output.type), time)
+            if output.latched:
+                self._hub.topics.keep(output.name, parcel)
+            self._give(output.name, parcel)
+
+    def _give(self, name: str, parcel: Parcel) -> None:
+        try:
+            self._hub.topics.send(name, parcel)
+        except Exception as error:  # a message that is not of its type must not stop the others
+            self._hub.tell_once(name, "write", f"its messages cannot be written: {type(error).__name__}: {error}")
+
+    def _log(self, level: str, text: str) -> None:
+        header = {"stamp": messages.stamp(self._hub.now)}
+        made: Message = messages.new(
+            "rosgraph_msgs/Log", header=header, level=LEVELS.get(level, LEVELS["ERROR"]), name=SIMULATION, msg=text
+        )
+        self._give(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
+
+    def _refused(self, error: Exception) -> str:
+        what = f"rosbridge: port {self.port} of {self.host}"
+        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+            return f"{what} is taken by {who_listens(self.port) or 'a program that cannot be found'}"
+        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+        return f"{what} cannot be opened: {reason or 'it took too long'}"
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+
+
+def _is_local(origin: str) -> bool:
+    """Whether a page is of this machine."""
+    if origin == "null":
+        return True
+    try:
+        parts = urllib.parse.urlsplit(origin)
+        return parts.scheme == "file" or _is_loopback(parts.hostname or "")
+    except ValueError:
+        return False
