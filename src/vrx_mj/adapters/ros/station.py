@@ -82,7 +82,7 @@ class Station:
         self._autopilot, self._starts = Autopilot(sim), Starts(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
-        self._folder = tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         self._post = Post(sim, transports, tell)
         self._offer()
@@ -242,6 +242,7 @@ class Station:
         self._tell("INFO", "time begins again at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
+        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
         file = Path(self._folder.name) / f"{len(self._joined)}.urdf"
         file.write_text(urdf, encoding="utf-8")
         self.sim.spawn(name, pose=pose, robot=file)
@@ -263,4 +264,5 @@ class Station:
 
     def close(self) -> None:
         """Throw away what it keeps; the transports stay open."""
-        self._folder.cleanup()
+        if self._folder is not None:
+            self._folder.cleanup()
