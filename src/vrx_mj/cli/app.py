@@ -95,6 +95,13 @@ def run(
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
+    bag: Annotated[
+        Path | None, typer.Option(help="Write ROS's topics into a .bag (ROS 1), an .mcap, or a folder (rosbag2).")
+    ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(help="Write these images and point clouds into the bag too, as '/wamv/sensors/cameras/*'."),
+    ] = None,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
@@ -106,12 +113,14 @@ def run(
 
     if sensors is not None and record is None:
         raise CommandError(f"--sensors {sensors} says what to record: give --record FILE.rrd too")
+    if topic and bag is None:
+        raise CommandError(f"--topic {topic[0]} says what to write into a bag: give --bag FILE too")
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        nudge=nudge,
+        nudge=nudge, bag=bag, topics=topic or (),
     )  # fmt: skip
     print_summary(result)
     if summary is not None:
@@ -119,6 +128,8 @@ def run(
             summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
     if record is not None:
         typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+    if bag is not None:
+        typer.echo(f"bag: {bag}")
     if result.interrupted:
         raise SystemExit(1)
 

@@ -33,6 +33,8 @@ CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is told, and commands are taken."""
 EARLY = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded."""
+ALL = 1 << 62
+"""Steps."""
 LONGEST_STEP = 3600.0
 """Of the service that steps [s]."""
 LARGEST_URDF = 1 << 24
@@ -126,10 +128,10 @@ class Station:
                 self._take(command)
         return self._advance()
 
-    def _advance(self) -> int:
+    def _advance(self, most: int = ALL) -> int:
         sim = self.sim
         then = (math.floor((sim.time + EARLY) * self._clock_rate) + 1) / self._clock_rate
-        steps = max(1, math.ceil((then - sim.time) / sim.timestep - EARLY))
+        steps = min(most, max(1, math.ceil((then - sim.time) / sim.timestep - EARLY)))
         self._autopilot.steer()
         sim.advance(steps)
         self._post.deliver()
@@ -150,6 +152,11 @@ class Station:
         end = self.sim.time + self.sim.steps_in(duration) * self.sim.timestep
         while self.sim.time < end - EARLY:
             self._advance()
+
+    def advance(self, steps: int) -> None:
+        """Advance by a number of physics steps, and publish what is due on the way."""
+        while steps > 0:
+            steps -= self._advance(steps)
 
     # What networks ask for
 
