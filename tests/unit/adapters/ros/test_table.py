@@ -340,7 +340,8 @@ SDF = (
     "'buoy' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); buoys, docks and other "
     "objects belong into the world's file"
 )
-NAMESPACE = "model 'x' in the namespace 'y': here a boat's name is its namespace; give both the same, or leave the namespace empty"
+ITS_OWN = "give both the same, or leave the namespace empty"
+NAMESPACE = f"model 'x' in the namespace 'y': here a boat's name is its namespace; {ITS_OWN}"
 NOWHERE = {"model_name": "wamv1", "pose": {"position": {"x": math.nan}}}
 NOT_FINITE = "pose.position is [nan, 0.0, 0.0]: finite numbers are needed"
 NO_URDF = "x: what came is no URDF, which has a <robot> element"

@@ -19,7 +19,15 @@ from vrx_mj.config.build import Order, boat_urdf
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.errors import CommandError
 
-__all__ = ["boat_inputs", "boat_outputs", "command_topic", "description", "moving_frames", "still_frames", "twist_commands"]
+__all__ = [
+    "boat_inputs",
+    "boat_outputs",
+    "command_topic",
+    "description",
+    "moving_frames",
+    "still_frames",
+    "twist_commands",
+]
 
 FloatArray = npt.NDArray[np.float64]
 JOINT_RATE = 100.0
