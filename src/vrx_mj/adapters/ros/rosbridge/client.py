@@ -12,6 +12,7 @@ from vrx_mj.adapters.ros.rosbridge.fragments import Fragments
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
 from vrx_mj.adapters.ros.rosbridge.kinds import known_type
 from vrx_mj.adapters.ros.rosbridge.outgoing import Outgoing
+from vrx_mj.adapters.ros.rosbridge.pace import Pace
 from vrx_mj.adapters.ros.rosbridge.png import from_png
 from vrx_mj.adapters.ros.rosbridge.protocol import (
     MOST_INCOMING,
@@ -51,6 +52,7 @@ class Client:
         self._connection = connection
         self._hub = hub
         self._outgoing = Outgoing(hub.counts)
+        self._pace = Pace(hub.flooding)
         self._fragments = Fragments()
         self._subscriptions: dict[str, Subscription] = {}
         self._publishing = Publishing(hub, self.number, self.sender)
@@ -80,7 +82,7 @@ class Client:
                 data = await self._connection.recv()
                 begin = time.perf_counter()
                 self._incoming(data)
-                await self._hub.pace.spent(time.perf_counter() - begin)
+                await self._pace.spent(time.perf_counter() - begin)
         except ConnectionClosed:
             pass
         finally:
@@ -209,6 +211,7 @@ class Client:
         self._level = level
 
     def _forget(self) -> None:
+        self._pace.end()
         for written, subscription in self._subscriptions.items():
             subscription.end()
             self._hub.topics.leave(absolute(written), self.number, subscription)

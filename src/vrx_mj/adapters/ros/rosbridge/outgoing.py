@@ -10,18 +10,22 @@ __all__ = ["Counts", "Outgoing"]
 
 MOST_MESSAGES = 1000
 MOST_BYTES = 32 << 20
+"""Of a client's messages that wait, but for one that is larger."""
+MOST_BYTES_OF_ALL = 256 << 20
 MOST_REPLIES = 2000
-MOST_REPLY_BYTES = 16 << 20
+MOST_REPLY_BYTES = 8 << 20
 
 
 @dataclass(slots=True)
 class Counts:
-    """What went to all clients."""
+    """What went to all clients, and what is to go."""
 
     sent: int = 0
     """[bytes]"""
     dropped: int = 0
     """Messages thrown away because a client did not keep up."""
+    waiting: int = 0
+    """Of messages [bytes]."""
 
 
 class Bundle(NamedTuple):
@@ -60,15 +64,15 @@ class Outgoing:
             self._drop(next(index for index, bundle in enumerate(self._messages) if bundle.source is source))
         size = sum(map(len, frames))
         self._messages.append(Bundle(source, frames, binary, size))
-        self._bytes += size
-        while len(self._messages) > MOST_MESSAGES or (self._bytes > MOST_BYTES and len(self._messages) > 1):
+        self._add(size)
+        while len(self._messages) > MOST_MESSAGES or (self._crowded and len(self._messages) > 1):
             self._drop(0)
         self._filled.set()
 
     def forget(self, source: object) -> None:
         """Throw away what waits of a subscription that ended."""
         self._messages = deque(bundle for bundle in self._messages if bundle.source is not source)
-        self._bytes = sum(bundle.size for bundle in self._messages)
+        self._add(sum(bundle.size for bundle in self._messages) - self._bytes)
 
     async def run(self, send: Callable[[bytes, bool], Awaitable[None]]) -> None:
         """Send for ever: each frame, and whether it is binary."""
@@ -87,11 +91,19 @@ class Outgoing:
             return bundle
         if self._messages:
             bundle = self._messages.popleft()
-            self._bytes -= bundle.size
+            self._add(-bundle.size)
             return bundle
         return None
 
+    @property
+    def _crowded(self) -> bool:
+        return self._bytes > MOST_BYTES or self._counts.waiting > MOST_BYTES_OF_ALL
+
+    def _add(self, size: int) -> None:
+        self._bytes += size
+        self._counts.waiting += size
+
     def _drop(self, index: int) -> None:
-        self._bytes -= self._messages[index].size
+        self._add(-self._messages[index].size)
         del self._messages[index]
         self._counts.dropped += 1

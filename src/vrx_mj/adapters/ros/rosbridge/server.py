@@ -158,7 +158,7 @@ class Rosbridge(Transport):
             process_request=self._admit,
             compression=None,
             max_size=MOST_INCOMING,
-            max_queue=4,
+            max_queue=2,
             open_timeout=HANDSHAKE,
             ping_interval=ALIVE / 2.0,
             ping_timeout=ALIVE,
