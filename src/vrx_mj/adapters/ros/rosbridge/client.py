@@ -76,7 +76,8 @@ class Client:
     async def serve(self) -> None:
         """Do what it asks until it goes."""
         self._hub.clients[self.number] = self
-        writing = asyncio.create_task(self._outgoing.run(self._send))
+        writing = asyncio.create_task(self._outgoing.run(self._send, self._unwritten))
+        writing.add_done_callback(self._stopped)
         try:
             while True:
                 data = await self._connection.recv()
@@ -110,6 +111,14 @@ class Client:
 
     async def _send(self, frame: bytes, binary: bool) -> None:
         await self._connection.send(frame, text=not binary)
+
+    def _stopped(self, writing: asyncio.Task[None]) -> None:
+        if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
+            self._hub.tell_once(self._host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
+            self.abort()
+
+    def _unwritten(self, error: Exception) -> None:
+        self._hub.tell_once("", str(error), f"a message cannot be written: {type(error).__name__}: {error}")
 
     def _incoming(self, data: str | bytes) -> None:
         message: Operation = {}
