@@ -98,7 +98,7 @@ def test_public_names_exist(file):
         return
     defined = {ast.unparse(target) for n in tree.body if isinstance(n, ast.Assign) for target in n.targets}
     defined |= {n.target.id for n in tree.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
-    defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    defined |= {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)}
     defined |= {part.strip() for name in defined if name.startswith("(") for part in name.strip("()").split(",")}
     defined |= {
         alias.asname or alias.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names

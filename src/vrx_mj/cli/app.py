@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli import campaign, robot, scoring, worlds
+from vrx_mj.cli import campaign, robot, ros, scoring, serve, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import console, print_summary, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
@@ -25,9 +25,11 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(robot.app)
+app.add_typer(ros.app)
 app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
+app.command()(serve.serve)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
@@ -49,7 +51,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     try:
-        app(prog_name="vrx-mj")
+        app(serve.with_default_port(sys.argv[1:]), prog_name="vrx-mj")
     except VrxError as error:
         console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
         raise SystemExit(1 if isinstance(error, DivergedError) else 2) from None
@@ -93,6 +95,13 @@ def run(
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
+    bag: Annotated[
+        Path | None, typer.Option(help="Write ROS's topics into a .bag (ROS 1), an .mcap, or a folder (rosbag2).")
+    ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(help="Write these images and point clouds into the bag too, as '/wamv/sensors/cameras/*'."),
+    ] = None,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
@@ -104,12 +113,14 @@ def run(
 
     if sensors is not None and record is None:
         raise CommandError(f"--sensors {sensors} says what to record: give --record FILE.rrd too")
+    if topic and bag is None:
+        raise CommandError(f"--topic {topic[0]} says what to write into a bag: give --bag FILE too")
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        nudge=nudge,
+        nudge=nudge, bag=bag, topics=topic or (),
     )  # fmt: skip
     print_summary(result)
     if summary is not None:
@@ -117,6 +128,8 @@ def run(
             summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
     if record is not None:
         typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+    if bag is not None:
+        typer.echo(f"bag: {bag}")
     if result.interrupted:
         raise SystemExit(1)
 

@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -39,8 +40,10 @@ ASLEEP = ' sleep_tolerance="0">\n    <flag warmstart="disable" autoreset="disabl
 """The ends of the options without and with parked balls, as `world.xml.j2` writes them."""
 
 
-def with_boat(world: World, said: Mapping[str, Any]) -> World:
+def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None) -> World:
     """The world with another boat; `said` is an entry of a fleet's `boats`, its pose in world axes [m, rad].
+
+    Paths in it start in `folder`, by default the current one.
 
     A name that was there before begins its next life: `life` of its entry counts them.
 
@@ -51,7 +54,7 @@ def with_boat(world: World, said: Mapping[str, Any]) -> World:
     """
     spawn = world.parameters.get("spawn", {})
     own = {key: spawn[key] for key in ("robot", "thrusters", "sensors") if spawn.get(key) is not None}
-    boat = newcomer(said, SpawnConfig.model_validate(own))
+    boat = newcomer(said, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
     return _Joining(world, boat).world()
 

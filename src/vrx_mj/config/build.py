@@ -25,7 +25,7 @@ from vrx_mj.config.urdf.xacro_limits import ExpressionError
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 
-__all__ = ["Order", "build_boat", "robot_urdf"]
+__all__ = ["Order", "boat_urdf", "build_boat", "robot_urdf"]
 
 SHOWN_NOTES = 12
 """Oddities of a robot that a warning lists."""
@@ -132,6 +132,13 @@ def robot_urdf(
         file=None if file.resolve().is_relative_to((root() / "assets").resolve()) else file,
         package_paths=package_paths(),
     )
+
+
+def boat_urdf(order: Order, namespace: str) -> str:
+    """The URDF of the boat that `build_boat` makes of an order, with its names in a namespace; the same errors."""
+    config = load_robot(order.robot, order.folder)
+    arguments, _ = _equipment(order, config)
+    return robot_urdf(config, order, namespace=namespace, arguments=arguments)
 
 
 def _plain_urdf(file: Path) -> str | None:

@@ -277,13 +277,15 @@ def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     return x0 + cos * x - sin * y, y0 + sin * x + cos * y, z, roll, pitch, yaw + turn
 
 
-def newcomer(said: Mapping[str, Any], spawn: SpawnConfig) -> BoatConfig:
+def newcomer(said: Mapping[str, Any], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
     """A boat that joins a world later: what is said of it, as in a fleet's `boats`, and the rest from its spawn.
+
+    Paths start in `folder`, by default the current one.
 
     Raises:
         ConfigError: something that is said is wrong, or the name or the pose is missing.
     """
-    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", None))
+    section = of_python({key: value for key, value in said.items() if value is not None}, File("<boat>", folder))
     entry = validated(BoatEntry, section, Loading())
     missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
     if missing or entry.name is None or entry.pose is None:

@@ -18,7 +18,7 @@ from vrx_mj.errors import VrxError, VrxWarning
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
-__all__ = ["Estimate", "Navigator", "TangentPlane", "rotation", "sensor_named"]
+__all__ = ["Estimate", "Navigator", "TangentPlane", "rotation", "sensor_named", "true_estimate"]
 
 FloatArray = npt.NDArray[np.float64]
 SEMI_MAJOR = 6378137.0
@@ -124,7 +124,7 @@ class Navigator:
         """Where the boat is at the time `t` [s]."""
         readings = None if self._truth else self._readings(boat)
         if readings is None:
-            return _true(boat)
+            return true_estimate(boat)
         fix, inertia, age = readings[0].data, readings[1].data, t - readings[0].time
         turned = rotation(inertia.orientation)
         if self._plane is None:
@@ -205,7 +205,7 @@ def _heading(turned: FloatArray) -> float:
     return math.atan2(float(turned[1, 0]), float(turned[0, 0]))
 
 
-def _true(boat: "BoatObservation") -> Estimate:
+def true_estimate(boat: "BoatObservation") -> Estimate:
     """Where a boat really is, in the world frame."""
     turned = rotation(boat.quaternion)
     vx, vy, _ = (float(value) for value in turned @ boat.velocity)

@@ -49,7 +49,8 @@ class Company:
         Args:
             name: its own; nothing in the world has it.
             pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            robot: its kind, a name or a path; by default that of the world's spawn.
+            robot: its kind, a name or a path; by default that of the world's spawn. With an absolute `Path`, relative
+                paths of the others start in its folder.
             thrusters: layout, or VRX's thruster file; by default as the world's spawn has it.
             components: VRX's component file.
             sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet's file.
@@ -62,10 +63,12 @@ class Company:
             CompileError: the boat cannot be built.
         """
         self._check_standing("spawn")
+        folder = robot.parent if isinstance(robot, Path) and robot.is_absolute() else None
+        robot = f"./{robot.name}" if folder and isinstance(robot, Path) else robot
         files = {"robot": robot, "thrusters": thrusters, "components": components}
         said: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
         said |= {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
-        world = with_boat(self._world, said)
+        world = with_boat(self._world, said, folder)
         rig = self._moved(world)
         _check_place(rig, world, name)
         self._inhabit(world, rig, f"{name} joins")

@@ -1,8 +1,10 @@
 """What a `Simulation` offers of its boats' sensors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from vrx_mj.runtime.bodies import check_name
+from vrx_mj.runtime.commands import Helm
+from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Readings, Sensing
 from vrx_mj.runtime.shooter import fire
@@ -16,6 +18,7 @@ __all__ = ["Instruments"]
 class Instruments:
     """The part of a simulation that boats see, hear and shoot with."""
 
+    _helm: Helm
     _sensing: Sensing
     _subscriptions: Subscriptions
     _rig: Rig
@@ -24,6 +27,11 @@ class Instruments:
     def sensors(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's sensors; UnknownNameError if no boat has that name."""
         return self._sensing.names(boat)
+
+    def mounted(self, boat: str) -> tuple[Mounted, ...]:
+        """A boat's sensors: what they are, and where, as `config`, `frame`, `mount`; UnknownNameError: no such boat."""
+        check_name("boat", boat, self._sensing.boats)
+        return tuple(sensor for sensor in self._rig.sensors if sensor.boat == boat)
 
     def sense(self, boat: str) -> Readings:
         """What a boat's sensors last measured, each at its own rate: a mapping of names to readings.
@@ -55,6 +63,17 @@ class Instruments:
         """End what `subscribe` began."""
         self._subscriptions.remove(subscription)
 
+    def steering(self, boat: str) -> dict[str, float]:
+        """How far each of a boat's engines and rudders is turned now [rad]; UnknownNameError: no such boat."""
+        check_name("boat", boat, self._sensing.boats)
+        angles = self._rig.thruster_state["angle"]
+        return {name: float(angles[row]) for name, row in self._helm.thrusters[boat].items()}
+
+    @property
+    def reading_times(self) -> Mapping[tuple[str, str], float]:
+        """Wall time [s] that readings of sensors with a subscription have taken so far, by boat and sensor."""
+        return self._subscriptions.times
+
     def receivers(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
         return tuple(self._sensing.of_kind(boat, "pinger"))
@@ -67,6 +86,14 @@ class Instruments:
             CommandError: not three finite numbers.
         """
         self._sensing.set_beacon(boat, sensor, position)
+
+    def pinger(self, boat: str, sensor: str) -> tuple[float, float, float]:
+        """Where the beacon is that a receiver hears: (x, y, z) [m, ENU].
+
+        Raises:
+            UnknownNameError: no such boat, or no such receiver on it.
+        """
+        return self._sensing.beacon(boat, sensor)
 
     def fire(self, boat: str, sensor: str | None = None) -> bool:
         """Shoot a ball; tells whether there was a shot left. The sensor's name may be left out if there is one only.

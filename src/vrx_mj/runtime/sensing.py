@@ -145,6 +145,16 @@ class Sensing:
         """
         return {name: sensor for name, sensor in self._of(boat).items() if sensor.config.type == kind}
 
+    def beacon(self, boat: str, name: str) -> tuple[float, float, float]:
+        """Where the beacon that a receiver hears is [m, ENU].
+
+        Raises:
+            UnknownNameError: no such boat, or no such receiver on it.
+        """
+        sensor = _find(f"pinger of {boat}", name, self.of_kind(boat, "pinger"))
+        x, y, z = self._rig.moments.marks[sensor.marks]
+        return float(x), float(y), float(z)
+
     def set_beacon(self, boat: str, name: str, position: Sequence[float]) -> None:
         """Put the beacon that a receiver hears somewhere [m, ENU].
 

@@ -8,6 +8,7 @@ the same to the last bit, whoever listens.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from time import perf_counter
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.moments import DUE
@@ -61,6 +62,8 @@ class Subscriptions:
         self._read, self._timestep = read, timestep
         self._all: tuple[Subscription, ...] = ()
         self._busy = False
+        self.times: dict[tuple[str, str], float] = {}
+        """Wall time [s] that the readings of each boat's sensors took, with what their subscribers made of them."""
         self.bind(sensors)
 
     def bind(self, sensors: Sequence[Mounted]) -> None:
@@ -69,6 +72,7 @@ class Subscriptions:
         for sensor in sensors:
             self._rates.setdefault(sensor.boat, {})[sensor.name] = float(sensor.config.rate)
         self._all = tuple(one for one in self._all if one.sensor in self._rates.get(one.boat, {}))
+        self.times = {key: spent for key, spent in self.times.items() if key[1] in self._rates.get(key[0], {})}
 
     def add(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], rate: float | None, time: float
@@ -122,8 +126,9 @@ class Subscriptions:
         for one in self._all:
             number = one.number(time)
             if number != one.taken and one in self._all:
-                one.taken, self._busy = number, True
+                one.taken, self._busy, begun = number, True, perf_counter()
                 try:
                     one.callback(self._read(one.boat, one.sensor))
                 finally:
-                    self._busy = False
+                    self._busy, key = False, (one.boat, one.sensor)
+                    self.times[key] = self.times.get(key, 0.0) + perf_counter() - begun

@@ -1,5 +1,7 @@
 """The sea and the wind as users ask for them: the same functions that make the forces."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -43,6 +45,18 @@ class Wind:
     def bind(self, rig: Rig) -> None:
         """Go on in a rig in which boats have come or gone."""
         self._rig = rig
+
+    @property
+    def speed(self) -> float:
+        """Speed [m/s] now, gusts included; below 0 it blows against its direction."""
+        begun = self._rig.data.time > 0.0
+        return float(self._rig.wind_state["speed"][0] if begun else self._rig.wind["mean"][0])
+
+    @property
+    def direction(self) -> float:
+        """Where it blows to [rad], counter-clockwise from east."""
+        east, north = self._rig.wind["direction"][0]
+        return math.atan2(north, east)
 
     def velocity(self, t: npt.ArrayLike) -> FloatArray:
         """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).

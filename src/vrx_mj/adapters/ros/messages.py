@@ -27,6 +27,7 @@ __all__ = [
     "duration",
     "encode",
     "is_known",
+    "kind",
     "md5sum",
     "new",
     "service_md5sum",
@@ -72,17 +73,23 @@ def is_known(type_name: str) -> bool:
     return full_name(type_name) in typestore().types
 
 
+@cache
+def kind(type_name: str) -> Any:
+    """The class of a type's messages, for those that are made often; it takes all fields."""
+    return typestore().types[full_name(type_name)]
+
+
 def new(type_name: str, **fields: Any) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
     A mapping may stand for a message in it, as `position={"x": 1.0}`.
     """
-    kinds = _fields(type_name)
-    values = {name: _filled(kinds[name], value) for name, value in fields.items()}
-    for name, kind in kinds.items():
+    known = _fields(type_name)
+    values = {name: _filled(known[name], value) for name, value in fields.items()}
+    for name, what in known.items():
         if name not in values:
-            values[name] = _default(kind)
-    return typestore().types[full_name(type_name)](**values)
+            values[name] = _default(what)
+    return kind(type_name)(**values)
 
 
 def encode(message: Message, type_name: str) -> bytes:
@@ -124,20 +131,14 @@ def service_md5sum(type_name: str) -> str:
 def stamp(time: float) -> Message:
     """A moment [s] as ROS has it."""
     nanoseconds = round(time * 1e9)
-    return _time()(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
+    return kind("builtin_interfaces/Time")(sec=nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
 
 def duration(seconds: float) -> Message:
     """A span of time [s] as ROS has it; both its numbers have its sign."""
     whole, part = divmod(round(abs(seconds) * 1e9), 1_000_000_000)
     sign = -1 if math.copysign(1.0, seconds) < 0.0 else 1
-    kind: Any = typestore().types["builtin_interfaces/msg/Duration"]
-    return kind(sec=sign * whole, nanosec=sign * part)
-
-
-@cache
-def _time() -> Any:
-    return typestore().types["builtin_interfaces/msg/Time"]
+    return kind("builtin_interfaces/Duration")(sec=sign * whole, nanosec=sign * part)
 
 
 @cache
@@ -146,15 +147,15 @@ def _fields(type_name: str) -> Mapping[str, Any]:
     return dict(typestore().fielddefs[full_name(type_name)][1])
 
 
-def _filled(kind: Any, value: Any) -> Any:
-    if kind[0] == Nodetype.NAME and isinstance(value, Mapping):
-        return new(kind[1], **value)
+def _filled(field: Any, value: Any) -> Any:
+    if field[0] == Nodetype.NAME and isinstance(value, Mapping):
+        return new(field[1], **value)
     return value
 
 
-def _default(kind: Any) -> Any:
+def _default(field: Any) -> Any:
     """The value of a field that was not given."""
-    node, about = kind
+    node, about = field
     if node == Nodetype.BASE:
         return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(about[0], 0)
     if node == Nodetype.NAME:
@@ -176,6 +177,6 @@ def _hashed(type_name: str) -> str:
 
 
 def _hashed_line(line: str) -> str:
-    kind, _, name = line.partition(" ")
-    base = kind.partition("[")[0]
+    its_type, _, name = line.partition(" ")
+    base = its_type.partition("[")[0]
     return f"{md5sum(base)} {name}" if "/" in base else line

@@ -27,6 +27,8 @@ class Output:
     """Messages per simulated second; 0: whenever there is a new one."""
     sensor: tuple[str, str] | None = None
     """Boat and sensor whose readings it carries."""
+    blind: Callable[[], Message | None] | None = None
+    """Gives the present message without a reading, where nothing else needs one: a camera's info needs no picture."""
     latched: bool = False
     """Whether who subscribes later gets the last message."""
 

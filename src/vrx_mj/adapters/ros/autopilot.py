@@ -1,0 +1,169 @@
+"""What steers boats on behalf of `cmd_vel` and `/swarm/formation`, ten times a simulated second."""
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from vrx_mj.control.formation import SHAPES, Formation
+from vrx_mj.control.navigation import true_estimate
+from vrx_mj.control.velocity import VelocityKeeper
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.runtime.observation import Observation
+from vrx_mj.runtime.run import CONTROL_RATE
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["Autopilot", "parse_formation"]
+
+TIMEOUT = 1.0
+"""For how long a `cmd_vel` is kept [s], as thrusts are."""
+EARLY = 1e-6
+KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")
+NUMBERS = ("spacing", "speed", "radius", "apart")
+OFF = ("off", "none", "stop")
+
+
+class _Order(NamedTuple):
+    surge: float
+    turn: float
+    expires: float
+
+
+class Autopilot:
+    """Closed loops around boats, by ground truth for velocities and by the boats' sensors for formations."""
+
+    def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
+        self._sim, self._tell = sim, tell
+        self._orders: dict[str, _Order] = {}
+        self._keepers: dict[str, VelocityKeeper] = {}
+        self._formation: Formation | None = None
+        self._number = -1
+
+    def bind(self) -> None:
+        """Boats came or went, or time began anew."""
+        here = set(self._sim.boats)
+        self._orders = {boat: order for boat, order in self._orders.items() if boat in here}
+        self._keepers.clear()
+        self._number = -1
+        leader = self._formation.leader.name if self._formation else None
+        if leader is not None and leader not in here:
+            self._formation = None
+
+    def steer_boat(self, boat: str, surge: float, turn: float) -> None:
+        """Keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
+        self._orders[boat] = _Order(surge, turn, self._sim.time + TIMEOUT)
+
+    def let_go(self, boat: str) -> None:
+        """Somebody else commands the boat's thrusters."""
+        self._orders.pop(boat, None)
+
+    def form(self, text: str) -> str:
+        """Keep a formation, or go to another one; tells what is done.
+
+        Raises:
+            CommandError: the text says no formation.
+            VrxError: the boats cannot keep it.
+        """
+        wanted = parse_formation(text)
+        if wanted is None:
+            self._formation = None
+            return "formation: off"
+        leads = {"leader", "path", "speed", "radius", "apart"} & wanted.keys()
+        if self._formation is not None and not leads:
+            self._formation.change(wanted.get("shape", self._formation.shape), wanted.get("spacing"))
+        else:
+            if "path" not in wanted:
+                leader = wanted.setdefault("leader", self._sim.boats[0])
+                if leader not in self._sim.boats:
+                    raise UnknownNameError("boat", str(leader), self._sim.boats)
+            self._formation = Formation(**wanted)
+        leader = self._formation.leader.name
+        whom = f"led by {leader}" if leader else "along its path"
+        return f"formation: {self._formation.shape}, {self._formation.spacing:g} m apart, {whom}"
+
+    def steer(self) -> None:
+        """Command the boats, if it is time."""
+        time = self._sim.time
+        number = math.floor((time + EARLY) * CONTROL_RATE)
+        if number == self._number or not (self._orders or self._formation):
+            return
+        self._number = number
+        seen = self._sim.observe()
+        self._orders = {boat: order for boat, order in self._orders.items() if time < order.expires}
+        for boat, order in self._orders.items():
+            keeper = self._keepers.setdefault(boat, VelocityKeeper(seen[boat].thrusters))
+            self._sim.command_all({boat: keeper(true_estimate(seen[boat]), time, order.surge, order.turn)})
+        if self._formation is not None:
+            self._keep_formation(self._formation, seen, time)
+
+    def _keep_formation(self, formation: Formation, seen: Observation, time: float) -> None:
+        try:
+            commands = formation(seen, time)
+        except VrxError as error:
+            self._formation = None
+            self._tell("WARN", f"formation: off: {error}")
+            return
+        self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
+
+
+def parse_formation(text: str) -> dict[str, Any] | None:
+    """What a message on `/swarm/formation` says, as `Formation`'s arguments; None: no formation any more.
+
+    Either a shape and its parameters, `wedge spacing=12`, or a JSON object with the same names.
+
+    Raises:
+        CommandError: it is neither.
+    """
+    said = text.strip()
+    if said.lower() in OFF:
+        return None
+    given = _from_json(said) if said.startswith("{") else _from_words(said)
+    for key in given:
+        if key not in KEYS:
+            raise UnknownNameError("parameter of a formation", str(key), KEYS)
+    for key in NUMBERS:
+        if key in given:
+            given[key] = _number(key, given[key])
+    if "shape" in given and given["shape"] not in SHAPES:
+        raise UnknownNameError("formation", str(given["shape"]), SHAPES)
+    if "path" in given:
+        given["path"] = _path(given["path"])
+    if "leader" in given and not isinstance(given["leader"], str):
+        raise CommandError(f"formation: leader is {given['leader']!r}: the name of a boat is needed")
+    return given
+
+
+def _from_words(text: str) -> dict[str, Any]:
+    shape, *rest = text.split() or [""]
+    given: dict[str, Any] = {"shape": shape}
+    for word in rest:
+        key, equals, value = word.partition("=")
+        if not equals:
+            raise CommandError(f"formation '{text}': '{word}' is no name=value, as in wedge spacing=12")
+        given[key] = value
+    return given
+
+
+def _from_json(text: str) -> dict[str, Any]:
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CommandError(f"formation: no JSON object: {error}") from None
+    return dict(given)
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise CommandError(f"formation: {key} is {value!r}: a finite number is needed")
+    return number
+
+
+def _path(value: Any) -> list[tuple[float, float]]:
+    try:
+        return [(_number("path", x), _number("path", y)) for x, y in value]
+    except (TypeError, ValueError, VrxError):
+        raise CommandError(f"formation: path is {value!r}: pairs of numbers, as [[0, 0], [50, 20]]") from None

@@ -1,0 +1,177 @@
+"""What goes wrong for users of VRX, found and named: each thing once."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from vrx_mj.adapters.ros.inbox import Command, Stranger
+from vrx_mj.adapters.ros.offer import Table
+from vrx_mj.errors import nearest
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["Diagnosis", "overlaps", "shared_frames"]
+
+DEEP = 0.05
+"""How far two models may stand in each other [m]."""
+ALIKE = 4
+"""So many commands in a row tell how often they come."""
+LOOK_RATE = 1.0
+"""How often boats are looked at, per simulated second."""
+AGROUND = 2
+"""So many looks at which a boat touches land, in a row, tell that it is aground."""
+THRUST = "_thrust_cmd"
+KNOWN = ("/thrusters/", "/cmd_vel", "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
+"""What a topic has in it that is meant for the simulation."""
+
+
+class Diagnosis:
+    """Looks at what comes and at how the boats are, and tells what is odd about it."""
+
+    def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
+        self._sim, self._tell = sim, tell
+        self._told: set[str] = set()
+        self._times: dict[tuple[str, str], deque[float]] = {}
+        self._ashore: dict[str, int] = {}
+        self._number = -1
+        for line in (*overlaps(sim), *shared_frames(sim)):
+            tell("WARN", line)
+
+    def stranger(self, stranger: Stranger, table: Table) -> None:
+        """Somebody publishes where nobody listens."""
+        topic = stranger.topic
+        if topic in table.inputs or not any(part in topic for part in KNOWN):
+            return
+        tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
+        same = (f"/{boat}/{tail}" for tail in tails for boat in self._sim.boats)
+        close = next((name for name in same if name in table.inputs), None) or nearest(topic, table.inputs)
+        hint = f"did you mean {close}?" if close else f"topics of boats begin with /{self._sim.boats[0]}/"
+        self._once(f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat: {hint}")
+
+    def refused(self, command: Command, why: str) -> None:
+        """A message could not be taken."""
+        self._once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
+
+    def taken(self, command: Command) -> None:
+        """A message was taken: see whether it comes often enough."""
+        if not command.topic.endswith(THRUST):
+            return
+        key, boat = (command.topic, command.sender), command.topic.split("/")[1]
+        if key not in self._times and len(self._times) > 1024:
+            return
+        times = self._times.setdefault(key, deque(maxlen=ALIKE))
+        if times and self._sim.time <= times[-1]:
+            return
+        times.append(self._sim.time)
+        timeout = self._timeout(boat, command.topic.rpartition("/")[2].removesuffix(THRUST))
+        gaps = sorted(later - earlier for earlier, later in zip(times, list(times)[1:], strict=False))
+        if len(times) == ALIKE and 0.0 < timeout < gaps[0] * 0.99:
+            share = round(100.0 * timeout / gaps[len(gaps) // 2])
+            self._once(
+                f"{command.topic} slow",
+                f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s and a thrust lasts {timeout:g} s: thrust is "
+                f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
+            )
+
+    def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
+        """See whether commands are beyond what thrusters do, or the boat is held."""
+        rows = {row["name"]: row for row in self._rows(boat)}
+        for name, value in commands.items():
+            angle = name.endswith("_angle")
+            row = rows.get(name.removesuffix("_angle") if angle else name)
+            if row is None:
+                continue
+            least, most = (-row["max_angle"], row["max_angle"]) if angle else _limits(row)
+            if not least - 1e-6 <= value <= most + 1e-6:
+                self._once(f"{boat} {name}", f"{name} of {boat} is {_clipped(value, least, most, row, angle=angle)}")
+        task = self._sim.task
+        if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
+            free = f"t = {task['ready_time']:g} s"
+            self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust moves it afterwards")
+
+    def look(self) -> None:
+        """See whether boats are aground or capsized, if it is time."""
+        number = math.floor(self._sim.time * LOOK_RATE)
+        if number == self._number:
+            return
+        self._number = number
+        seen, ashore = self._sim.observe(), _touching_land(self._sim)
+        for boat in self._sim.boats:
+            up = math.cos(seen[boat].roll) * math.cos(seen[boat].pitch)
+            self._state(f"{boat} capsized", up < 0.0, f"{boat} has capsized; /gazebo/set_model_state rights it")
+            self._ashore[boat] = self._ashore.get(boat, 0) + 1 if boat in ashore else 0
+            self._state(f"{boat} aground", self._ashore[boat] >= AGROUND, f"{boat} is aground")
+
+    def _state(self, key: str, holds: bool, text: str) -> None:
+        """Tell of something once for as long as it holds."""
+        if holds:
+            self._once(key, f"t = {self._sim.time:.1f} s: {text}")
+        else:
+            self._told.discard(key)
+
+    def _once(self, key: str, text: str) -> None:
+        if key not in self._told and len(self._told) < 10_000:
+            self._told.add(key)
+            self._tell("WARN", text)
+
+    def _rows(self, boat: str) -> Iterator[Mapping[str, Any]]:
+        hull = self._sim.boats.index(boat)
+        return (row for row in self._sim.world.parameters["thrusters"] if row["hull"] == hull)
+
+    def _timeout(self, boat: str, thruster: str) -> float:
+        if boat not in self._sim.boats:
+            return 0.0
+        return next((row["timeout"] for row in self._rows(boat) if row["name"] == thruster), 0.0)
+
+
+def _limits(row: Mapping[str, Any]) -> tuple[float, float]:
+    """Commands of full thrust astern and ahead."""
+    if row["max_command"] == 1.0:
+        return -1.0, 1.0
+    return -abs(row["max_reverse"]), row["max_forward"]
+
+
+def _clipped(value: float, least: float, most: float, row: Mapping[str, Any], *, angle: bool) -> str:
+    if angle:
+        return f"{value:.4g} rad: the engine turns to {min(max(value, least), most):.4g} rad at most"
+    ahead, astern = row["max_forward"], abs(row["max_reverse"])
+    unit = "" if most == 1.0 else " N"
+    return f"{value:.4g}{unit}, beyond {least:g} to {most:g}: the force ends at {ahead:g} N ahead, {astern:g} N astern"
+
+
+def overlaps(sim: Simulation) -> Iterator[str]:
+    """Models that stand in each other now."""
+    model, told = sim.model, set()
+    for contact in sim.data.contact:
+        pair = [_owner(model, int(geom), sim.boats) for geom in contact.geom]
+        if contact.dist < -DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in told:
+            told.add(tuple(sorted(pair)))
+            yield f"{pair[0]} and {pair[1]} overlap by {-contact.dist:.2f} m: move one of them"
+
+
+def shared_frames(sim: Simulation) -> Iterator[str]:
+    """Frames of sensors that two boats have."""
+    owners: dict[str, str] = {}
+    for boat in sim.boats:
+        for sensor in sim.mounted(boat):
+            other = owners.setdefault(sensor.frame, boat)
+            if other != boat:
+                yield (
+                    f"the frame {sensor.frame} is that of {sensor.name} of {boat} and of {other}: their readings "
+                    "cannot be told apart; take the namespace out of the frame's name"
+                )
+
+
+def _owner(model: Any, geom: int, boats: tuple[str, ...]) -> str:
+    name = str(model.body(int(model.geom_bodyid[geom])).name)
+    owner = name.partition("/")[0]
+    return owner if owner in boats else name.rpartition("/")[0] or "the land"
+
+
+def _touching_land(sim: Simulation) -> set[str]:
+    found = set()
+    for contact in sim.data.contact:
+        pair = {_owner(sim.model, int(geom), sim.boats) for geom in contact.geom}
+        if contact.dist < 0.0 and "the land" in pair:
+            found |= pair
+    return found

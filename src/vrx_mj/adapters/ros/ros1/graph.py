@@ -1,0 +1,126 @@
+"""Finding the master, or being it."""
+
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vrx_mj.adapters.ros.ros1.address import addresses, announced, bound, is_local
+from vrx_mj.adapters.ros.ros1.gate import Gate, is_loopback
+from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
+from vrx_mj.adapters.ros.ros1.http_server import HttpServer
+from vrx_mj.adapters.ros.ros1.link import FarLink, Link, NearLink
+from vrx_mj.adapters.ros.ros1.master import Master
+from vrx_mj.adapters.ros.ros1.notices import Notices
+from vrx_mj.adapters.ros.ros1.processes import listener, shown_process
+from vrx_mj.adapters.ros.ros1.xmlrpc import Fault
+from vrx_mj.errors import CommandError, NetworkError
+
+__all__ = ["Graph", "is_ours", "open_graph"]
+
+PATIENCE = 3.0
+"""Wall time that a master may take to answer [s]."""
+PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
+"""What roscore sets, and tools read."""
+
+
+@dataclass
+class Graph:
+    """The master that we are on."""
+
+    host: str
+    link: Link
+    master: Master | None = None
+    """If it is our own."""
+    server: HttpServer | None = None
+
+    async def close(self) -> None:
+        """Leave it, and end it if it is our own."""
+        self.link.close()
+        if self.master is not None:
+            await self.master.close()
+        if self.server is not None:
+            await self.server.close()
+
+
+async def open_graph(uri: str, host: str, node: str, gate: Gate, notices: Notices) -> Graph:
+    """Find the master at a URI; be it if there is none, and the URI is on this machine.
+
+    Raises:
+        NetworkError: there is no master and cannot be one, something else answers there, or a node of our name is
+            alive on it.
+    """
+    try:
+        where, port = address(uri)
+    except CommandError as error:
+        raise NetworkError(f"ROS_MASTER_URI: {error}") from None
+    proxy = Proxy(uri)
+    try:
+        await proxy.ros("hasParam", node, "/rosdistro", patience=PATIENCE)  # a node would not know what that is
+    except ConnectionRefusedError:
+        return await _own(uri, where, port, host, gate, notices)
+    except OSError as error:
+        raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
+    except (*BROKEN, Fault) as error:
+        raise NetworkError(f"what answers at {uri} is no ROS master: {error}{_who(where, port)}") from None
+    finally:
+        proxy.close()
+    await _refuse_second(uri, node)
+    return Graph(where, FarLink(uri))
+
+
+def is_ours(host: str, listening: Sequence[str]) -> bool:
+    """Whether one who is told a host gets to where we listen."""
+    targets = addresses(host)
+    return not targets or listening == ["0.0.0.0"] or any(target in listening for target in targets)
+
+
+async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: Notices) -> Graph:
+    if not is_local(where):
+        raise NetworkError(
+            f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
+            "ROS_MASTER_URI to have a master of our own here"
+        )
+    if not is_ours(where, bound(host)):
+        raise NetworkError(
+            f"no ROS master answers at {uri}, and we listen at {', '.join(bound(host))} only: "
+            f"give --host {where} or --host 0.0.0.0"
+        )
+    known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
+    master = Master(known)
+    server = HttpServer("master", master.answer, gate, notices)
+    try:
+        await server.start(bound(host), port)
+    except OSError as error:
+        await server.close()
+        raise NetworkError(f"ROS 1: port {port} of our master cannot be opened: {error}{_who(where, port)}") from None
+    for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
+        master.parameters.set(name, value)
+    master.start()
+    return Graph(where, NearLink(master), master, server)
+
+
+async def _refuse_second(uri: str, node: str) -> None:
+    """A node of our name that is alive is not to be taken over."""
+    proxy = Proxy(uri)
+    try:
+        api = await proxy.ros("lookupNode", node, node, patience=PATIENCE)
+    except (*BROKEN, Fault):
+        return  # there is none
+    finally:
+        proxy.close()
+    other = Proxy(str(api))
+    try:
+        pid = await other.ros("getPid", node, patience=PATIENCE)
+        where, _ = address(str(api))
+    except (*BROKEN, Fault):
+        return  # it has died, and its registration has stayed
+    finally:
+        other.close()
+    about = shown_process(pid) if is_local(where) and isinstance(pid, int) else f"pid {pid} on {where}"
+    raise NetworkError(f"a simulation is served there already: node {node}, {about}, or with: rosnode kill {node}")
+
+
+def _who(where: str, port: int) -> str:
+    """Which process is in the way, as far as it can be told."""
+    pid = listener(port) if is_local(where) else None
+    return "" if pid is None else f"; port {port} is held by {shown_process(pid)}"

@@ -1,0 +1,162 @@
+"""Whoever connects to our port of TCPROS: the header decides whether it subscribes or calls."""
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import Callable, Mapping, Sequence
+
+from vrx_mj.adapters.ros.ros1.frames import Splitter
+from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
+from vrx_mj.adapters.ros.ros1.notices import Notices
+from vrx_mj.adapters.ros.ros1.outbox import Budget
+from vrx_mj.adapters.ros.ros1.provided import Caller
+from vrx_mj.adapters.ros.ros1.publication import Reader
+from vrx_mj.errors import CommandError
+
+__all__ = ["Door", "Role", "keep_alive"]
+
+HANDSHAKE = 10.0
+"""Wall time in which a header must come [s]."""
+
+Role = Reader | Caller
+Meet = Callable[[Mapping[str, str], asyncio.Transport], Role | None]
+"""Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
+
+
+class Door:
+    """Listens for TCPROS."""
+
+    def __init__(self, meet: Meet, gate: Gate, budget: Budget, notices: Notices, changed: Callable[[], None]) -> None:
+        self.meet, self.gate, self.budget, self.notices, self.changed = meet, gate, budget, notices, changed
+        self.inside: set[Incoming] = set()
+        self._servers: list[asyncio.Server] = []
+
+    async def start(self, hosts: Sequence[str], port: int = 0) -> int:
+        """Listen; returns the port. OSError: that cannot be done."""
+        loop = asyncio.get_running_loop()
+        for host in hosts:
+            server = await loop.create_server(lambda: Incoming(self), host, port, backlog=256)
+            self._servers.append(server)
+            port = server.sockets[0].getsockname()[1]
+        return port
+
+    async def close(self) -> None:
+        """Close all connections."""
+        for server in self._servers:
+            server.close()
+        for connection in list(self.inside):
+            if connection.transport is not None:
+                connection.transport.abort()
+        while self.inside:
+            await asyncio.sleep(0)
+
+
+class Incoming(asyncio.Protocol):
+    """One connection."""
+
+    def __init__(self, door: Door) -> None:
+        self.transport: asyncio.Transport | None = None
+        self._door = door
+        self._host = "?"
+        self._role: Role | None = None
+        self._splitter = Splitter(LARGEST_HEADER, door.budget)
+        self._timer: asyncio.TimerHandle | None = None
+        self._over = self._blocked = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Somebody is there."""
+        assert isinstance(transport, asyncio.Transport)
+        self._host = str((transport.get_extra_info("peername") or ("?",))[0])
+        if not self._door.gate.enter(self._host):
+            self._door.notices.tell("WARN", "crowd", self._host, f"too many connections; one of {self._host} refused")
+            self._over = True
+            transport.abort()
+            return
+        self.transport = transport
+        self._door.inside.add(self)
+        keep_alive(transport)
+        self._timer = asyncio.get_running_loop().call_later(HANDSHAKE, transport.abort)
+
+    def data_received(self, data: bytes) -> None:
+        """A piece of what it says."""
+        if self._over or self.transport is None:
+            return
+        try:
+            if self._role is not None:
+                self._role.received(data)
+                return
+            self._splitter.feed(data)
+            frame = self._splitter.take()
+            if frame is not None:
+                self._greet(decode_header(frame))
+        except CommandError as error:
+            self._refuse(str(error))
+
+    def pause_writing(self) -> None:
+        """It takes no more."""
+        self._blocked = True
+        if self._role is not None:
+            self._role.blocked(now=True)
+
+    def resume_writing(self) -> None:
+        """It takes more."""
+        self._blocked = False
+        if self._role is not None:
+            self._role.blocked(now=False)
+
+    def connection_lost(self, _: Exception | None) -> None:
+        """It has gone."""
+        if self.transport is None:
+            return
+        if self._timer is not None:
+            self._timer.cancel()
+        self._door.gate.leave(self._host)
+        self._door.inside.discard(self)
+        self._splitter.rest()
+        if self._role is not None:
+            self._role.lost()
+            self._door.changed()
+
+    def _greet(self, header: Mapping[str, str]) -> None:
+        assert self.transport is not None
+        role = self._door.meet(header, self.transport)
+        if self._timer is not None:
+            self._timer.cancel()
+        if role is None:
+            self._end()
+            return
+        self._role = role
+        role.blocked(now=self._blocked)
+        self._door.changed()
+        rest = self._splitter.rest()
+        if rest:
+            role.received(rest)
+
+    def _refuse(self, why: str) -> None:
+        assert self.transport is not None
+        self._door.notices.tell("WARN", "tcpros", self._host, f"refused a connection of {self._host}: {why}")
+        if self._role is None:
+            self.transport.write(encode_header({"error": why[:1000]}))
+        self._end()
+
+    def _end(self) -> None:
+        """Send what is to be sent, then close, whether it is taken or not."""
+        assert self.transport is not None
+        self._over = True
+        self.transport.close()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_later(HANDSHAKE, self.transport.abort)
+
+
+def keep_alive(transport: asyncio.BaseTransport) -> None:
+    """Send at once, and notice when the other end is gone without a word."""
+    connection = transport.get_extra_info("socket")
+    options = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1), (socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)]
+    for name, value in (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3)):
+        if hasattr(socket, name):
+            options.append((socket.IPPROTO_TCP, getattr(socket, name), value))
+    with contextlib.suppress(OSError):
+        for level, option, value in options:
+            connection.setsockopt(level, option, value)

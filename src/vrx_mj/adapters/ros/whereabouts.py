@@ -1,0 +1,57 @@
+"""Where boats and floating objects started, to put them back."""
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.adapters.ros.table.bodies import angles
+from vrx_mj.errors import VrxError
+from vrx_mj.runtime.observation import BoatObservation
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["Starts"]
+
+STILL = (0.0,) * 6
+CLOSE = 1e-9
+"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
+
+
+class Starts:
+    """Poses by name, each from when its body was first seen."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._boats: dict[str, npt.NDArray[np.float64]] = {}
+        self._objects: dict[str, npt.NDArray[np.float64]] = {}
+        self.bind()
+
+    def bind(self) -> None:
+        """Boats came or went."""
+        seen = self._sim.observe()
+        self._boats = {name: self._boats.get(name, _pose(seen[name])) for name in self._sim.boats}
+        afloat = {name: place for name in self._names() if (place := self._object(name)) is not None}
+        self._objects = {name: self._objects.get(name, place) for name, place in afloat.items()}
+
+    def put_back(self) -> None:
+        """Put everything that moved where it started, at rest; boats that their task holds stay where it does."""
+        task = self._sim.task
+        held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
+        for name, pose in self._boats.items():
+            if name not in held:
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=STILL)
+        for name, pose in self._objects.items():
+            now = self._object(name)
+            if now is not None and np.abs(now - pose).max() > CLOSE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
+
+    def _names(self) -> list[str]:
+        return [row["name"] for row in self._sim.world.parameters["objects"] if row["kind"] != "static"]
+
+    def _object(self, name: str) -> npt.NDArray[np.float64] | None:
+        try:
+            return _pose(self._sim.observe_object(name))
+        except VrxError:
+            return None
+
+
+def _pose(seen: BoatObservation) -> npt.NDArray[np.float64]:
+    return np.array([*seen.position, *angles(seen.quaternion)])
