@@ -15,7 +15,7 @@ from ros1_served import LEFT, Served, free_port, needs_tools, running, small_tab
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.ros1 import Ros1
-from vrx_mj.adapters.ros.ros1.address import addresses, announced
+from vrx_mj.adapters.ros.ros1.address import announced, is_local
 from vrx_mj.errors import NetworkError
 
 GONE = "127.0.0.9"
@@ -182,7 +182,7 @@ def test_the_master_is_where_the_uri_says(name):
     try:
         assert ros.start()[0].startswith(f"ROS 1: our own master at http://{name}:{port}, node /gazebo at http://127.0")
         with ServerProxy(f"http://{name}:{port}") as master:
-            assert master.getUri("/test")[2] == f"http://{GONE if name == GONE else '127.0.0.1'}:{port}/"
+            assert master.getUri("/test")[2] == f"http://127.0.0.1:{port}/"
     finally:
         ros.close()
         network.close()
@@ -206,11 +206,7 @@ def test_the_address_that_others_are_told_is_that_of_ros_ip(monkeypatch):
     monkeypatch.delenv("ROS_HOSTNAME")
     monkeypatch.delenv("ROS_IP")
     assert announced("localhost", "localhost") == "127.0.0.1"
-    assert announced("0.0.0.0", "127.0.0.1") in {
-        "127.0.0.1",
-        *addresses(socket.gethostname()),
-        announced("", "192.0.2.9"),
-    }
+    assert is_local(announced("0.0.0.0", "127.0.0.1"))
 
 
 def test_a_dead_simulations_registration_is_taken_over():
