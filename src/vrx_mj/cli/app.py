@@ -29,6 +29,7 @@ app.add_typer(ros.app)
 app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
+app.command()(ros.convert)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
