@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli import campaign, robot, ros, scoring, worlds
+from vrx_mj.cli import campaign, robot, ros, scoring, serve, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import console, print_summary, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
@@ -30,6 +30,7 @@ app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
 app.command()(ros.convert)
+app.command()(serve.serve)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
@@ -51,7 +52,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     try:
-        app(prog_name="vrx-mj")
+        app(serve.with_default_port(sys.argv[1:]), prog_name="vrx-mj")
     except VrxError as error:
         console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
         raise SystemExit(1 if isinstance(error, DivergedError) else 2) from None

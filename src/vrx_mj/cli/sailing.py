@@ -36,7 +36,7 @@ def sail(
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
     with (
-        _recording(sim, path, sensors or ()),
+        recording(sim, path, sensors or ()),
         _bagging(sim, bag, controller, topics) as (advance, controller),
         terminal_bar(sim, most, console) as tick,
     ):
@@ -57,7 +57,8 @@ def _bagging(
         yield pair
 
 
-def _recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
+def recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
+    """What records a simulation into a file, or nothing if there is none."""
     if path is None:
         return nullcontext()
     from vrx_mj.adapters.record import record

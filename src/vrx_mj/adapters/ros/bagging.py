@@ -10,13 +10,13 @@ from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.station import CLOCK_RATE, Station
+from vrx_mj.adapters.ros.table.boats import command_topic
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["bagged", "command_topic"]
+__all__ = ["bagged"]
 
-ANGLE = "_angle"
 COMMAND = "std_msgs/Float32"
 Advance = Callable[[int], None]
 
@@ -66,9 +66,3 @@ def _write(bag: Bag, boat: str, names: Sequence[str], given: Any, time: float) -
         for name in names:
             if isinstance(given.get(name), Real):
                 bag.write(command_topic(boat, name), COMMAND, new(COMMAND, data=float(given[name])), time)
-
-
-def command_topic(boat: str, name: str) -> str:
-    """VRX's topic of a command, `/wamv/thrusters/left_thrust_cmd` for `left`."""
-    stem = name.removesuffix(ANGLE)
-    return f"/{boat}/thrusters/{stem}{'_thrust_cmd' if stem == name else '_thrust_angle'}"

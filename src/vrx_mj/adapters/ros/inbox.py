@@ -91,6 +91,11 @@ class Inbox:
         """Wait until something came, or so long [s]; whether something came."""
         return self._arrived.wait(seconds)
 
+    @property
+    def pending(self) -> bool:
+        """Whether something waits."""
+        return self._arrived.is_set()
+
     def drain(self) -> tuple[list[Command], list[Call], list[Stranger]]:
         """Take all that came: of every topic and sender in the order in which it did."""
         with self._lock:

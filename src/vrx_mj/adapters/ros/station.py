@@ -84,7 +84,7 @@ class Station:
         self._autopilot, self._starts = Autopilot(sim), Starts(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
-        self._folder = tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         self._post = Post(sim, transports, tell)
         self._offer()
@@ -113,6 +113,10 @@ class Station:
             self._answer(call)
         for stranger in strangers:
             self.diagnosis.stranger(stranger, self._table)
+
+    def announce(self) -> None:
+        """Publish the present moment, before time goes on."""
+        self._post.deliver()
 
     def tick(self) -> int:
         """Advance to the clock's next moment, and publish; the steps made. Lockstep: only if all have answered."""
@@ -245,6 +249,7 @@ class Station:
         self._tell("INFO", "time begins again at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
+        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
         file = Path(self._folder.name) / f"{len(self._joined)}.urdf"
         file.write_text(urdf, encoding="utf-8")
         self.sim.spawn(name, pose=pose, robot=file)
@@ -259,11 +264,12 @@ class Station:
         self._offer()
 
     def _offer(self) -> None:
-        self._table = make_table(self, clock_rate=self._clock_rate)
+        self._table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
         for transport in self._transports:
             transport.offer(self._table)
         self._post.offer(self._table)
 
     def close(self) -> None:
         """Throw away what it keeps; the transports stay open."""
-        self._folder.cleanup()
+        if self._folder is not None:
+            self._folder.cleanup()

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import re
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -17,6 +18,8 @@ PATIENCE = 5.0
 """Wall time that an answer may take [s]."""
 BROKEN = (OSError, EOFError, TimeoutError, CommandError)
 """What a call raises if the other end cannot be reached, or gives no proper answer."""
+
+_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
 
 
 async def read_head(reader: asyncio.StreamReader) -> tuple[list[str], dict[str, str]]:
@@ -70,9 +73,10 @@ def address(uri: str, scheme: str = "http") -> tuple[str, int]:
         port = parts.port
     except ValueError:
         parts, port = urlsplit(""), None
-    if parts.scheme != scheme or not parts.hostname or not port:
+    host = parts.hostname or ""
+    if parts.scheme != scheme or not port or not _HOST.match(host) or any(len(one) > 63 for one in host.split(".")):
         raise CommandError(f"{uri[:100]!r} is no URI like {scheme}://host:port")
-    return parts.hostname, port
+    return host, port
 
 
 class Proxy:

@@ -124,6 +124,11 @@ class Reader:
         """Messages that it did not get."""
         return self._outbox.dropped
 
+    @property
+    def waiting(self) -> int:
+        """Bytes that wait for it."""
+        return self._outbox.bytes
+
     def send(self, frame: bytes) -> None:
         """Send a message now or later."""
         if self._blocked or len(self._outbox):
@@ -157,6 +162,8 @@ class Reader:
         return [self.number, self.node, "o", "TCPROS", self.publication.name, True, about]
 
     def _write(self, frame: bytes) -> None:
+        if self.transport.is_closing():
+            return
         self.sent += len(frame)
         self.messages += 1
         self.publication.stream.sent += len(frame)

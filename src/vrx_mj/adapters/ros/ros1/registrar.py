@@ -40,12 +40,16 @@ class Registrar:
         """Takes a topic that we listen to, and its publishers' URIs."""
         self.seen: Callable[[State], None] = lambda state: None
         """Takes what the master knows now and again."""
+        self.api = ""
+        """The node's own URI."""
+        self.replaced: Callable[[str], None] = lambda reason: None
+        """Called when another node of the same name has registered."""
         self._done: dict[Key, list[str]] = {}
         self._set: dict[str, Any] = {}
         self._is_lost = False
 
     async def run(self) -> None:
-        """Do it for ever."""
+        """Do it until another node of the same name has taken over."""
         loop = asyncio.get_running_loop()
         looked = -SOONEST
         while True:
@@ -56,6 +60,8 @@ class Registrar:
                 if loop.time() - looked >= SOONEST:
                     looked = loop.time()
                     self._look(await self._state())
+                    if await self._is_replaced():
+                        return
                 else:
                     pause = SOONEST
                 self._found()
@@ -126,6 +132,17 @@ class Registrar:
             self._set = {}  # a master that was started anew has no parameters either
             self.wake.set()
         self.seen(state)
+
+    async def _is_replaced(self) -> bool:
+        """Whether the master has another node of our name: what is missing is then not to be registered again."""
+        if self._done == self.wished:
+            return False
+        (api,) = await self.link.many([("lookupNode", (self.node, self.node))])
+        if api is None or api == self.api:
+            return False
+        self._done, self._set = {}, {}
+        self.replaced(f"another node {self.node}, at {str(api)[:100]}, has taken its place")
+        return True
 
     def forget(self, topic: str) -> None:
         """Ask for the publishers of a topic again."""

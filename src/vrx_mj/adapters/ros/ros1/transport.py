@@ -92,9 +92,10 @@ class Ros1:
         return Traffic(self._node.clients, self._node.stream.sent, self._node.stream.dropped + self._lost)
 
     def close(self) -> None:
-        """Withdraw all, and close every connection."""
-        with contextlib.suppress(TimeoutError):
-            self._network.call(self._end(), CLOSING)
+        """Withdraw all, and close every connection. Nothing happens where there is nothing to close."""
+        if self._graph is not None:
+            with contextlib.suppress(TimeoutError):
+                self._network.call(self._end(), CLOSING)
 
     def settle(self, timeout: float = 5.0) -> None:
         """Wait until the master knows all that is offered; TimeoutError: it does not, so long [s]."""
@@ -127,10 +128,12 @@ class Ros1:
 
     async def _end(self) -> None:
         self.notices.listener = None
-        if self._node is not None:
-            await self._node.close()
-        if self._graph is not None:
-            await self._graph.close()
+        node, graph = self._node, self._graph
+        self._node = self._graph = None
+        if node is not None:
+            await node.close()
+        if graph is not None:
+            await graph.close()
         for _ in range(3):  # what was aborted is closed in the loop's next turns
             await asyncio.sleep(0)
 

@@ -120,8 +120,8 @@ class Client:
             self._refuse(message, f"{type(error).__name__}: {error}")
 
     def _refuse(self, message: Operation, why: str) -> None:
-        kind = str(message.get("op", "a message"))[:40]
-        self._hub.tell_once(self._host, kind, why)
+        kind = message.get("op", "")
+        self._hub.tell_once(self._host, kind if kind in self._operations else "", why)
         self.status("error", why, message.get("id"))
 
     def _handle(self, message: Operation, depth: int) -> None:

@@ -16,11 +16,14 @@ from vrx_mj.errors import VrxError
 __all__ = ["CLOCK", "make_table"]
 
 
-def make_table(host: Host, *, clock_rate: float) -> Table:
-    """The table of a simulation with the boats that it has now; `/clock` is told at a rate [Hz]."""
+def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> Table:
+    """The table of a simulation with the boats that it has now; `/clock` is told at a rate [Hz].
+
+    Where time `waits` for answers, who comes late gets the last clock.
+    """
     boats = host.sim.boats
     outputs = chain(
-        world_outputs(host, clock_rate),
+        world_outputs(host, clock_rate, waits=waits),
         gazebo_outputs(host),
         task_outputs(host),
         *(chain(boat_outputs(host, boat), sensor_outputs(host, boat)) for boat in boats),

@@ -17,7 +17,7 @@ TF_RATE = 50.0
 WIND_RATE = 10.0
 
 
-def world_outputs(host: Host, clock_rate: float) -> Iterator[Output]:
+def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Output]:
     """`/clock`, `/tf`, `/tf_static`, and VRX's wind, which VRX_DEBUG=false in the environment silences."""
 
     def clock() -> Message:
@@ -33,7 +33,7 @@ def world_outputs(host: Host, clock_rate: float) -> Iterator[Output]:
             "tf2_msgs/TFMessage", transforms=[frame for boat in host.sim.boats for frame in still_frames(host, boat)]
         )
 
-    yield Output(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate)
+    yield Output(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
     yield Output("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
     yield Output("/tf_static", "tf2_msgs/TFMessage", still, latched=True)
     if os.environ.get("VRX_DEBUG") != "false":

@@ -1,0 +1,232 @@
+"""A world that is served: its time keeps pace with the wall's, or goes as fast as it can, until somebody ends it."""
+
+import contextlib
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.lockstep import Lockstep
+from vrx_mj.adapters.ros.meter import Meter
+from vrx_mj.adapters.ros.network import Network
+from vrx_mj.adapters.ros.offer import Transport
+from vrx_mj.adapters.ros.station import CLOCK_RATE, Station, Tell
+from vrx_mj.adapters.ros.table.host import CmdVel
+from vrx_mj.adapters.view.pacer import Pacer
+from vrx_mj.errors import CommandError
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["ROSBRIDGE_PORT", "Wanted", "serve"]
+
+ROSBRIDGE_PORT = 9090
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+BUDGET = 0.05
+"""Wall time [s] of physics after which what came in is looked at again."""
+PATIENCE = 0.02
+"""Wall time [s] that is waited at most before the clock on the wall is looked at again."""
+STATUS_PERIOD = 1.0
+"""Wall time between two lines of status [s]."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How a world is to be served."""
+
+    ros1: bool = False
+    rosbridge: int | None = None
+    """Its port."""
+    ros2: bool = False
+    host: str = "127.0.0.1"
+    """Address that is listened on."""
+    rate: float | None = 1.0
+    """Simulated seconds per second; None: as fast as it can."""
+    duration: float | None = None
+    """Simulated time after which it ends [s]."""
+    lockstep: Sequence[str] | None = None
+    """Topics that time waits for; None: it waits for nobody."""
+    cmd_vel: CmdVel = "thrust"
+    truth: bool = False
+    clock_rate: float = CLOCK_RATE
+    exit_on_completion: bool = False
+    """Whether it ends with the world's task."""
+
+
+def serve(
+    sim: Simulation,
+    wanted: Wanted,
+    *,
+    tell: Tell,
+    status: Callable[[str], None] = lambda _line: None,
+    extra: Sequence[Transport] = (),
+) -> None:
+    """Serve a simulation until Ctrl-C, SIGTERM, a peer, its duration or its task ends it.
+
+    Args:
+        sim: the simulation, at its start; nothing else may touch it meanwhile.
+        wanted: on which networks, and how fast.
+        tell: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
+        status: is given the line of status, once a second.
+        extra: transports that are open already, as a bag.
+
+    Raises:
+        NetworkError: a network cannot be opened.
+        CommandError: the rate is not above 0; no network is wanted.
+        DivergedError: the state became NaN or huge.
+    """
+    if wanted.rate is not None and not wanted.rate > 0.0:
+        raise CommandError(f"--rate {wanted.rate:g}: above 0, 1 for real time, or max")
+    network, inbox, ending = Network(), Inbox(), threading.Event()
+    try:
+        transports = [*_transports(network, inbox, wanted, ending), *extra]
+        with _opened(transports) as lines, _told(ending):
+            loud = _Loud(transports, tell)
+            for line in lines:
+                tell("INFO", line)
+            station = Station(
+                sim,
+                transports,
+                inbox,
+                tell=loud,
+                cmd_vel=wanted.cmd_vel,
+                truth=wanted.truth,
+                clock_rate=wanted.clock_rate,
+                lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
+            )
+            _greet(station, wanted, tell)
+            try:
+                _Loop(station, inbox, wanted, transports).run(ending, status, loud)
+            finally:
+                station.close()
+    finally:
+        network.close()
+
+
+class _Loud:
+    """Tells people here, and those on the networks."""
+
+    def __init__(self, transports: Sequence[Transport], tell: Tell) -> None:
+        self._transports, self._tell = transports, tell
+
+    def __call__(self, level: str, text: str) -> None:
+        self._tell(level, text)
+        for transport in self._transports:
+            transport.log(level, text)
+
+
+class _Loop:
+    """Time, and what it waits for."""
+
+    def __init__(self, station: Station, inbox: Inbox, wanted: Wanted, transports: Sequence[Transport]) -> None:
+        self._station, self._inbox, self._wanted = station, inbox, wanted
+        now = time.perf_counter()
+        self._pacer = Pacer(station.sim.timestep, wanted.rate or 1.0, now)
+        self._free = wanted.rate is None or wanted.lockstep is not None
+        self._meter = Meter(station, transports, now)
+        self._owed = 0
+
+    def run(self, ending: threading.Event, status: Callable[[str], None], tell: Tell) -> None:
+        """Until the end."""
+        station = self._station
+        station.announce()
+        due = time.perf_counter() + STATUS_PERIOD
+        while not (ending.is_set() or self._is_over()):
+            station.receive()
+            if station.paused:
+                self._pacer.restart(time.perf_counter())
+                self._inbox.wait(PATIENCE)
+            else:
+                self._go()
+            if time.perf_counter() > due:
+                due += STATUS_PERIOD
+                status(self._meter.line())
+                station.pace, station.sensor_load = self._meter.pace, self._meter.load
+        tell("INFO", self._meter.summary())
+
+    def _go(self) -> None:
+        begun = time.perf_counter()
+        if self._free:
+            while time.perf_counter() - begun < BUDGET and not self._inbox.pending:
+                if not self._station.tick():
+                    self._inbox.wait(PATIENCE)
+                    return
+            return
+        self._owed += self._pacer.due(begun)
+        while self._owed > 0 and time.perf_counter() - begun < BUDGET:
+            steps = self._station.tick()
+            self._owed -= steps
+            self._pacer.did(steps, time.perf_counter())
+        if self._owed <= 0:
+            ahead = (1 - self._owed) * self._station.sim.timestep / self._pacer.pace
+            self._inbox.wait(min(PATIENCE, max(0.0, ahead - (time.perf_counter() - begun))))
+
+    def _is_over(self) -> bool:
+        wanted, sim = self._wanted, self._station.sim
+        if wanted.duration is not None and sim.time >= wanted.duration - 1e-6:
+            return True
+        return wanted.exit_on_completion and sim.task_is_over
+
+
+def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
+    if not (wanted.ros1 or wanted.ros2 or wanted.rosbridge is not None):
+        raise CommandError("nothing to serve on: --ros1, --rosbridge or --ros2")
+    if wanted.ros1:
+        from vrx_mj.adapters.ros.ros1 import Ros1
+
+        ros1 = Ros1(network, inbox, host=wanted.host)
+        ros1.on_shutdown = lambda _why: ending.set()
+        yield ros1
+    if wanted.rosbridge is not None:
+        from vrx_mj.adapters.ros.rosbridge import Rosbridge
+
+        yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host)
+
+
+@contextlib.contextmanager
+def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
+    """All of them, or none."""
+    with contextlib.ExitStack() as stack:
+        lines: list[str] = []
+        for transport in transports:
+            stack.callback(transport.close)
+            lines += transport.start()
+        yield lines
+
+
+@contextlib.contextmanager
+def _told(ending: threading.Event) -> Iterator[None]:
+    """Have Ctrl-C and SIGTERM end it as if it were its time."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: ending.set()) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
+    sim, table = station.sim, station.table
+    boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
+    tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
+    counts = f"{len(table.outputs)} topics out, {len(table.inputs)} in, {len(table.services)} services"
+    tell("INFO", f"{counts}; cameras and lidars are drawn while somebody subscribes")
+    if wanted.cmd_vel == "thrust":
+        tell("INFO", "cmd_vel is thrust, as VRX's twist2thrust; --cmd-vel velocity: a velocity that is kept")
+    else:
+        tell("INFO", "cmd_vel is a velocity [m/s, rad/s] that is kept; --cmd-vel thrust: VRX's twist2thrust")
+    if wanted.lockstep is not None:
+        topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
+        tell("INFO", f"lockstep: time waits for {topics}")
+    for topic in wanted.lockstep or ():
+        if topic not in table.inputs:
+            tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
+    if wanted.host not in LOOPBACK:
+        tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")
+    if os.environ.get("VRX_DEBUG") == "false":
+        tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
