@@ -14,11 +14,12 @@ from vrx_mj.adapters.record.companies import Company, columns_in
 from vrx_mj.adapters.record.reader import Event, Record, SavedState, read_record
 from vrx_mj.adapters.record.scene import RecordedSensor
 from vrx_mj.adapters.record.session import saved_world
-from vrx_mj.adapters.ros.bagging import ANGLE, COMMAND, command_topic
+from vrx_mj.adapters.ros.bagging import COMMAND
 from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.messages import Message, encode, new
 from vrx_mj.adapters.ros.offer import Output
 from vrx_mj.adapters.ros.table import make_table
+from vrx_mj.adapters.ros.table.boats import command_topic
 from vrx_mj.adapters.ros.table.bodies import Bodies, header, turned, vector
 from vrx_mj.adapters.ros.table.host import Host
 from vrx_mj.runtime.simulation import Simulation
@@ -30,6 +31,8 @@ __all__ = ["convert"]
 FloatArray = npt.NDArray[np.float64]
 EARLY = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded."""
+ANGLE = "_angle"
+"""Ends the name of a command that turns an engine."""
 ROW_RATE = 1e3
 """Of `/clock` [Hz]: more than rows have, so that it is told at each."""
 ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
