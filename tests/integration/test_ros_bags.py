@@ -1,5 +1,6 @@
 """`vrx-mj run --bag` and `vrx-mj convert`: two ways from a run to the same messages."""
 
+import json
 import re
 import subprocess
 from dataclasses import astuple
@@ -13,6 +14,8 @@ pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
 from rosbags.highlevel import AnyReader
 from typer.testing import CliRunner
 
+from integration.sailing import GUSTY, ROUGH
+from integration.sensing import SYDNEY
 from vrx_mj.adapters.record import read_record, record
 from vrx_mj.adapters.ros.bagging import bagged
 from vrx_mj.adapters.ros.convert import convert
@@ -23,7 +26,19 @@ from vrx_mj.compiler.compile import compile_world
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
 
-WORLD = "vrx2022/practice/wayfinding0"
+BAY = {
+    "name": "bay",
+    "georeference": SYDNEY,
+    "sea": ROUGH,
+    "wind": GUSTY,
+    "objects": [{"name": "buoy", "model": "mb_marker_buoy_red", "pose": [30.0, 10.0, 0.0, 0.0, 0.0, 0.0]}],
+    "task": {
+        "type": "wayfinding",
+        "waypoints": [[-33.7241, 150.6798, 0.3]],
+        "initial_state_duration": 0.5,
+        "ready_state_duration": 0.5,
+    },
+}
 SECONDS = 2.13
 SENSED = ("gps/gps/fix", "gps/gps/fix_velocity", "imu/imu/data", "pingers/pinger/range_bearing")
 COMMANDS = {"wamv": {"left": 0.6, "right": -0.4, "left_angle": 0.3, "lateral": 0.2}}
@@ -36,7 +51,7 @@ def steer(_seen, time):
 
 @pytest.fixture(scope="module")
 def world():
-    return compile_world(WORLD)
+    return compile_world({**BAY, "spawn": {"sensors": "vrx"}})
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +99,7 @@ def test_a_bag_has_what_a_served_simulation_tells_and_what_was_commanded(bags):
         *sensors, *commands,
     }  # fmt: skip
     assert expected <= set(live)
-    assert not [topic for topic in live if topic.endswith(("image_raw", "compressed", "points"))]
+    assert not [topic for topic in live if topic.endswith(("image_raw", "compressed", "/points"))]
     assert len(live["/clock"]) == len(live["/gazebo/model_states"]) == 1 + 100 * SECONDS
     assert {message.data for message in live["/wamv/thrusters/left_thrust_cmd"].values()} == {np.float32(0.6)}
 
@@ -171,7 +186,8 @@ def test_boats_that_come_and_go_are_in_a_converted_bag_while_they_are_there(tmp_
 
 
 def test_the_command_line_writes_and_converts(tmp_path):
-    command = ["run", "example_course", "--duration", "0.3", "--thrust", "left=0.5,right=0.5"]
+    (tmp_path / "bay.yaml").write_text(json.dumps({**BAY, "spawn": {"sensors": "none"}}), encoding="utf-8")
+    command = ["run", str(tmp_path / "bay.yaml"), "--duration", "0.3", "--thrust", "left=0.5,right=0.5"]
     files = ["--bag", str(tmp_path / "run.mcap"), "--record", str(tmp_path / "run.rrd")]
     done = CliRunner().invoke(app, [*command, *files])
     assert done.exit_code == 0, done.output
