@@ -59,6 +59,15 @@ class Post:
             for transport in self._transports:
                 transport.publish(batch)
 
+    def repeat(self, name: str) -> None:
+        """Send the present message of an output out of turn, if somebody listens and there is such an output."""
+        output = self._table.outputs.get(name)
+        if output is not None and output.sensor is None and name in self._wanted:
+            self._make(output, output.make, self._sim.time)
+            batch, self._batch = self._batch, []
+            for transport in self._transports:
+                transport.publish(batch)
+
     def _listen(self) -> None:
         """Read the sensors that somebody listens to, and no others."""
         wanted = frozenset().union(*(transport.wanted for transport in self._transports))

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from urllib.parse import urlsplit
 
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.lockstep import Lockstep
@@ -148,13 +149,13 @@ class _Loop:
     def _go(self) -> None:
         begun = time.perf_counter()
         if self._free:
-            while time.perf_counter() - begun < BUDGET and not self._inbox.pending:
+            while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
                 if not self._station.tick():
                     self._inbox.wait(PATIENCE)
                     return
             return
         self._owed += self._pacer.due(begun)
-        while self._owed > 0 and time.perf_counter() - begun < BUDGET:
+        while self._owed > 0 and time.perf_counter() - begun < BUDGET and not self._is_over():
             steps = self._station.tick()
             self._owed -= steps
             self._pacer.did(steps, time.perf_counter())
@@ -228,5 +229,21 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
             tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
     if wanted.host not in LOOPBACK:
         tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")
+        for line in _to_paste(wanted):
+            tell("INFO", line)
     if os.environ.get("VRX_DEBUG") == "false":
         tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
+
+
+def _to_paste(wanted: Wanted) -> Iterator[str]:
+    """What to type on other machines."""
+    from vrx_mj.adapters.ros.ros1.address import announced
+
+    here = announced(wanted.host, "localhost")
+    if wanted.ros1:
+        port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
+        uri = f"http://{here}:{port}"
+        yield f"there, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
+        yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
+    if wanted.rosbridge is not None:
+        yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"

@@ -31,6 +31,8 @@ Tell = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is told, and commands are taken."""
+TASK_INFO = "/vrx/task/info"
+"""Whose last message is a trial's score."""
 EARLY = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 ALL = 1 << 62
@@ -81,7 +83,7 @@ class Station:
         self.bodies = Bodies(sim)
         self.diagnosis = Diagnosis(sim, tell)
         self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
-        self._autopilot, self._starts = Autopilot(sim), Starts(sim)
+        self._autopilot, self._starts = Autopilot(sim, tell), Starts(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
@@ -270,6 +272,7 @@ class Station:
         self._post.offer(self._table)
 
     def close(self) -> None:
-        """Throw away what it keeps; the transports stay open."""
+        """Publish the task's last word, and throw away what it keeps; the transports stay open."""
+        self._post.repeat(TASK_INFO)
         if self._folder is not None:
             self._folder.cleanup()
