@@ -29,6 +29,7 @@ app.add_typer(ros.app)
 app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
+app.command()(ros.convert)
 app.command()(serve.serve)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]

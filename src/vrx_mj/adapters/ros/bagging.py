@@ -40,6 +40,7 @@ def bagged(
         rate = min(CLOCK_RATE, 1.0 / sim.timestep)
         station = Station(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
         try:
+            station.announce()
             yield station.advance, None if controller is None else heard(bag, sim, controller)
         finally:
             station.close()

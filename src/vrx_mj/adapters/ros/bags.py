@@ -83,10 +83,12 @@ class Bag:
         Raises:
             RecordError: they cannot be written.
         """
+        if self._file is None:
+            raise RecordError(f"the bag '{self.path}' is closed")
         for output, message, moment in batch:
             if output.name in self._wanted:
                 self.write(output.name, output.type, message, moment, latched=output.latched)
-        if time.monotonic() > self._flushed + FLUSH and self._file is not None:
+        if time.monotonic() > self._flushed + FLUSH:
             with self._writing():
                 self._file.flush()
             self._flushed = time.monotonic()
