@@ -29,7 +29,7 @@ class Post:
         self._failed: set[tuple[str, str]] = set()
         self._batch: list[Sent] = []
         self._numbers: dict[str, int] = {}
-        self._last: dict[str, bytes] = {}
+        self._last: dict[str, tuple[Message, bytes]] = {}
 
     def offer(self, table: Table) -> None:
         """Make messages of this table from now on."""
@@ -101,6 +101,15 @@ class Post:
 
         self._read[key] = self._sim.subscribe(boat, sensor, take)
 
+    def _is_new(self, output: Output, message: Message) -> bool:
+        """Whether the message differs from the last one of an output that has no rate."""
+        last, told = self._last.get(output.name, (None, b""))
+        if message is last:
+            return False
+        now = encode(message, output.type)
+        self._last[output.name] = message, now
+        return now != told
+
     def _is_due(self, output: Output, time: float) -> bool:
         number = math.floor((time + EARLY) * (output.rate or NEWS_RATE))
         if number <= self._numbers.get(output.name, -1):
@@ -112,9 +121,6 @@ class Post:
         message = make()
         if message is None:
             return
-        if output.rate == 0.0:
-            told = encode(message, output.type)
-            if self._last.get(output.name) == told:
-                return
-            self._last[output.name] = told
+        if output.rate == 0.0 and not self._is_new(output, message):
+            return
         self._batch.append(Sent(output, message, time))
