@@ -6,9 +6,16 @@ import os
 import pytest
 
 from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.messages import new
+from vrx_mj.adapters.ros.offer import Output, Sent
+from vrx_mj.adapters.ros.ros1 import Ros1
+from vrx_mj.adapters.ros.ros1.header import framed
 from vrx_mj.adapters.ros.ros1.notices import Notices
+from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.adapters.ros.ros1.processes import listener, shown_process
+from vrx_mj.adapters.ros.ros1.provided import Caller, Provided
 from vrx_mj.adapters.ros.ros1.publication import Publication, Stream
+from vrx_mj.adapters.ros.ros1.registrar import PORTION, _portions
 from vrx_mj.adapters.ros.ros1.rosout import Rosout
 from vrx_mj.adapters.ros.ros1.slave import Slave
 from vrx_mj.adapters.ros.ros1.watch import Watch
@@ -178,3 +185,72 @@ def test_a_message_that_is_none_of_its_type_is_told(publications):
 def test_a_process_that_is_gone_is_shown_by_its_number():
     assert shown_process(2**22 + 1) == f"pid {2**22 + 1}; stop it with: kill {2**22 + 1}"
     assert listener(0) is None
+
+
+class Wire:
+    """In place of a transport and of a network."""
+
+    def __init__(self):
+        self.written, self.reads = b"", True
+        self.loop, self.later = self, []
+        self.write = self._take
+        self.soon = lambda function, *values: function(*values)
+        self.call_soon = self.later.append
+
+    def _take(self, data):
+        self.written += data
+
+    def pause_reading(self):
+        self.reads = False
+
+    def resume_reading(self):
+        self.reads = True
+
+    def turn(self):
+        """What the loop does next."""
+        self.later.pop(0)()
+
+
+def test_a_caller_that_does_not_read_its_answers_is_asked_for_no_more_calls():
+    wire, called = Wire(), []
+    service = Provided("/gazebo", "/s", "std_srvs/Empty", lambda request, caller, answer: called.append(answer))
+    caller = Caller(service, wire, {"callerid": "/x", "persistent": "1"}, wire, Budget(1000))
+    caller.received(framed(b"") * 3)
+    response = new("std_srvs/EmptyResponse")
+    assert (len(called), wire.reads) == (1, False)
+    caller.blocked(now=True)
+    called[0](response, "")
+    assert (len(called), wire.reads, wire.later) == (1, False, [])
+    caller.blocked(now=False)
+    wire.turn()
+    called[1](response, "")
+    wire.turn()
+    called[2](None, "no")
+    wire.turn()
+    assert (len(called), wire.reads) == (3, True)
+    assert wire.written == b"\1\0\0\0\0" * 2 + b"\0" + framed(b"no")
+
+
+def test_while_the_networks_thread_is_late_only_the_newest_batches_and_what_is_latched_wait():
+    class Late:
+        """A network whose thread does not come to it."""
+
+        def soon(self, *_):
+            pass
+
+    ros = Ros1(Late(), Inbox(), master_uri="http://127.0.0.1:1")
+    plain, latched = (Output(name, "std_msgs/Int8", lambda: None, latched=name == "/l") for name in ("/p", "/l"))
+    for number in range(500):
+        ros.publish([Sent(plain, number, 0.0)] + [Sent(latched, number, 0.0)] * (number in {3, 7}))
+    waiting = list(ros._batches)
+    assert [sent.message for sent in waiting[0]] == [7]
+    assert [batch[0].message for batch in waiting[1:]] == list(range(500 - len(waiting) + 1, 500))
+    assert len(waiting) <= 64
+    assert ros.traffic.dropped == 500 - (len(waiting) - 1) + 1
+
+
+def test_parameters_are_sent_in_portions_that_a_master_can_take():
+    given = {f"/{number}": "x" * (PORTION // 3) for number in range(7)} | {"/large": "x" * 2 * PORTION, "/small": 1}
+    portions = list(_portions(given))
+    assert [len(portion) for portion in portions] == [2, 2, 2, 1, 1, 1]
+    assert {name: value for portion in portions for name, value in portion.items()} == given
