@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.adapters.ros.rosbridge.fragments import Fragments
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
-from vrx_mj.adapters.ros.rosbridge.kinds import known_type
+from vrx_mj.adapters.ros.rosbridge.kinds import known_type, ros1_name
 from vrx_mj.adapters.ros.rosbridge.outgoing import Outgoing
 from vrx_mj.adapters.ros.rosbridge.pace import Pace
 from vrx_mj.adapters.ros.rosbridge.png import from_png
@@ -208,7 +208,7 @@ class Client:
 
     def _advertise_service(self, message: Operation) -> None:
         written = text(message, "service")
-        self._hub.services.advertise(absolute(written), Offered(text(message, "type"), written, self))
+        self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
 
     def _unadvertise_service(self, message: Operation) -> None:
         self._hub.services.unadvertise(absolute(text(message, "service")), self)

@@ -4,9 +4,9 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from vrx_mj.adapters.ros.messages import definition, is_known, stamp
+from vrx_mj.adapters.ros.messages import definition, stamp
 from vrx_mj.adapters.ros.rosbridge.details import typedefs
-from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
+from vrx_mj.adapters.ros.rosbridge.kinds import known_types, ros1_name
 from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
 from vrx_mj.adapters.ros.rosbridge.protocol import absolute
 from vrx_mj.adapters.ros.rosbridge.services import Services
@@ -54,7 +54,7 @@ class Rosapi:
 
     def _on_topics_and_raw_types(self, _: Any) -> Values:
         types = self._topics.all()
-        texts = [definition(kind) if is_known(kind) else "" for kind in types.values()]
+        texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
     def _on_topic_type(self, asked: Any) -> Values:

@@ -10,6 +10,7 @@ from PIL import Image
 
 from bridged import Bridged
 from rosbridge_client import Talk
+from vrx_mj.adapters.ros import messages
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
 
@@ -208,6 +209,17 @@ def test_a_wrong_operation_is_refused(talk, message, why):
 def test_status_carries_the_id_of_the_operation(talk):
     talk.say("publish", topic="/new", id="publish:/new:1")
     assert talk.sync()[0]["id"] == "publish:/new:1"
+
+
+def test_names_of_types_that_are_not_known_are_not_kept(talk):
+    kept = [function for function in vars(messages).values() if hasattr(function, "cache_info")]
+    before = sum(function.cache_info().currsize for function in kept)
+    for number in range(20):
+        talk.say("advertise", topic="/n", type=f"std_msgs/New{number}")
+        talk.say("advertise_service", service="/mine", type=f"std_srvs/New{number}")
+        talk.say("call_service", service="/mine")
+    talk.sync()
+    assert sum(function.cache_info().currsize for function in kept) == before
 
 
 def test_a_png_larger_than_allowed_is_not_unpacked(talk):

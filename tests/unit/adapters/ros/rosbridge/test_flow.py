@@ -29,46 +29,70 @@ def bridged():
         yield made
 
 
-class Taken:
-    """What a subscription sends, when it is given messages 0, 1, ... at once, and later."""
+class Skipping(asyncio.SelectorEventLoop):
+    """A loop whose clock jumps to where it would wait for."""
 
     def __init__(self):
-        self.numbers = []
+        super().__init__()
+        self.now = 0.0
+        self.select = self._selector.select
+        self._selector.select = self.skip
+
+    def time(self):
+        return self.now
+
+    def skip(self, timeout):
+        self.now += timeout or 0.0
+        return self.select(0)
+
+
+class Taken:
+    """What a subscription sends, and when [s]."""
+
+    def __init__(self):
+        self.sent = []
 
     def message(self, source, make, binary, size, most):
-        self.numbers.append(int(make()[0].split(b'"data":')[1].rstrip(b"}")))
+        number = int(make()[0].split(b'"data":')[1].rstrip(b"}"))
+        self.sent.append((number, round(asyncio.get_running_loop().time(), 6)))
 
     def forget(self, source):
         pass
 
 
-async def taken(wishes, count, wait):
-    """Numbers of the messages that were sent, at once, and after so long [s]."""
+async def taken(wishes, times):
     outgoing = Taken()
     subscription = Subscription("/n", outgoing)
     for number, wish in enumerate(wishes):
         subscription.add(str(number), wish)
-    for number in range(count):
+    for number, moment in enumerate(times):
+        await asyncio.sleep(moment - asyncio.get_running_loop().time())
         subscription.take(Parcel(messages.new("std_msgs/Int32", data=number), "std_msgs/Int32", 0.0))
-    at_once = list(outgoing.numbers)
-    await asyncio.sleep(wait)
+    await asyncio.sleep(10.0)
     subscription.end()
-    return at_once, outgoing.numbers
+    return outgoing.sent
+
+
+AT_ONCE = [0.0] * 5
+TEN_HERTZ = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
 
 
 @pytest.mark.parametrize(
-    ("wishes", "at_once", "later"),
+    ("wishes", "times", "sent"),
     [
-        ([Options()], [0, 1, 2, 3, 4], []),
-        ([Options(throttle=10.0)], [0], []),
-        ([Options(throttle=10.0), Options()], [0, 1, 2, 3, 4], []),
-        ([Options(throttle=0.01, queue=2)], [0], [3, 4]),
-        ([Options(throttle=0.01, queue=9)], [0], [1, 2, 3, 4]),
-        ([Options(throttle=0.01, queue=9), Options(throttle=10.0)], [0], []),
+        ([Options()], AT_ONCE, [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0)]),
+        ([Options(throttle=0.25)], AT_ONCE, [(0, 0.0)]),
+        ([Options(throttle=0.25)], TEN_HERTZ, [(0, 0.0), (3, 0.3)]),
+        ([Options(throttle=0.25), Options(throttle=0.15)], TEN_HERTZ, [(0, 0.0), (2, 0.2), (4, 0.4)]),
+        ([Options(throttle=0.5, queue=2)], AT_ONCE, [(0, 0.0), (3, 0.5), (4, 1.0)]),
+        ([Options(throttle=0.5, queue=9)], AT_ONCE, [(0, 0.0), (1, 0.5), (2, 1.0), (3, 1.5), (4, 2.0)]),
+        ([Options(throttle=0.25, queue=1)], TEN_HERTZ, [(0, 0.0), (2, 0.25), (4, 0.5), (5, 0.75)]),
+        ([Options(throttle=0.5, queue=9), Options(throttle=0.25)], AT_ONCE, [(0, 0.0)]),
     ],
 )
-def test_a_throttle_lets_through_what_rosbridge_server_does(wishes, at_once, later):
-    assert asyncio.run(taken(wishes, 5, 0.2 if later else 0.0)) == (at_once, at_once + later)
+def test_a_throttle_lets_through_what_rosbridge_server_does(wishes, times, sent):
+    with asyncio.Runner(loop_factory=Skipping) as runner:
+        assert runner.run(taken(wishes, times)) == sent
 
 
 def test_a_throttle_is_kept_in_wall_time(bridged):
