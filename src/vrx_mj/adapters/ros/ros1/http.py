@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import re
+import socket
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -125,7 +126,7 @@ class Proxy:
     async def _exchange(self, request: bytes) -> Any:
         host, port = address(self.uri)
         if self._streams is None:
-            self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD)
+            self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD, family=socket.AF_INET)
         reader, writer = self._streams
         keep = False
         try:

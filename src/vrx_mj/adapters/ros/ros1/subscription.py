@@ -1,6 +1,7 @@
 """A topic that we listen to over TCPROS: a connection to each publisher, made anew while it is registered."""
 
 import asyncio
+import socket
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -120,7 +121,9 @@ class Source:
         host, port = await self._where()
         loop = asyncio.get_running_loop()
         async with asyncio.timeout(HANDSHAKE):
-            transport, receiver = await loop.create_connection(lambda: Receiver(self), host, port)
+            transport, receiver = await loop.create_connection(
+                lambda: Receiver(self), host, port, family=socket.AF_INET
+            )
         self.receiver = receiver
         try:
             await receiver.ended

@@ -11,6 +11,7 @@ from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
 from vrx_mj.adapters.ros.rosbridge.protocol import absolute
 from vrx_mj.adapters.ros.rosbridge.services import Services
 from vrx_mj.adapters.ros.rosbridge.topics import Topics
+from vrx_mj.adapters.ros.rosbridge.writing import json_bytes
 from vrx_mj.errors import CommandError, UnknownNameError
 
 __all__ = ["SIMULATION", "Rosapi", "node_name"]
@@ -123,7 +124,7 @@ class Rosapi:
     def _on_get_param(self, asked: Any) -> Values:
         default = _argument(asked, "default", "")
         try:
-            return {"value": json.dumps(self._parameters.get(_parameter(asked)), default=list)}
+            return {"value": json_bytes(self._parameters.get(_parameter(asked))).decode("ascii")}
         except KeyError:
             return {"value": default or "null"}
 

@@ -23,7 +23,7 @@ from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.listener import who_listens
 from vrx_mj.adapters.ros.messages import Message
 from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.offer import Sent, Table, Traffic, Transport
+from vrx_mj.adapters.ros.offer import Output, Sent, Table, Traffic, Transport
 from vrx_mj.adapters.ros.rosbridge.client import Client
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
 from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
@@ -147,8 +147,9 @@ class Rosbridge(Transport):
 
     def close(self) -> None:
         """Withdraw all, close every connection, and wait until that is done."""
-        with contextlib.suppress(TimeoutError, RuntimeError):
-            self._network.call(self._close(), 2.0 * CLOSING)
+        if not self._network.loop.is_closed():
+            with contextlib.suppress(TimeoutError):
+                self._network.call(self._close(), 2.0 * CLOSING)
 
     async def _open(self) -> None:
         self._server = await serve(
@@ -158,7 +159,7 @@ class Rosbridge(Transport):
             process_request=self._admit,
             compression=None,
             max_size=MOST_INCOMING,
-            max_queue=4,
+            max_queue=2,
             open_timeout=HANDSHAKE,
             ping_interval=ALIVE / 2.0,
             ping_timeout=ALIVE,
@@ -200,23 +201,24 @@ class Rosbridge(Transport):
         merged = sorted(itertools.chain.from_iterable(queues), key=lambda pair: pair[0])
         for _, (output, message, time) in merged:
             self._hub.now = time
-            parcel = Parcel(message, ros1_name(output.type), time)
-            if output.latched:
-                self._hub.topics.keep(output.name, parcel)
-            self._give(output.name, parcel)
+            self._give(output, message)
 
-    def _give(self, name: str, parcel: Parcel) -> None:
+    def _give(self, output: Output, message: Message) -> None:
         try:
-            self._hub.topics.send(name, parcel)
-        except Exception as error:  # a message that is not of its type must not stop the others
-            self._hub.tell_once(name, "write", f"its messages cannot be written: {type(error).__name__}: {error}")
+            parcel = Parcel(message, ros1_name(output.type), self._hub.now)
+        except Exception as error:  # one that is not of its type must not stop the others
+            self._hub.tell_once(output.name, "", f"a message is no {output.type}: {type(error).__name__}: {error}")
+            return
+        if output.latched:
+            self._hub.topics.keep(output.name, parcel)
+        self._hub.topics.send(output.name, parcel)
 
     def _log(self, level: str, text: str) -> None:
         header = {"stamp": messages.stamp(self._hub.now)}
         made: Message = messages.new(
             "rosgraph_msgs/Log", header=header, level=LEVELS.get(level, LEVELS["ERROR"]), name=SIMULATION, msg=text
         )
-        self._give(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
+        self._hub.topics.send(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
 
     def _refused(self, error: Exception) -> str:
         what = f"rosbridge: port {self.port} of {self.host}"

@@ -4,6 +4,7 @@ import base64
 import io
 import json
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -95,6 +96,34 @@ def test_what_is_right_is_taken_as_it_is_meant(bridged, talk):
     assert (twist.linear.x, twist.linear.z, twist.angular.x) == (1.0, 0.0, 0.0)
     assert twist.linear.y != twist.linear.y  # null is NaN, which the table refuses or takes
     assert (five.data, type(five.data), nothing.data) == (5.0, float, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "data", "same"),
+    [
+        ("Float64", [0, 0.5, -3], [0.0, 0.5, -3.0]),
+        ("Float64", [0, None], [0.0, None]),
+        ("Float32", [1, 1e38], [1.0, float(np.float32(1e38))]),
+        ("Float64", [], []),
+        ("UInt64", [0, 2**64 - 1], [0, 2**64 - 1]),
+        ("Int64", [-(2**63), 2.0], [-(2**63), 2]),
+        ("Int16", [1.0, -5], [1, -5]),
+        ("UInt8", [1, 255], "Af8="),
+        ("UInt8", "Af8=", "Af8="),
+        ("Byte", [1, 255], [1, 255]),
+    ],
+)
+def test_arrays_come_back_as_they_went(talk, kind, data, same):
+    talk.say("subscribe", topic="/back", type=f"std_msgs/{kind}MultiArray")
+    talk.say("publish", topic="/back", msg={"data": data})
+    assert talk.hear()["msg"]["data"] == same
+
+
+@pytest.mark.parametrize(("kind", "data"), [("Float32", [0.0, 1e39]), ("Float64", [0, 10**400]), ("Bool", [True])])
+def test_arrays_with_a_wrong_number_are_refused(talk, kind, data):
+    type_name = f"std_msgs/{kind}MultiArray"
+    why = talk.complaint("publish", topic="/wrong", type=type_name, msg={"data": data})
+    assert why.startswith("/wrong.data[1]: " if kind != "Bool" else f"no message type named '{type_name}'")
 
 
 def test_headers_without_a_stamp_get_the_present_moment(talk):

@@ -13,7 +13,8 @@ from websockets.sync.client import connect
 
 from bridged import Bridged, imu
 from rosbridge_client import Talk
-from vrx_mj.adapters.ros.rosbridge import hub
+from vrx_mj.adapters.ros.rosbridge import pace
+from vrx_mj.adapters.ros.rosbridge.pace import Pace
 from vrx_mj.adapters.ros.rosbridge.png import png
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
@@ -116,7 +117,7 @@ def feed(url, messages):
 
 
 def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, caplog):
-    monkeypatch.setattr(hub, "SHARE", 100.0)  # the brake is tested below
+    monkeypatch.setattr(pace, "SHARE", 100.0)  # the brake is tested below
     sent = mutants(5200)
     with Bridged() as bridged:
         feed(bridged.url, itertools.islice(sent, 400))
@@ -138,14 +139,30 @@ def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, c
     assert ours == [], "mistakes of the server's, not of its clients"
 
 
-async def time_taken(pace, spent):
-    begin = time.monotonic()
+async def time_taken(spent, flooding=()):
+    own, begin = Pace(set(flooding)), time.monotonic()
     for seconds in spent:
-        await pace.spent(seconds)
+        await own.spent(seconds)
     return time.monotonic() - begin
 
 
 def test_a_flood_gets_its_share_of_time_and_a_burst_goes_at_once():
-    assert asyncio.run(time_taken(hub.Pace(), [0.01] * 20)) < 0.1  # 0.2 s at once
-    taken = asyncio.run(time_taken(hub.Pace(), [0.05] * 6))
-    assert taken >= (6 * 0.05 - 0.2) / 0.5  # the rest at half of the time
+    assert asyncio.run(time_taken([0.01] * 20)) < 0.1  # 0.2 s at once
+    assert asyncio.run(time_taken([0.05] * 6)) >= (6 * 0.05 - 0.2) / 0.5  # the rest at half of the time
+    assert asyncio.run(time_taken([0.05] * 5, {Pace(set())})) >= (5 * 0.05 - 0.2) / 0.25  # two share it
+
+
+def test_a_flood_of_one_client_does_not_hold_up_another():
+    with Bridged() as bridged, connect(bridged.url, compression=None, max_size=None) as flood, Talk(bridged) as talk:
+        numbers = {"data": [None, 0.5] * 15_000}  # some 50 ms each
+        heavy = {"op": "publish", "topic": "/f", "type": "std_msgs/Float64MultiArray", "msg": numbers}
+        for _ in range(10):
+            flood.send(json.dumps(heavy))
+        begin = time.monotonic()
+        for _ in range(50):
+            talk.sync()
+        taken = time.monotonic() - begin
+        flood.send(json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": "the end"}))
+        while '"the end"' not in str(flood.recv(20.0)):
+            pass
+        assert time.monotonic() - begin > 2.0 * taken, "the flood was over before it was measured"
