@@ -83,7 +83,7 @@ def serve(
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, _told(ending):
-            loud = _Loud(transports, tell)
+            loud = _Loud(sim, transports, tell)
             for line in lines:
                 tell("INFO", line)
             station = Station(
@@ -106,13 +106,14 @@ def serve(
 
 
 class _Loud:
-    """Tells people here, and those on the networks."""
+    """Tells people here, those on the networks, and who looks at the recording."""
 
-    def __init__(self, transports: Sequence[Transport], tell: Tell) -> None:
-        self._transports, self._tell = transports, tell
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Tell) -> None:
+        self._sim, self._transports, self._tell = sim, transports, tell
 
     def __call__(self, level: str, text: str) -> None:
         self._tell(level, text)
+        self._sim.event(text, level)
         for transport in self._transports:
             transport.log(level, text)
 
