@@ -39,7 +39,7 @@ for n in range(1, %d):
     rospy.Subscriber(f"/wamv{n}/joint_states", JointState, take)
 rospy.spin()
 """
-FLEET = "usv_count: {boats}\nlayout: grid\nspacing: 15\norigin: spawn\nsensors: [gps, imu]\n"
+FLEET = "usv_count: {boats}\nlayout: grid\nspacing: 15\norigin: [-450, 230, 0]\nsensors: [gps, imu]\n"
 
 
 def main() -> int:
@@ -66,11 +66,21 @@ class Scene:
         wait_for(self.port)
         fleet = folder / "fleet.yaml"
         fleet.write_text(FLEET.format(boats=boats), encoding="utf-8")
-        command = [sys.executable, "-m", "vrx_mj", "serve", "sydney_regatta", "--fleet", str(fleet), "--ros1"]
+        command = [
+            sys.executable,
+            "-m",
+            "vrx_mj",
+            "serve",
+            "sydney_regatta",
+            "--fleet",
+            str(fleet),
+            "--nudge",
+            "--ros1",
+        ]
         ours = {**os.environ, **{key: self._environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")}}
         with self._log.open("w", encoding="utf-8") as log:
             self.serve = subprocess.Popen(command, env=ours, stdout=log, stderr=log)
-        wait_for_text(self._log, "cmd_vel is", 240.0)
+        wait_for_text(self._log, "cmd_vel is", 120.0)
 
     def start_master(self) -> None:
         """Debian's own."""
