@@ -127,6 +127,8 @@ def soak(folder: Path, seconds: float, boats: int) -> int:
             scene.kill("master")
             time.sleep(2.0)
             scene.start_master()
+            scene.kill("driver")  # rospy does not register again
+            scene.start_client("driver", DRIVER)
             print("the master was restarted", flush=True)
         print(f"{time.monotonic() - begun:.0f} s: {told(resources(scene.serve.pid))}", flush=True)
     time.sleep(10.0)
