@@ -143,8 +143,10 @@ class Attack:
         good = encode_header({"callerid": ME, "md5sum": FLOAT32, "type": "std_msgs/Float32"})
         ended = asyncio.Event()
         left = iter(range(count))
+        writers: set[asyncio.StreamWriter] = set()
 
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            writers.add(writer)
             if next(left, None) is None:
                 ended.set()
             data = good + frame(b"\0\0\0\0") * 3
@@ -155,6 +157,7 @@ class Attack:
             writer.close()
 
         async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            writers.add(writer)
             try:
                 await reader.readuntil(b"</methodCall>")
             except (OSError, EOFError):
@@ -175,6 +178,9 @@ class Attack:
             async with asyncio.timeout(20.0):
                 await ended.wait()
             await asyncio.to_thread(self.register, "unregisterPublisher", LEFT, uri)
+        for writer in writers:  # ours: what is left over is to be the simulation's
+            writer.transport.abort()
+        await asyncio.sleep(0.05)
 
     def register(self, method: str, *values: str) -> None:
         with ServerProxy(self.served.uri) as master:
