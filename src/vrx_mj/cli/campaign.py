@@ -22,41 +22,46 @@ if TYPE_CHECKING:
 __all__ = ["campaign"]
 
 
+Worlds = Annotated[list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")]
+Controllers = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="CONTROLLER", help="module:function(obs, t), or a class; several compete."),
+]
+Programs = Annotated[
+    list[str] | None,
+    typer.Option("--exec", help="In place of controllers: a program that sails by ROS; may be repeated."),
+]
+Duration = Annotated[float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")]
+Timeout = Annotated[
+    float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
+]
+Waits = Annotated[
+    str | None, typer.Option(help="With --exec: topics that time waits for, A,B; or step: by /vrx_mj/step.")
+]
+Packages = Annotated[
+    list[Path] | None,
+    typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+]
+
+
 def campaign(
-    worlds: Annotated[
-        list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")
-    ],
+    worlds: Worlds,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results; goes on where it stopped.")],
-    controllers: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[CONTROLLER...]", help="module:function(obs, t), or a class; several compete."),
-    ] = None,
-    programs: Annotated[
-        list[str] | None,
-        typer.Option("--exec", help="In place of controllers: a program that sails by ROS; may be repeated."),
-    ] = None,
+    controllers: Controllers = None,
+    programs: Programs = None,
     seeds: Annotated[str, typer.Option(help="As in 0..9 or 0,3,7.")] = "0",
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file.")] = None,
-    duration: Annotated[
-        float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")
-    ] = None,
-    timeout: Annotated[
-        float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
-    ] = None,
+    duration: Duration = None,
+    timeout: Timeout = None,
     record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial, for rerun.")] = False,
     rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
-    lockstep: Annotated[
-        str | None, typer.Option(help="With --exec: topics that time waits for, A,B; or step: by /vrx_mj/step.")
-    ] = None,
+    lockstep: Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: a rosbridge in every trial.")] = False,
     ray: Annotated[bool, typer.Option("--ray", help="On a Ray cluster: RAY_ADDRESS, or this machine.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Forget what the folder holds, and do all anew.")] = False,
-    package_path: Annotated[
-        list[Path] | None,
-        typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
-    ] = None,
+    package_path: Packages = None,
 ) -> None:
     """Sail every controller in every world with every seed, and compare the scores; failed trials are tried again.
 

@@ -107,7 +107,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         yield f"it was sailed by vrx_mj {old.code}, and this is {new.code}"
     for name, digest in new.controllers.items():
         if old.controllers.get(name, digest) != digest:
-            yield f"the controller {name} has changed since"
+            yield f"the {'controller' if new.plan.serving is None else 'program'} {name} has changed since"
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:

@@ -61,7 +61,7 @@ class Program:
             raise VrxError("--exec needs the process groups of Linux or macOS")
         self._log = log
         self._tail, self._kept = b"", 0
-        self._before = set(_children(os.getpid()))
+        self._before = set(_descendants(os.getpid()))
         self._process = subprocess.Popen(
             ["/bin/sh", "-c", line],
             env=dict(environment),
@@ -119,12 +119,7 @@ class Program:
 
     def _strays(self) -> Iterator[int]:
         """What this process and the program have started meanwhile, itself left out."""
-        waiting = [pid for pid in _children(os.getpid()) if pid not in self._before]
-        while waiting:
-            pid = waiting.pop()
-            waiting += _children(pid)
-            if pid != self.group:
-                yield pid
+        return (pid for pid in _descendants(os.getpid()) if pid != self.group and pid not in self._before)
 
     def _read(self, stream: IO[bytes]) -> None:
         with stream:
@@ -149,17 +144,21 @@ def adopt_orphans() -> None:
         ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def _children(parent: int) -> list[int]:
-    """Processes that a process has started, ended ones that nobody has waited for included; Linux only."""
-    found = []
+def _descendants(ancestor: int) -> Iterator[int]:
+    """What a process has started, and what that has, ended ones that nobody has waited for included; Linux only."""
+    children: dict[int, list[int]] = {}
     for entry in Path("/proc").glob("[0-9]*/stat"):
         try:
             text = entry.read_text(encoding="utf-8", errors="replace")
         except OSError:  # ended in between
             continue
-        if int(text.rpartition(")")[2].split()[1]) == parent:  # field 4 of proc(5), after a name that may hold anything
-            found.append(int(entry.parent.name))
-    return found
+        parent = int(text.rpartition(")")[2].split()[1])  # field 4 of proc(5), after a name that may hold anything
+        children.setdefault(parent, []).append(int(entry.parent.name))
+    waiting = list(children.get(ancestor, ()))
+    while waiting:
+        pid = waiting.pop()
+        waiting += children.get(pid, ())
+        yield pid
 
 
 def _reaped(pid: int) -> bool:

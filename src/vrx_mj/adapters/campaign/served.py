@@ -53,7 +53,7 @@ def sail_by_program(
         sim: the world, at its start.
         folder: of the trial; ROS's home and logs go there.
         duration: simulated time [s]; None: until the task is over.
-        wall: time [s] that it may take.
+        wall: time [s] that it may take from the start of the program on.
         tracks: take where boats are.
         stopwatch: is told how far it is.
 
@@ -61,7 +61,6 @@ def sail_by_program(
         VrxError: the program failed, or is not finished in time; whatever `serve` raises.
     """
     begun = time.perf_counter()
-    stopwatch.allow(wall + ENDING)
     with claimed_port() as master, claimed_port() as bridge:
         rosbridge = bridge if serving.rosbridge else None
         os.environ.pop("ROS_HOSTNAME", None)  # it would go before ROS_IP
@@ -118,7 +117,7 @@ class _Pilot:
     ) -> None:
         self._line, self._sim, self._tracks, self._stopwatch = line, sim, tracks, stopwatch
         self._to_task, self._last = duration is None, sim.time + (planned(sim) if duration is None else duration)
-        self._wall, self._deadline = wall, time.monotonic() + wall
+        self._wall, self._deadline = wall, math.inf
         self._program: Program | None = None
         self._status, self._number = "", -1
         self._places: dict[str, FloatArray] = {}
@@ -127,10 +126,12 @@ class _Pilot:
         self.finished = False
 
     def start(self, transports: Sequence[Transport]) -> None:
-        """Start it, once the master knows every topic."""
+        """Start it, once the master knows every topic; from now on the trial's time runs."""
         for transport in transports:
             if isinstance(transport, Ros1):
                 transport.settle()
+        self._stopwatch.allow(self._wall + ENDING)
+        self._deadline = time.monotonic() + self._wall
         self._program = Program(self._line, os.environ, sys.stdout.buffer)
         self._stopwatch.lead(self._program.group)
 
