@@ -5,15 +5,17 @@ import os
 import re
 import socket
 import threading
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from xmlrpc.client import ServerProxy
 
 import pytest
 
+from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.ros1 import Ros1
+from vrx_mj.adapters.ros.ros1.address import announced, is_local
 from vrx_mj.errors import NetworkError
 
 GONE = "127.0.0.9"
@@ -158,10 +160,53 @@ def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
             "or unset ROS_MASTER_URI to have a master of our own here"
         )
     assert refusal("roscore") == "ROS_MASTER_URI: 'roscore' is no URI like http://host:port"
-    assert refusal(f"http://{GONE}:{port}") == (
-        f"no ROS master answers at http://{GONE}:{port}, and we listen at 127.0.0.1 only: "
-        f"give --host {GONE} or --host 0.0.0.0"
+    with monkeypatch.context() as patch:
+        patch.setattr("vrx_mj.adapters.ros.ros1.graph.addresses", lambda host: ["10.9.8.7"])
+        assert refusal(f"http://{GONE}:{port}") == (
+            f"no ROS master answers at http://{GONE}:{port}, and we listen at 127.0.0.1 only: "
+            f"give --host {GONE} or --host 0.0.0.0"
+        )
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        port = mute.getsockname()[1]
+        monkeypatch.setattr("vrx_mj.adapters.ros.ros1.graph.PATIENCE", 0.1)
+        told = refusal(f"http://127.0.0.1:{port}")
+    assert re.fullmatch(
+        rf"no ROS master at http://127\.0\.0\.1:{port}: no answer; port {port} is held by {SINCE}", told
     )
+
+
+@pytest.mark.parametrize("name", ["localhost", GONE])
+def test_the_master_is_where_the_uri_says(name):
+    network, port = Network(), free_port()
+    ros = Ros1(network, Inbox(), master_uri=f"http://{name}:{port}/")
+    try:
+        assert ros.start()[0].startswith(f"ROS 1: our own master at http://{name}:{port}, node /gazebo at http://127.0")
+        with ServerProxy(f"http://{name}:{port}") as master:
+            assert master.getUri("/test")[2] == f"http://127.0.0.1:{port}/"
+    finally:
+        ros.close()
+        network.close()
+
+
+def test_the_address_that_others_are_told_is_that_of_ros_ip(monkeypatch):
+    monkeypatch.setenv("ROS_IP", GONE)
+    with Served(free_port(), small_table("wamv"), host="0.0.0.0") as served:
+        assert served.lines[0].startswith(f"ROS 1: our own master at {served.uri}, node /gazebo at http://{GONE}:")
+        assert len(served.lines) == 1
+        assert stream_of(served.uri, "/course")[0] == GONE
+        connection, _ = dial(stream_of(served.uri, "/course"), topic="/course")
+        connection.close()
+    with Served(free_port(), small_table("wamv")) as served:
+        assert served.lines[1] == (
+            f"ROS 1: nodes are told the address {GONE} (ROS_HOSTNAME or ROS_IP), but we listen at 127.0.0.1 only: "
+            f"give --host {GONE} or --host 0.0.0.0"
+        )
+    monkeypatch.setenv("ROS_HOSTNAME", "boat.local")
+    assert announced("0.0.0.0", "localhost") == "boat.local"
+    monkeypatch.delenv("ROS_HOSTNAME")
+    monkeypatch.delenv("ROS_IP")
+    assert announced("localhost", "localhost") == "127.0.0.1"
+    assert is_local(announced("0.0.0.0", "127.0.0.1"))
 
 
 def test_a_dead_simulations_registration_is_taken_over():
@@ -195,5 +240,10 @@ def test_a_new_node_of_the_same_name_ends_the_old_one():
         }
         served.ros.close()
         mute.settimeout(0.0)
-        with pytest.raises(BlockingIOError):
-            mute.accept()  # nobody has told the new one to end
+        told = b""
+        with suppress(BlockingIOError):
+            while True:
+                peer, _ = mute.accept()
+                with peer:
+                    told += peer.recv(4096)
+        assert b"shutdown" not in told

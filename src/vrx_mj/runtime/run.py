@@ -93,6 +93,7 @@ def run(
     controller: Controller | None = None,
     control_rate: float = CONTROL_RATE,
     progress: Callable[[float], None] | None = None,
+    advance: Callable[[int], None] | None = None,
 ) -> Summary:
     """Run for `duration` [s] of simulated time, or until the world's task is finished, and tell how it ended.
 
@@ -101,6 +102,7 @@ def run(
 
     The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
     as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
+    `advance` stands for `Simulation.advance`: it calls that, and may look at the simulation on the way.
 
     Raises:
         CommandError: `sim` is no simulation, the duration no multiple of the timestep, the rate not above 0, or the
@@ -121,7 +123,7 @@ def run(
                 obey(sim, controller(before, sim.time))
             calls += 1
             count = min(max(round(calls * per_call), done + 1), steps) - done
-            sim.advance(count)
+            (advance or sim.advance)(count)
             done += count
             now = sim.observe()
             for boat in way:

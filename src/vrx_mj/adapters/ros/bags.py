@@ -8,18 +8,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vrx_mj.adapters.ros.bag_files import BagFile, open_bag
-from vrx_mj.adapters.ros.messages import new, stamp
+from vrx_mj.adapters.ros.messages import Message, new, stamp
 from vrx_mj.adapters.ros.offer import Sent, Table, Traffic
 from vrx_mj.errors import RecordError, UnknownNameError
 
 __all__ = ["HEAVY", "Bag"]
 
-HEAVY = frozenset({
-    "sensor_msgs/CameraInfo",
-    "sensor_msgs/CompressedImage",
-    "sensor_msgs/Image",
-    "sensor_msgs/PointCloud2",
-})  # fmt: skip
+HEAVY = frozenset({"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2"})
 """Types that are recorded only where they are named: measuring them takes most of a run's time, and most of a file."""
 FLUSH = 1.0
 """Wall time after which what was published is on the disk [s]."""
@@ -90,13 +85,25 @@ class Bag:
         """
         if self._file is None:
             raise RecordError(f"the bag '{self.path}' is closed")
-        with self._writing():
-            for output, message, moment in batch:
-                if output.name in self._wanted:
-                    self._write(output.name, output.type, message, moment, latched=output.latched)
-            if time.monotonic() > self._flushed + FLUSH:
+        for output, message, moment in batch:
+            if output.name in self._wanted:
+                self.write(output.name, output.type, message, moment, latched=output.latched)
+        if time.monotonic() > self._flushed + FLUSH:
+            with self._writing():
                 self._file.flush()
-                self._flushed = time.monotonic()
+            self._flushed = time.monotonic()
+
+    def write(self, topic: str, type_name: str, message: Message, moment: float, *, latched: bool = False) -> None:
+        """Write one message of a moment [s], wanted or not.
+
+        Raises:
+            RecordError: it cannot be written.
+        """
+        if self._file is None:
+            raise RecordError(f"the bag '{self.path}' is closed")
+        self._now = moment
+        with self._writing():
+            self._size += self._file.write(topic, type_name, message, max(FIRST, round(moment * 1e9)), latched=latched)
 
     def log(self, level: str, text: str) -> None:
         """Write a line on `/rosout`, where ROS 1 has those of all programs."""
@@ -104,8 +111,7 @@ class Bag:
             return
         header = new("std_msgs/Header", stamp=stamp(self._now))
         message = new(LOG, header=header, level=LEVELS.get(level, LEVELS["INFO"]), name="/vrx_mj", msg=text)
-        with self._writing():
-            self._write(LOG_TOPIC, LOG, message, self._now, latched=False)
+        self.write(LOG_TOPIC, LOG, message, self._now)
 
     @property
     def traffic(self) -> Traffic:
@@ -119,12 +125,6 @@ class Bag:
             with self._writing():
                 file.close()
             self._file = None
-
-    def _write(self, topic: str, type_name: str, message: object, moment: float, *, latched: bool) -> None:
-        assert self._file is not None, "start it first"
-        self._now = moment
-        nanoseconds = max(FIRST, round(moment * 1e9))
-        self._size += self._file.write(topic, type_name, message, nanoseconds, latched=latched)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

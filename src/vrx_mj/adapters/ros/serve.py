@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from urllib.parse import urlsplit
 
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.lockstep import Lockstep
@@ -87,7 +88,7 @@ def serve(
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, _told(ending):
-            loud = _Loud(transports, tell)
+            loud = _Loud(sim, transports, tell)
             for line in lines:
                 tell("INFO", line)
             station = Station(
@@ -111,13 +112,14 @@ def serve(
 
 
 class _Loud:
-    """Tells people here, and those on the networks."""
+    """Tells people here, those on the networks, and who looks at the recording."""
 
-    def __init__(self, transports: Sequence[Transport], tell: Tell) -> None:
-        self._transports, self._tell = transports, tell
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Tell) -> None:
+        self._sim, self._transports, self._tell = sim, transports, tell
 
     def __call__(self, level: str, text: str) -> None:
         self._tell(level, text)
+        self._sim.event(text, level)
         for transport in self._transports:
             transport.log(level, text)
 
@@ -241,5 +243,21 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
             tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
     if wanted.host not in LOOPBACK:
         tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")
+        for line in _to_paste(wanted):
+            tell("INFO", line)
     if os.environ.get("VRX_DEBUG") == "false":
         tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
+
+
+def _to_paste(wanted: Wanted) -> Iterator[str]:
+    """What to type on other machines."""
+    from vrx_mj.adapters.ros.ros1.address import announced
+
+    here = announced(wanted.host, "localhost")
+    if wanted.ros1:
+        port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
+        uri = f"http://{here}:{port}"
+        yield f"there, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
+        yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
+    if wanted.rosbridge is not None:
+        yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"

@@ -120,9 +120,11 @@ class Node:
 
     @property
     def clients(self) -> int:
-        """Connections that are open."""
+        """Connections that are open; safe to ask from any thread."""
         return len(self.door.inside) + sum(
-            source.receiver is not None for topic in self.subscriptions.values() for source in topic.sources.values()
+            source.receiver is not None
+            for topic in list(self.subscriptions.values())
+            for source in list(topic.sources.values())
         )
 
     def _known(self, table: Table) -> Table:

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.ros1.http import BROKEN
@@ -18,6 +18,10 @@ SOONEST = 0.25
 """And at least, however often the master changes."""
 CLOSING = 1.0
 """Wall time to take all back at the end [s]."""
+SLOW = 30.0
+"""Wall time for a portion of the parameters: roscore takes a second for some MB of a robot's description [s]."""
+PORTION = 1 << 17
+"""Bytes of parameters that are sent together, about."""
 METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
 State = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
@@ -93,9 +97,10 @@ class Registrar:
                 [self._call("unregister", key, self._done[key]) for key in gone]
                 + [("deleteParam", (self.node, name)) for name in lost]
             )
-            new = [(name, value) for name, value in parameters.items() if self._set.get(name, self) != value]
-            await self.link.many([("setParam", (self.node, name, value)) for name, value in new])
-            self._set = parameters
+            self._set = {name: value for name, value in self._set.items() if name in parameters}
+            for some in _portions({n: value for n, value in parameters.items() if self._set.get(n, self) != value}):
+                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], SLOW)
+                self._set |= some
             keys = [key for key, values in wished.items() if self._done.get(key) != values]
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])
             self._done = wished
@@ -161,3 +166,17 @@ class Registrar:
             self.notices.forget("lost", self.uri)
             self.notices.tell("INFO", "found", self.uri, f"the master at {self.uri} answers again")
         self._is_lost = False
+
+
+def _portions(parameters: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """The parameters in portions of a size that a master can take in time."""
+    portion: dict[str, Any] = {}
+    size = 0
+    for name, value in parameters.items():
+        size += len(repr(value))
+        if portion and size > PORTION:
+            yield portion
+            portion, size = {}, len(repr(value))
+        portion[name] = value
+    if portion:
+        yield portion
