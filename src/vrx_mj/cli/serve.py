@@ -11,7 +11,7 @@ import typer
 from vrx_mj.cli.screen import console
 from vrx_mj.errors import CommandError, NetworkError
 
-__all__ = ["serve", "with_default_port"]
+__all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve", "with_default_port"]
 
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 DEFAULT_PORT = "9090"
@@ -26,7 +26,9 @@ class CmdVel(Enum):
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge that has none."""
+    """The words of a command line, with a port after every --rosbridge that has none; a campaign chooses its own."""
+    if "campaign" in arguments[:1]:
+        return list(arguments)
     words = []
     for index, word in enumerate(arguments):
         bare = word == "--rosbridge" and not "".join(arguments[index + 1 : index + 2]).isdecimal()
@@ -76,9 +78,9 @@ def serve(
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         ros2=ros2,
         host=host,
-        rate=_rate(rate),
+        rate=parse_rate(rate),
         duration=duration,
-        lockstep=None if lockstep is None else [topic for topic in lockstep.split(",") if topic not in {"", "step"}],
+        lockstep=None if lockstep is None else parse_lockstep(lockstep),
         cmd_vel=cmd_vel.value,
         truth=truth,
         clock_rate=clock,
@@ -88,7 +90,7 @@ def serve(
 
 def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
     """Compile and serve; imports wait until they are needed."""
-    _check_installed(ros=said["ros1"] or said["rosbridge"] is not None, rosbridge=said["rosbridge"] is not None)
+    check_installed(ros=said["ros1"] or said["rosbridge"] is not None, rosbridge=said["rosbridge"] is not None)
     from vrx_mj.adapters.ros.serve import Wanted
     from vrx_mj.adapters.ros.serve import serve as run
     from vrx_mj.cli.sailing import recording
@@ -101,7 +103,8 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
         run(sim, wanted, tell=_tell, status=_status())
 
 
-def _rate(text: str) -> float | None:
+def parse_rate(text: str) -> float | None:
+    """Simulated seconds per second; None for `max`. CommandError: it is neither."""
     if text == "max":
         return None
     try:
@@ -110,7 +113,12 @@ def _rate(text: str) -> float | None:
         raise CommandError(f"--rate {text}: a number above 0, 1 for real time, or max") from None
 
 
-def _check_installed(*, ros: bool, rosbridge: bool) -> None:
+def parse_lockstep(text: str) -> tuple[str, ...]:
+    """Topics from `A,B`; none from `step`."""
+    return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
+
+
+def check_installed(*, ros: bool, rosbridge: bool) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 

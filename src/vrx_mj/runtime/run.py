@@ -137,7 +137,7 @@ def run(
         interrupted = True
         sim.event("interrupted", "WARN")
     wall = clock.perf_counter() - begun
-    return _summary(sim, done, wall, way, interrupted)
+    return summarize(sim, done, wall, way, interrupted=interrupted)
 
 
 def planned(sim: Simulation) -> float:
@@ -277,7 +277,10 @@ FIRE = "fire"
 """Among a boat's commands: shoot, true or the ball shooter's name."""
 
 
-def _summary(sim: Simulation, steps: int, wall: float, way: dict[str, float], interrupted: bool) -> Summary:
+def summarize(
+    sim: Simulation, steps: int, wall: float, way: Mapping[str, float], *, interrupted: bool = False
+) -> Summary:
+    """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m]."""
     seen = sim.observe()
     elapsed = steps * sim.timestep
     boats = {

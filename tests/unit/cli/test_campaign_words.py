@@ -16,6 +16,13 @@ def steady(obs, t):
         (("crew:steady", "--worlds", "none/*"), "--worlds 'none/*' matches none of "),
         (("crew:steady", "--timeout", "0"), "--timeout 0: a number of seconds above 0 is needed"),
         (("crew:steady", "--against", "nowhere"), "no campaign in 'nowhere': it has no campaign.json"),
+        ((), "a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of the two"),
+        (("a:b", "--exec", "c"), "a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of"),
+        (("a:b", "--rate", "2"), "--rate is for programs, which --exec names: controllers are called by time itself"),
+        (("a:b", "--rosbridge"), "--rosbridge is for programs, which --exec names: controllers are called by time"),
+        (("--exec", "c", "--exec", "c"), "the program c is named twice"),
+        (("--exec", " "), "--exec '' names no program"),
+        (("--exec", "c", "--rate", "0"), "--rate 0: a number above 0, 1 for real time, or max"),
     ],
 )
 def test_wrong_words_are_told_before_anything_is_sailed(cli, folder, words, message):

@@ -62,6 +62,8 @@ def serve(
     tell: Tell,
     status: Callable[[str], None] = lambda _line: None,
     extra: Sequence[Transport] = (),
+    ready: Callable[[Sequence[Transport]], None] = lambda _transports: None,
+    over: Callable[[], bool] = lambda: False,
 ) -> None:
     """Serve a simulation until Ctrl-C, SIGTERM, a peer, its duration or its task ends it.
 
@@ -71,6 +73,9 @@ def serve(
         tell: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
         status: is given the line of status, once a second.
         extra: transports that are open already, as a bag.
+        ready: is called before time begins, when all is offered; what the transports still have to tell a master may
+            be under way.
+        over: is asked at every tick of the clock, and again and again while time stands, whether this is the end.
 
     Raises:
         NetworkError: a network cannot be opened.
@@ -98,7 +103,8 @@ def serve(
             )
             _greet(station, wanted, tell)
             try:
-                _Loop(station, inbox, wanted, transports).run(ending, status, loud)
+                ready(transports)
+                _Loop(station, inbox, wanted, transports, over).run(ending, status, loud)
             finally:
                 station.close()
     finally:
@@ -121,8 +127,15 @@ class _Loud:
 class _Loop:
     """Time, and what it waits for."""
 
-    def __init__(self, station: Station, inbox: Inbox, wanted: Wanted, transports: Sequence[Transport]) -> None:
-        self._station, self._inbox, self._wanted = station, inbox, wanted
+    def __init__(
+        self,
+        station: Station,
+        inbox: Inbox,
+        wanted: Wanted,
+        transports: Sequence[Transport],
+        over: Callable[[], bool],
+    ) -> None:
+        self._station, self._inbox, self._wanted, self._over = station, inbox, wanted, over
         now = time.perf_counter()
         self._pacer = Pacer(station.sim.timestep, wanted.rate or 1.0, now)
         self._free = wanted.rate is None or wanted.lockstep is not None
@@ -168,7 +181,7 @@ class _Loop:
         wanted, sim = self._wanted, self._station.sim
         if wanted.duration is not None and sim.time >= wanted.duration - 1e-6:
             return True
-        return wanted.exit_on_completion and sim.task_is_over
+        return (wanted.exit_on_completion and sim.task_is_over) or self._over()
 
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:

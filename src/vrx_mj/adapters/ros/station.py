@@ -151,9 +151,7 @@ class Station:
         if duration == 0.0:
             self._advance()
             return
-        end = self.sim.time + self.sim.steps_in(duration) * self.sim.timestep
-        while self.sim.time < end - EARLY:
-            self._advance()
+        self.advance(self.sim.steps_in(duration))
 
     def advance(self, steps: int) -> None:
         """Advance by a number of physics steps, and publish what is due on the way."""
@@ -248,6 +246,9 @@ class Station:
             self._spawn(name, urdf, pose)
         self._changed()
         self._post.begin()
+        if self.lockstep is not None:
+            self.lockstep.begin()
+            self._post.deliver()  # the clock that is to be answered now
         self._tell("INFO", "time begins again at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
