@@ -79,10 +79,9 @@ class Rosbridge(Transport):
 
     Everybody who reaches the port may do everything. On loopback that is every program on this machine; pages that
     a browser shows here reach it too, so those of other sites are refused by their Origin, which browsers send:
-    accepted are none, loopback and `file:` (pages from a disk). Firefox calls
-    the latter `null`, as every browser calls a frame in a sandbox of any site: these are refused, a local web server
-    serves them. With another host nobody's Origin is looked
-    at, as pages that are served from that machine are what it is for.
+    accepted are none, loopback and `file:` (pages from a disk). Firefox calls the latter `null`, as every browser calls
+    a frame in a sandbox of any site: these are refused, and a local web server serves them. With another host nobody's
+    Origin is looked at, as pages that are served from that machine are what it is for.
 
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
