@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from vrx_mj.cli.screen import console
+from vrx_mj.cli.teleop import DEFAULT_WEB_PORT
 from vrx_mj.errors import CommandError, NetworkError
 
 __all__ = ["serve", "with_default_port"]
@@ -15,14 +16,16 @@ __all__ = ["serve", "with_default_port"]
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 DEFAULT_PORT = "9090"
 """Of rosbridge."""
+PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
+"""Of options whose port may be left out."""
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge that has none."""
+    """The words of a command line, with a port after every --rosbridge and --web that has none."""
     words = []
     for index, word in enumerate(arguments):
-        bare = word == "--rosbridge" and not "".join(arguments[index + 1 : index + 2]).isdecimal()
-        words.append(f"--rosbridge={DEFAULT_PORT}" if bare else word)
+        bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
+        words.append(f"{word}={PORTS[word]}" if bare else word)
     return words
 
 
