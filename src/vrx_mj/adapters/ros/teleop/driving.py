@@ -128,7 +128,9 @@ class Helmsman:
         if not self._bridge.is_open:
             return False
         if key == "p":
-            self._call("unpause_physics" if self._scene.is_paused else "pause_physics")
+            pause = not self._scene.is_paused
+            self._call("pause_physics" if pause else "unpause_physics")
+            self._scene.note_pause(paused=pause)
         elif key == "backspace":
             for boat in self.pilot.wheels:
                 self._command(boat, REST)

@@ -22,6 +22,8 @@ ASKED_PERIOD = 1.0
 """Wall time between two questions which boats there are [s]."""
 STILL = 0.6
 """Wall time after which a clock that says nothing stands [s]."""
+SETTLES = 1.0
+"""Wall time after which the clock has told of a pause, or of its end [s]."""
 
 Clock = Callable[[], float]
 
@@ -53,6 +55,7 @@ class Scene:
         self._engines: dict[str, tuple[Engine, ...]] | None = None
         self._bridge, self._clock = bridge, clock
         self._ticked, self._asked = clock(), -math.inf
+        self._meant, self._asked_pause = False, -math.inf
         for topic, kind, take, period in (
             (WORLD, "std_msgs/String", self._world, 0.0),
             ("/clock", "rosgraph_msgs/Clock", self._tick, SEEN_PERIOD),
@@ -70,7 +73,12 @@ class Scene:
     @property
     def is_paused(self) -> bool:
         """Whether time stands."""
-        return self._clock() - self._ticked > STILL
+        now = self._clock()
+        return self._meant if now - self._asked_pause < SETTLES else now - self._ticked > STILL
+
+    def note_pause(self, *, paused: bool) -> None:
+        """Time was stopped, or goes on: the clock will tell, but what it told before may still be on its way."""
+        self._meant, self._asked_pause = paused, self._clock()
 
     @property
     def engines(self) -> dict[str, Sequence[Engine]]:
@@ -92,6 +100,8 @@ class Scene:
     def _world(self, message: Mapping[str, Any]) -> None:
         told = json.loads(message["data"])
         self.name, self.keeps_velocity = told["name"], told["cmd_vel"] == "velocity"
+        if self._engines is None:
+            self.boats = None  # those of a world that had not offered its topics yet
         self._engines = {
             boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()
         }

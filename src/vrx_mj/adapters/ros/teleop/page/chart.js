@@ -188,6 +188,7 @@ export class Chart {
     this.drawCourse();
     for (const [name, boat] of this.boats) this.drawTrack(name, boat);
     for (const [name, boat] of this.boats) this.drawBoat(name, boat);
+    this.drawNames();
   }
 
   // The length of a scale bar of at most `most` px: a round one.
@@ -253,7 +254,7 @@ export class Chart {
 
   drawObjects() {
     const { pen } = this;
-    pen.strokeStyle = this.ink("rim");
+    pen.strokeStyle = this.ink("edge");
     pen.lineWidth = 1;
     for (const item of this.ground.objects) {
       const [x, y] = this.toScreen(...(this.things.get(item.name) ?? [item.x, item.y]));
@@ -332,14 +333,27 @@ export class Chart {
     pen.fillStyle = this.color(name);
     pen.fill();
     pen.restore();
-    pen.font = `${name === this.chosen ? 650 : 500} 13px system-ui, sans-serif`;
+  }
+
+  // The chosen boat's name first; one that would cover another is left out.
+  drawNames() {
+    const { pen } = this;
+    const written = [];
     pen.textAlign = "center";
     pen.textBaseline = "top";
     pen.lineWidth = 3.5;
     pen.strokeStyle = this.ink("water");
-    pen.strokeText(name, x, y + half + 11);
     pen.fillStyle = this.ink("ink");
-    pen.fillText(name, x, y + half + 11);
+    for (const [name, boat] of [...this.boats].sort(([a], [b]) => (b === this.chosen) - (a === this.chosen))) {
+      pen.font = `${name === this.chosen ? 650 : 500} 13px system-ui, sans-serif`;
+      const half = pen.measureText(name).width / 2;
+      const [x, middle] = this.toScreen(boat.x, boat.y);
+      const y = middle + Math.max(HULL * this.view.zoom, SHORTEST) / 2 + 11;
+      if (written.some((other) => Math.abs(other.x - x) < other.half + half && Math.abs(other.y - y) < 15)) continue;
+      written.push({ x, y, half });
+      pen.strokeText(name, x, y);
+      pen.fillText(name, x, y);
+    }
   }
 }
 

@@ -6,6 +6,7 @@ import { engineCommands, freeName, isRest, keyName, Pilot, renamed, REST } from 
 
 const PERIOD = 100; // between two commands of a boat: VRX forgets them after a second [ms]
 const STILL = 700; // after which a clock that says nothing stands [ms]
+const SETTLES = 1000; // after which the clock has told of a pause, or of its end [ms]
 const TWIST = "geometry_msgs/Twist";
 const FULL = { power: 3, turn: 0.6 }; // of the joystick where cmd_vel is a velocity [m/s, rad/s]
 const APART = 7; // of a boat that joins from everything else, at least [m]
@@ -19,7 +20,9 @@ const signed = (value, digits = 2) => (value > 0 ? "+" : value < 0 ? "−" : "")
 const pilot = new Pilot();
 const told = {}; // what boats were told last
 const wind = { speed: null, direction: null };
-let world = null, boats = [], models = [], paused = false, ticked = 0, time = null, isStickHeld = false, bridge;
+let asked = -Infinity; // when this page paused or resumed last [ms]
+let last = null; // the boat that was removed last
+let world = null, boats = [], models = [], paused = false, ticked = 0, time = null, looked = null, isStickHeld = false, bridge;
 
 const chart = new Chart($("map"), { chosen: choose, changed: showView });
 
@@ -36,11 +39,11 @@ function listen() {
     if (time !== null && now < time) chart.clearTracks();
     time = now;
     ticked = performance.now();
-    setPaused(false);
+    if (ticked - asked > SETTLES) setPaused(false);
   });
   bridge.subscribe("/gazebo/model_states", "gazebo_msgs/ModelStates", 80, see);
-  bridge.subscribe("/gazebo/performance_metrics", "gazebo_msgs/PerformanceMetrics", 500, (told) =>
-    show("pace", `${told.real_time_factor.toFixed(2)}×`));
+  bridge.subscribe("/gazebo/performance_metrics", "gazebo_msgs/PerformanceMetrics", 500, ({ real_time_factor }) =>
+    show("pace", paused ? "–" : `${real_time_factor.toFixed(2)}×`));
   bridge.subscribe("/vrx/debug/wind/speed", "std_msgs/Float64", 250, ({ data }) => { wind.speed = data; });
   bridge.subscribe("/vrx/debug/wind/direction", "std_msgs/Float64", 250, ({ data }) => { wind.direction = data; });
   bridge.subscribe("/vrx/task/info", "vrx_gazebo/Task", 250, showTask);
@@ -77,8 +80,8 @@ async function ask() {
 
 async function look() {
   const { sim_time, model_names } = await bridge.call("/gazebo/get_world_properties");
-  setPaused(time === null || sim_time === time || performance.now() - ticked > STILL);
-  [time, models] = [sim_time, model_names];
+  if (sim_time === looked && performance.now() - asked > SETTLES) setPaused(true);
+  [time, models, looked] = [sim_time, model_names, sim_time];
   for (const name of boats) {
     const { pose, twist } = await bridge.call("/gazebo/get_model_state", { model_name: name });
     put(name, pose, twist);
@@ -95,6 +98,7 @@ function meet(names) {
   chart.keepOnly(names);
   if (isNew) listBoats();
   if (before !== pilot.boat || isNew) choose(pilot.boat);
+  showAngle();
 }
 
 // Driving
@@ -135,9 +139,8 @@ function choose(name) {
   show("boat", name || "No boat");
   $("swatch").style.background = name ? chart.color(name) : "none";
   show("remove", name ? `Remove ${name}` : "Remove");
-  const most = Math.round(degrees(pilot.maxAngle));
-  [$("angle").min, $("angle").max] = [-most, most];
-  $("angle-row").hidden = most === 0 || world?.cmd_vel === "velocity";
+  $("remove").disabled = !(bridge.isOpen && name);
+  showAngle();
 }
 
 // The joystick springs back; up is ahead, and left turns left.
@@ -204,13 +207,14 @@ async function act(button, work) {
   } catch (error) {
     notice(error.message);
   }
-  $(button).disabled = !bridge.isOpen;
+  $(button).disabled = !bridge.isOpen || (button === "remove" && !pilot.boat);
 }
 
 const togglePause = () => act("pause", async () => {
   const pause = !paused;
   await bridge.call(`/gazebo/${pause ? "pause" : "unpause"}_physics`);
-  ticked = pause ? -Infinity : performance.now();
+  asked = performance.now();
+  ticked = pause ? -Infinity : asked;
   setPaused(pause);
 });
 
@@ -222,14 +226,19 @@ const reset = () => act("reset", async () => {
   await ask();
 });
 
+// A boat's URDF; null where the files that it was made of are not there.
+async function description(boat) {
+  return JSON.parse((await bridge.call("/rosapi/get_param", { name: `/${boat}/robot_description` })).value);
+}
+
 const add = () => act("add", async () => {
-  const from = pilot.boat;
-  const { value } = await bridge.call("/rosapi/get_param", { name: `/${from}/robot_description` });
-  const urdf = JSON.parse(value);
-  if (!urdf) throw new Error(`there is no robot_description of ${from} to make another one of`);
-  const name = freeName(from, [...boats, ...models]);
-  const initial_pose = spotBeside(chart.boats.get(from));
-  const model_xml = renamed(urdf, from, name);
+  const like = pilot.boat
+    ? { name: pilot.boat, urdf: await description(pilot.boat), place: chart.boats.get(pilot.boat) }
+    : last;
+  if (!like?.urdf) throw new Error(`there is no robot_description of ${like?.name ?? "a boat"} to make another one of`);
+  const name = freeName(like.name, [...boats, ...models]);
+  const initial_pose = spotBeside(like.place);
+  const model_xml = renamed(like.urdf, like.name, name);
   await bridge.call("/gazebo/spawn_urdf_model", { model_name: name, model_xml, robot_namespace: name, initial_pose });
   notice(`${name} joins.`, true);
   await ask();
@@ -268,6 +277,7 @@ function remove() {
   settle();
   act("remove", async () => {
     delete pilot.wheels[name];
+    last = { name, urdf: await description(name), place: { ...chart.boats.get(name) } };
     await bridge.call("/gazebo/delete_model", { model_name: name });
     notice(`${name} leaves.`, true);
     await ask();
@@ -295,6 +305,7 @@ function setPaused(now) {
   paused = now;
   show("pause", paused ? "Resume" : "Pause");
   document.body.classList.toggle("paused", paused);
+  if (paused) show("pace", "–");
 }
 
 function listBoats() {
@@ -318,6 +329,13 @@ function showView() {
   $("follow").setAttribute("aria-pressed", chart.follows);
 }
 
+// The slider, where the boat's engines turn.
+function showAngle() {
+  const most = Math.round(degrees(pilot.maxAngle));
+  if (Number($("angle").max) !== most) [$("angle").min, $("angle").max] = [-most, most];
+  $("angle-row").hidden = most === 0 || world?.cmd_vel === "velocity";
+}
+
 function showWind() {
   $("wind").hidden = wind.speed === null || wind.direction === null;
   if ($("wind").hidden) return;
@@ -326,7 +344,7 @@ function showWind() {
   show("wind-speed", calm ? "No wind" : `${wind.speed.toFixed(1)} m/s`);
   show("wind-from", calm ? "" : `wind from ${from}`);
   $("wind-arrow").setAttribute("transform", `rotate(${-wind.direction})`);
-  $("wind-arrow").style.opacity = calm ? 0.25 : 1;
+  $("wind-arrow").style.display = calm ? "none" : "";
 }
 
 function showFigures() {
@@ -365,7 +383,8 @@ function setConnected(isConnected, url) {
   show("banner", was
     ? `The connection to ${url} is lost. Trying again…`
     : `Nothing answers at ${url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…`);
-  for (const id of ["pause", "reset", "add", "remove"]) $(id).disabled = !isConnected;
+  for (const id of ["pause", "reset", "add"]) $(id).disabled = !isConnected;
+  $("remove").disabled = !(isConnected && pilot.boat);
   document.body.classList.toggle("lost", !isConnected);
 }
 
@@ -381,7 +400,7 @@ const { url, boat } = await (await fetch("/settings.json")).json();
 pilot.boat = boat ?? "";
 bridge = new Bridge(url, {
   opened: () => {
-    time = null;
+    time = looked = null;
     setConnected(true, url);
     ask();
   },
