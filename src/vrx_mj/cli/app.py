@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli import campaign, robot, ros, scoring, serve, worlds
+from vrx_mj.cli import campaign, robot, ros, scoring, serve, teleop, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import console, print_summary, warn_once
 from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
@@ -31,6 +31,7 @@ app.command()(scoring.score)
 app.command()(campaign.campaign)
 app.command()(ros.convert)
 app.command()(serve.serve)
+app.command()(teleop.teleop)
 
 World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from vrx_mj.cli.screen import console
+from vrx_mj.cli.teleop import DEFAULT_WEB_PORT
 from vrx_mj.errors import CommandError, NetworkError
 
 __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve", "with_default_port"]
@@ -17,6 +18,8 @@ __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve", "with_def
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 DEFAULT_PORT = "9090"
 """Of rosbridge."""
+PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
+"""Of options whose port may be left out."""
 
 
 class CmdVel(Enum):
@@ -27,13 +30,13 @@ class CmdVel(Enum):
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge that has none; a campaign chooses its own."""
+    """The words of a command line, with a port after every --rosbridge and --web without one; a campaign has its own."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []
     for index, word in enumerate(arguments):
-        bare = word == "--rosbridge" and not "".join(arguments[index + 1 : index + 2]).isdecimal()
-        words.append(f"--rosbridge={DEFAULT_PORT}" if bare else word)
+        bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
+        words.append(f"{word}={PORTS[word]}" if bare else word)
     return words
 
 

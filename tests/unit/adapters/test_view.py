@@ -11,9 +11,9 @@ import pytest
 
 from vrx_mj import Simulation, compile_world
 from vrx_mj.adapters import view as package
+from vrx_mj.adapters.helm.terminal import Terminal, status_line
 from vrx_mj.adapters.view import display, sea, server, view
 from vrx_mj.adapters.view.session import Session, watch
-from vrx_mj.adapters.view.terminal import Terminal, status_line
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError
 
 WAVES = {"extends": "ocean", "sea": {"model": "pms", "gain": 1.0, "period": 5.0, "tau": 0.01}}

@@ -5,10 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj import compile_world
-from vrx_mj.adapters.view.helm import Engine, Wheel, engine_commands, engines_of
-from vrx_mj.adapters.view.keys import HELP, OURS, terminal_keys, window_key
+from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands, engines_of
+from vrx_mj.adapters.helm.keys import HELP, OURS, terminal_keys, window_key
+from vrx_mj.adapters.helm.pilot import Pilot
 from vrx_mj.adapters.view.pacer import LONGEST, PACES, Pacer
-from vrx_mj.adapters.view.pilot import Pilot
 
 LEFT = Engine("left", 1.0, -1.027135, True, 1.0)
 RIGHT = Engine("right", 1.0, 1.027135, True, 1.0)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import signal
-import threading
 from collections.abc import Callable, Iterator
-from typing import Any
 
+from vrx_mj.adapters.helm.keys import HELP
+from vrx_mj.adapters.helm.terminal import Terminal, ended_by_signals
 from vrx_mj.adapters.view.display import no_window
-from vrx_mj.adapters.view.keys import HELP
 from vrx_mj.adapters.view.session import Screen, Session, watch
-from vrx_mj.adapters.view.terminal import Terminal
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
@@ -44,7 +41,7 @@ def view(
     """
     session = Session(sim, boat=boat, pace=pace, controller=controller)
     reason = "as asked" if browser else no_window()
-    with _ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
+    with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
         screen = _open(sim, reason)
         try:
             for line in _introduction(screen, reason, keys=terminal.reads):
@@ -79,22 +76,3 @@ def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator
     else:
         yield "No keys are read here, since this is no terminal; --thrust or --control steer the boats."
     yield "Ctrl-C stops." if screen.url is not None else "Closing the window stops, and so does Ctrl-C."
-
-
-@contextlib.contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let the signals that end a process do so as Ctrl-C does: windows, terminals and servers are put away first."""
-    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {name: signal.signal(getattr(signal, name), _interrupt) for name in names}
-    try:
-        yield
-    finally:
-        for name, handler in before.items():
-            signal.signal(getattr(signal, name), handler)
-
-
-def _interrupt(_number: int, _frame: Any) -> None:
-    raise KeyboardInterrupt

@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
-from vrx_mj.adapters.view.helm import engines_of
+from vrx_mj.adapters.helm.engines import engines_of
+from vrx_mj.adapters.helm.pilot import Pilot
 from vrx_mj.adapters.view.pacer import Pacer
-from vrx_mj.adapters.view.pilot import Pilot
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation

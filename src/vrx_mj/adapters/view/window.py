@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from vrx_mj.adapters.view.keys import HELP, OURS, window_key
+from vrx_mj.adapters.helm.keys import HELP, OURS, window_key
 from vrx_mj.adapters.view.sea import sea_of, window_model
 from vrx_mj.adapters.view.session import Session
 from vrx_mj.runtime.simulation import Simulation

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.helm.engines import Wheel, engine_commands, engines_of
 from vrx_mj.adapters.ros.messages import Message, new
 from vrx_mj.adapters.ros.offer import Input, Output
 from vrx_mj.adapters.ros.table.bodies import header, turned, vector
 from vrx_mj.adapters.ros.table.host import Host
-from vrx_mj.adapters.view.helm import Wheel, engine_commands, engines_of
 from vrx_mj.compiler.world import World
 from vrx_mj.config.build import Order, boat_urdf
 from vrx_mj.config.fleet import BoatConfig

@@ -8,6 +8,7 @@ from functools import cache
 from vrx_mj.adapters.ros.messages import Message, new, stamp
 from vrx_mj.adapters.ros.offer import Input, Output, Service
 from vrx_mj.adapters.ros.table.boats import moving_frames, still_frames
+from vrx_mj.adapters.ros.table.chart import chart_output
 from vrx_mj.adapters.ros.table.host import Host
 
 __all__ = ["CLOCK", "world_inputs", "world_outputs", "world_services"]
@@ -19,7 +20,10 @@ WIND_RATE = 10.0
 
 
 def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Output]:
-    """`/clock`, `/tf`, `/tf_static`, and VRX's wind, which VRX_DEBUG=false in the environment silences."""
+    """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, and VRX's wind.
+
+    VRX_DEBUG=false in the environment silences the wind.
+    """
 
     def clock() -> Message:
         return new("rosgraph_msgs/Clock", clock=stamp(host.sim.time))
@@ -38,6 +42,7 @@ def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Out
     yield Output(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
     yield Output("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
     yield Output("/tf_static", "tf2_msgs/TFMessage", still, latched=True)
+    yield chart_output(host)
     if os.environ.get("VRX_DEBUG") != "false":
         yield from _wind(host)
 

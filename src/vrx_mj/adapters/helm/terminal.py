@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import shutil
+import signal
 import sys
+import threading
 import time
-from collections.abc import Iterator, Sequence
-from typing import Any, Self, TextIO
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol, Self, TextIO
 
-from vrx_mj.adapters.view.keys import terminal_keys
-from vrx_mj.adapters.view.session import Clock, Session
+from vrx_mj.adapters.helm.keys import terminal_keys
 
-__all__ = ["Terminal", "status_line"]
+__all__ = ["Driven", "Terminal", "ended_by_signals", "status_line"]
 
 STATUS_PERIOD = 0.2
 """Wall time between status lines [s]."""
+
+
+class Driven(Protocol):
+    """What is driven by the keys."""
+
+    def status(self) -> Sequence[tuple[str, str]]:
+        """What is to be shown of it: names and values."""
 
 
 class Terminal:
@@ -26,7 +35,7 @@ class Terminal:
     """
 
     def __init__(
-        self, stdin: TextIO | None = None, stderr: TextIO | None = None, clock: Clock = time.perf_counter
+        self, stdin: TextIO | None = None, stderr: TextIO | None = None, clock: Callable[[], float] = time.perf_counter
     ) -> None:
         self._stdin = sys.stdin if stdin is None else stdin
         self._stderr = sys.stderr if stderr is None else stderr
@@ -51,15 +60,22 @@ class Terminal:
             sent += part
         return terminal_keys(sent.decode("utf-8", "replace"))
 
-    def show(self, session: Session) -> None:
+    def show(self, driven: Driven) -> None:
         """Renew the line of status, where somebody sees it."""
         now = self._clock()
         if now < self._due or not self._stderr.isatty():
             return
         self._due, self._wrote = now + STATUS_PERIOD, True
         width = shutil.get_terminal_size().columns
-        self._stderr.write(f"\r{status_line(session.status(), width):<{width - 1}}")
+        self._stderr.write(f"\r{status_line(driven.status(), width):<{width - 1}}")
         self._stderr.flush()
+
+    def say(self, text: str) -> None:
+        """Write a line above that of the status."""
+        before = "\r\x1b[K" if self._wrote and self._stderr.isatty() else ""
+        self._stderr.write(f"{before}{text}\n")
+        self._stderr.flush()
+        self._due = 0.0
 
     def __enter__(self) -> Self:
         if _foreground(self._stdin):
@@ -83,6 +99,21 @@ class Terminal:
             self._before = None
 
 
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Let the signals that end a process do so as Ctrl-C does: windows, terminals and servers are put away first."""
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {name: signal.signal(getattr(signal, name), _interrupt) for name in names}
+    try:
+        yield
+    finally:
+        for name, handler in before.items():
+            signal.signal(getattr(signal, name), handler)
+
+
 def status_line(status: Sequence[tuple[str, str]], width: int) -> str:
     """The status as one line that fits a terminal's width."""
     return "  ".join(f"{name} {value}" for name, value in status)[: max(0, width - 1)]
@@ -96,3 +127,7 @@ def _foreground(stream: TextIO | None) -> bool:
         return os.tcgetpgrp(stream.fileno()) == os.getpgrp()
     except (OSError, ValueError):  # closed, or no file at all
         return False
+
+
+def _interrupt(_number: int, _frame: Any) -> None:
+    raise KeyboardInterrupt

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from vrx_mj.adapters.view.helm import Engine, Wheel, engine_commands
+from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands
 
 __all__ = ["Pilot"]
 
@@ -48,8 +48,22 @@ class Pilot:
         """What is asked of the chosen boat."""
         return self._wheels.get(self.boat, Wheel())
 
+    @property
+    def wheels(self) -> Mapping[str, Wheel]:
+        """What is asked of the boats that keys have driven."""
+        return self._wheels
+
+    def meet(self, engines: Mapping[str, Sequence[Engine]]) -> None:
+        """Boats came or went. Keys go on with the one that they drove, or with the first; "" where there is none."""
+        self._engines, self._boats = engines, tuple(engines)
+        self._wheels = {boat: wheel for boat, wheel in self._wheels.items() if boat in engines}
+        if self.boat not in engines:
+            self.boat = next(iter(engines), "")
+
     def press(self, key: str) -> bool:
         """Take a key; False if it means nothing here."""
+        if not self._boats:
+            return False
         wheel = self._turned(key)
         if wheel is not None:
             self._wheels[self.boat] = wheel

@@ -6,10 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vrx_mj.compiler.world import World
 from vrx_mj.physics.tables import NEWTONS, RUDDER
+
+if TYPE_CHECKING:
+    from vrx_mj.compiler.world import World
 
 __all__ = ["Engine", "Wheel", "engine_commands", "engines_of"]
 

@@ -1,0 +1,54 @@
+"""`vrx-mj teleop`: drives a world that `vrx-mj serve` serves."""
+
+from typing import Annotated
+
+import typer
+
+from vrx_mj.errors import CommandError, NetworkError
+
+__all__ = ["DEFAULT_WEB_PORT", "teleop"]
+
+DEFAULT_URL = "ws://127.0.0.1:9090"
+DEFAULT_WEB_PORT = "8090"
+"""Of the page."""
+
+
+def teleop(
+    boat: Annotated[str | None, typer.Option(help="The boat to drive first; default: the first.")] = None,
+    url: Annotated[str, typer.Option(help="Of the rosbridge.")] = DEFAULT_URL,
+    web: Annotated[int | None, typer.Option(help="Serve a page to drive from; its port may be left out: 8090.")] = None,
+) -> None:
+    """Drive a world that vrx-mj serve serves: by the keys that VRX's users know, or with --web from a page.
+
+    Example: vrx-mj teleop --boat wamv2
+    """
+    from importlib.util import find_spec
+
+    if find_spec("websockets") is None:
+        raise NetworkError("websockets: not installed; pip install 'vrx-mj[rosbridge]'")
+    if web is not None:
+        _serve_page(web, url, boat)
+        return
+    if "://" not in url:
+        raise CommandError(f"--url {url}: ws://HOST:PORT is needed, as {DEFAULT_URL}")
+    from vrx_mj.adapters.ros.teleop.driving import drive
+
+    drive(url, boat=boat)
+
+
+def _serve_page(port: int, url: str, boat: str | None) -> None:
+    import contextlib
+    from urllib.parse import urlsplit
+
+    from vrx_mj.adapters.helm.terminal import ended_by_signals
+    from vrx_mj.adapters.ros.teleop.web import PageServer, reaches
+
+    with PageServer(port, url, boat) as server, ended_by_signals(), contextlib.suppress(KeyboardInterrupt):
+        ports = (server.server_address[1], urlsplit(url).port or 80)
+        tunnel = " ".join(f"-L {number}:127.0.0.1:{number}" for number in ports)
+        typer.echo(f"Open {server.page}")
+        typer.echo(f"It drives the world at {url}, and is for this machine only. Ctrl-C stops.")
+        typer.echo(f"From another machine, first: ssh {tunnel} this-machine")
+        if not reaches(url):
+            typer.echo(f"nothing answers at {url} yet; start a world there: vrx-mj serve WORLD --rosbridge", err=True)
+        server.serve_forever(poll_interval=0.2)
