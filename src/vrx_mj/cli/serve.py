@@ -75,7 +75,7 @@ def serve(
         clock_rate=clock,
         exit_on_completion=exit_on_completion,
     )
-    _check_installed(wanted.ros1 or wanted.rosbridge is not None, wanted.rosbridge is not None)
+    _check_installed(rosbridge=wanted.rosbridge is not None, ros2=wanted.ros2)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
     with recording(sim, record, ()):
         run(sim, wanted, tell=_tell, status=_status())
@@ -90,15 +90,19 @@ def _rate(text: str) -> float | None:
         raise CommandError(f"--rate {text}: a number above 0, 1 for real time, or max") from None
 
 
-def _check_installed(ros: bool, rosbridge: bool) -> None:
+def _check_installed(*, rosbridge: bool, ros2: bool) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
-    needed = ("rosbags",) * ros + ("websockets", "cbor2") * rosbridge
+    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "rosbridge" if rosbridge else "ros1"
         raise NetworkError(f"{', '.join(missing)}: not installed; pip install 'vrx-mj[{extra}]'")
+    if ros2:
+        from vrx_mj.adapters.ros.ros2.installed import load_rclpy
+
+        load_rclpy()
 
 
 def _tell(level: str, text: str) -> None:
