@@ -20,6 +20,10 @@ from vrx_mj.errors import CommandError
 __all__ = ["decode", "encode", "fields", "is_known", "kind", "typestore"]
 
 DEFINITIONS = Path(__file__).parent / "definitions_ros2"
+ENCODINGS = (b"\x00\x00", b"\x00\x01")
+"""Big-endian and little-endian."""
+HEAD = 4
+"""Bytes before a message."""
 
 
 @cache
@@ -53,20 +57,24 @@ def fields(type_name: str) -> Sequence[tuple[str, str | None]]:
 
 def encode(message: Message, type_name: str) -> bytes:
     """The message in CDR, with the four bytes before it that name its encoding."""
-    if type_name in _LARGE_LETTERS:
+    if type_name in _LARGE_LETTERS and not isinstance(message, kind(type_name)):
         small = {name: getattr(message, _LARGE_LETTERS[type_name].get(name, name)) for name, _ in fields(type_name)}
         message = kind(type_name)(**small)
     return bytes(typestore().serialize_cdr(message, full_name(type_name)))
 
 
 def decode(raw: bytes, type_name: str) -> Message:
-    """A message from its bytes.
+    """A message from its bytes; some senders leave a few more after them.
 
     Raises:
         CommandError: they are no such message.
     """
     try:
-        return typestore().deserialize_cdr(raw, full_name(type_name))
+        if raw[:2] not in ENCODINGS or len(raw) < HEAD:
+            raise ValueError(f"they begin with {raw[:HEAD].hex(' ')}, which is not plain CDR")
+        read = typestore().get_msgdef(full_name(type_name))
+        parse = read.deserialize_cdr_le if raw[1] else read.deserialize_cdr_be
+        return parse(memoryview(raw)[HEAD:], 0, read.cls, typestore())[0]
     except Exception as error:  # rosbags raises what numpy and struct raise
         raise CommandError(f"{len(raw)} bytes are no {type_name}: {error}") from error
 
