@@ -23,11 +23,7 @@ georeference: {latitude: -33.72, longitude: 150.68}
 FLEET = """
 boats: [{name: wamv, pose: [0, 0, -0.1, 0, 0, 0]}]
 thrusters: H
-components: parts.yaml
-"""
-PARTS = """
-wamv_imu: [{name: imu_wamv}]
-wamv_p3d: [{name: p3d_wamv}]
+sensors: [imu, ground_truth, camera]
 """
 
 
@@ -96,8 +92,9 @@ def test_it_counts_and_closes(told):
     assert told["threads"] == []
 
 
+@pytest.mark.render
 def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
-    for name, text in (("world", WORLD), ("fleet", FLEET), ("parts", PARTS)):
+    for name, text in (("world", WORLD), ("fleet", FLEET)):
         (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     arguments = ("serve", tmp_path / "world.yaml", "--fleet", tmp_path / "fleet.yaml", "--ros2", "--duration", 600)
     with started(tmp_path, SERVE, *arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as served:
@@ -108,6 +105,7 @@ def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
     assert driver.returncode == 0, err + log
     told = json.loads(out)
     assert 0.5 < told["speed"] < 5.0  # after 3 s; a thrust that ended after 1 s gives less
+    assert told["image"] == [1280, 720, 3 * 1280 * 720, "wamv/front_camera_link"]
     assert "<robot" in told["robot"]
     assert served.returncode == 0, log
     assert "by VRX 3's names" in log

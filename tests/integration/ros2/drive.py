@@ -21,15 +21,13 @@ def main():
     got = {}
 
     def listen(kind, topic, qos=10):
-        node.create_subscription(kind, topic, lambda one: got.__setitem__(topic, one), qos)
+        return node.create_subscription(kind, topic, lambda one: got.__setitem__(topic, one), qos)
 
     listen(Clock, "/clock", qos_profile_sensor_data)
     listen(Imu, f"{STEM}/imu/imu/data")
     listen(Odometry, f"{STEM}/position/ground_truth_odometry")
     listen(String, "/wamv/robot_description", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    if "--camera" in sys.argv:
-        listen(Image, f"{STEM}/cameras/front_camera_sensor/image_raw", qos_profile_sensor_data)
-    wanted = 4 + ("--camera" in sys.argv)
+    camera = listen(Image, f"{STEM}/cameras/front_camera_sensor/image_raw", qos_profile_sensor_data)
     thrusts = [node.create_publisher(Float64, f"/wamv/thrusters/{side}/thrust", 10) for side in ("left", "right")]
 
     def until(condition, why):
@@ -40,16 +38,17 @@ def main():
             rclpy.spin_once(node, timeout_sec=0.05)
 
     until(lambda: all(one.get_subscription_count() for one in thrusts), "thrusters")
-    until(lambda: len(got) == wanted, "sensors")
+    until(lambda: len(got) == 5, "sensors")
+    node.destroy_subscription(camera)  # drawing slows a machine without a graphics card down
     for one in thrusts:
         one.publish(Float64(data=200.0))  # once: it lasts
     begun = seconds(got)
     until(lambda: seconds(got) > begun + 3.0, "three seconds")
     speed = got[f"{STEM}/position/ground_truth_odometry"].twist.twist.linear.x
-    image = got.get(f"{STEM}/cameras/front_camera_sensor/image_raw")
+    image = got[f"{STEM}/cameras/front_camera_sensor/image_raw"]
     description = got["/wamv/robot_description"].data
     rclpy.shutdown()
-    size = image and [image.width, image.height, len(image.data), image.header.frame_id]
+    size = [image.width, image.height, len(image.data), image.header.frame_id]
     json.dump({"speed": speed, "image": size, "robot": description[:200]}, sys.stdout)
 
 

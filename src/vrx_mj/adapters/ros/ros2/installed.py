@@ -25,10 +25,10 @@ def load_rclpy() -> Any:
     try:
         return importlib.import_module("rclpy")
     except ImportError as error:
-        raise NetworkError(_advice(str(error))) from error
+        raise NetworkError(_advice(error)) from error
 
 
-def _advice(error: str) -> str:
+def _advice(error: ImportError) -> str:
     own = ".".join(platform.python_version_tuple()[:2])
     found = [re.search(r"/ros/.*python(3\.\d+)/", f"{path}/") for path in sys.path]
     versions = sorted({match[1] for match in found if match} - {own})
@@ -36,11 +36,12 @@ def _advice(error: str) -> str:
         distro = os.environ.get("ROS_DISTRO", "here").title()
         return (
             f"ROS 2 {distro} is for Python {' or '.join(versions)}, and this is Python {own}: install vrx_mj with "
-            f"that one, which has to be 3.11 or newer; Jazzy has 3.12 ({error})"
+            "that one, which has to be 3.11 or newer; Jazzy has 3.12"
         )
+    what = "is not here" if error.name == "rclpy" else f"does not load ({str(error).partition(chr(10))[0]})"
     return (
-        "ROS 2's rclpy is not here: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same "
-        f"Python (Jazzy's is 3.12, this is {own}); without ROS on this machine: pip install {WHEELS} ({error})"
+        f"ROS 2's rclpy {what}: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same Python "
+        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: pip install {WHEELS}"
     )
 
 
