@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import nearest
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.thrusters import Thruster
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.adapters.ros.inbox import Command, Stranger
@@ -90,6 +91,13 @@ class Diagnosis:
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
             self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust moves it afterwards")
+
+    def pushed(self, boat: str, thruster: Thruster, force: float) -> None:
+        """See whether a thruster can give a force [N]."""
+        least, most = -thruster.max_reverse, thruster.max_forward
+        if not least - 1e-6 <= force <= most + 1e-6:
+            said = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
+            self._once(f"{boat} {thruster.name} N", f"{said}: it gives the nearest of these")
 
     def look(self) -> None:
         """See whether boats are aground or capsized, if it is time."""
