@@ -30,7 +30,7 @@ class CmdVel(Enum):
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge and --web without one; a campaign has its own."""
+    """The words of a command line, with a port after --rosbridge and --web where there is none, but for a campaign."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []
