@@ -80,42 +80,49 @@ def main():
     ros2.offer(Table(OUTPUTS, INPUTS))
     send(ros2, "/goal")  # before anybody listens
     client = Client()
-    client.until(lambda: client.node.count_publishers("/imu"), "the topic appears")
-    told["wanted at first"] = sorted(ros2.wanted)
-    client.listen(Imu, "/imu")
-    client.listen(Image, "/image", qos_profile_sensor_data)
-    client.listen(CameraInfo, "/info", qos_profile_sensor_data)
-    client.listen(PoseStamped, "/goal", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    client.until(lambda: ros2.wanted == {"/imu", "/image", "/info", "/goal"}, f"all are wanted, not {ros2.wanted}")
-    told["wanted"] = sorted(ros2.wanted)
-    client.until(lambda: "/goal" in client.got, "the latched message")
-
-    def all_came():
-        send(ros2, "/imu", "/image", "/info", "/params")
-        return {"/imu", "/image", "/info"} <= client.got.keys()
-
-    client.until(all_came, "messages")
-    told["imu"] = [client.got["/imu"].angular_velocity.z, client.got["/imu"].header.frame_id]
-    told["stamp"] = [client.got["/imu"].header.stamp.sec, client.got["/imu"].header.stamp.nanosec]
-    told["image"] = [client.got["/image"].width, bytes(client.got["/image"].data).hex()]
-    told["info"] = [list(client.got["/info"].d), client.got["/info"].k.tolist()]
-    told["goal"] = [client.got["/goal"].pose.position.x, client.got["/goal"].pose.position.y]
-    told["topics"] = sorted(name for name, _ in client.node.get_topic_names_and_types())
+    told |= outputs(client, ros2)
     told["commands"] = commands(client, inbox)
     told["strangers"] = strangers(client, inbox)
     told["cost"] = cost(ros2, inbox)
     withdraw(client, ros2)
-    told["topics in the end"] = sorted(
-        name for name, _ in client.node.get_topic_names_and_types() if client.node.count_publishers(name)
-    )
-    told["clients"], told["dropped"] = ros2.traffic.clients, ros2.traffic.dropped
-    told["sent"] = ros2.traffic.sent
+    told["topics in the end"] = [name for name in topics(client) if client.node.count_publishers(name)]
+    told["clients"], told["sent"], told["dropped"] = ros2.traffic
     begun = time.monotonic()
     ros2.close()
     told["closing"] = time.monotonic() - begun
     client.close()
     told["threads"] = [thread.name for thread in threading.enumerate() if "vrx" in thread.name]
     json.dump(told, sys.stdout)
+
+
+def outputs(client, ros2):
+    client.until(lambda: client.node.count_publishers("/imu"), "the topic appears")
+    told, got = {"wanted at first": sorted(ros2.wanted)}, client.got
+    client.listen(Imu, "/imu")
+    client.listen(Image, "/image", qos_profile_sensor_data)
+    client.listen(CameraInfo, "/info", qos_profile_sensor_data)
+    client.listen(PoseStamped, "/goal", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    client.until(lambda: ros2.wanted == {"/imu", "/image", "/info", "/goal"}, f"all are wanted, not {ros2.wanted}")
+    client.until(lambda: "/goal" in got, "the latched message")
+
+    def all_came():
+        send(ros2, "/imu", "/image", "/info", "/params")
+        return {"/imu", "/image", "/info"} <= got.keys()
+
+    client.until(all_came, "messages")
+    return told | {
+        "wanted": sorted(ros2.wanted),
+        "imu": [got["/imu"].angular_velocity.z, got["/imu"].header.frame_id],
+        "stamp": [got["/imu"].header.stamp.sec, got["/imu"].header.stamp.nanosec],
+        "image": [got["/image"].width, bytes(got["/image"].data).hex()],
+        "info": [list(got["/info"].d), got["/info"].k.tolist()],
+        "goal": [got["/goal"].pose.position.x, got["/goal"].pose.position.y],
+        "topics": topics(client),
+    }
+
+
+def topics(client):
+    return sorted(name for name, _ in client.node.get_topic_names_and_types())
 
 
 def commands(client, inbox):

@@ -110,10 +110,11 @@ class Ros2:
     def _run(self) -> None:
         node = self._node
         assert node is not None, "the thread begins after the node"
-        failed = ""
-        while not self._closing:
+        failed, last = "", False
+        while not last:
             self._woken.wait(PERIOD)
             self._woken.clear()
+            last = self._closing  # what waits is still sent
             try:
                 self._work(node)
             except Exception as error:  # rclpy raises classes of its C extension; the simulation goes on without it
