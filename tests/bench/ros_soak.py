@@ -39,7 +39,7 @@ for n in range(1, %d):
     rospy.Subscriber(f"/wamv{n}/joint_states", JointState, take)
 rospy.spin()
 """
-FLEET = "usv_count: {boats}\nlayout: grid\nspacing: 15\norigin: spawn\nsensors: [gps, imu]\n"
+FLEET = "usv_count: {boats}\nlayout: grid\nspacing: 15\norigin: [-450, 230, 0]\nsensors: [gps, imu]\n"
 
 
 def main() -> int:
@@ -52,69 +52,98 @@ def main() -> int:
         return soak(Path(folder), given.minutes * 60.0, given.boats)
 
 
+class Scene:
+    """A master, a served world, and clients, each a process."""
+
+    def __init__(self, folder: Path, boats: int) -> None:
+        self.port, self._boats, self._log = free_port(), boats, folder / "serve.log"
+        self._environment = {
+            "PATH": "/usr/bin:/bin", "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}", "ROS_IP": "127.0.0.1",
+            "ROS_HOME": str(folder), "ROS_LOG_DIR": str(folder), "HOME": os.environ.get("HOME", "/root"),
+        }  # fmt: skip
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self.start_master()
+        wait_for(self.port)
+        fleet = folder / "fleet.yaml"
+        fleet.write_text(FLEET.format(boats=boats), encoding="utf-8")
+        command = [
+            sys.executable,
+            "-m",
+            "vrx_mj",
+            "serve",
+            "sydney_regatta",
+            "--fleet",
+            str(fleet),
+            "--nudge",
+            "--ros1",
+        ]
+        ours = {**os.environ, **{key: self._environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")}}
+        with self._log.open("w", encoding="utf-8") as log:
+            self.serve = subprocess.Popen(command, env=ours, stdout=log, stderr=log)
+        wait_for_text(self._log, "cmd_vel is", 120.0)
+
+    def start_master(self) -> None:
+        """Debian's own."""
+        self._start("master", PYTHON, "/usr/bin/rosmaster", "--core", "-p", str(self.port))
+
+    def start_client(self, name: str, script: str) -> None:
+        """A rospy script for so many boats."""
+        self._start(name, PYTHON, "-c", script % (self._boats + 1))
+
+    def kill(self, name: str) -> None:
+        """At once, without a farewell."""
+        child = self._children.pop(name)
+        child.kill()
+        child.wait()
+
+    def end(self) -> str:
+        """End all; the log of what served."""
+        self.serve.send_signal(signal.SIGINT)
+        self.serve.wait(20.0)
+        for name in list(self._children):
+            self.kill(name)
+        return self._log.read_text(encoding="utf-8")
+
+    def _start(self, name: str, *command: str) -> None:
+        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self._children[name] = subprocess.Popen(command, env=self._environment, start_new_session=True, **silent)
+
+
 def soak(folder: Path, seconds: float, boats: int) -> int:
     """Run all of it; 0 if pace and resources held."""
-    port = free_port()
-    environment = {
-        "PATH": "/usr/bin:/bin", "ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1",
-        "ROS_HOME": str(folder), "ROS_LOG_DIR": str(folder), "HOME": os.environ.get("HOME", "/root"),
-    }  # fmt: skip
-    (folder / "fleet.yaml").write_text(FLEET.format(boats=boats), encoding="utf-8")
-    children = {}
-
-    def start(name: str, *command: str) -> None:
-        children[name] = subprocess.Popen(
-            command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        )
-
-    start("master", PYTHON, "/usr/bin/rosmaster", "--core", "-p", str(port))
-    wait_for(port)
-    log = (folder / "serve.log").open("w+", encoding="utf-8")
-    serve = subprocess.Popen(
-        [sys.executable, "-m", "vrx_mj", "serve", "sydney_regatta", "--fleet", str(folder / "fleet.yaml"), "--ros1"],
-        env={**os.environ, **{key: environment[key] for key in ("ROS_MASTER_URI", "ROS_IP")}}, stdout=log, stderr=log,
-    )  # fmt: skip
-    try:
-        wait_for_text(folder / "serve.log", "cmd_vel is", 240.0)
-        start("driver", PYTHON, "-c", DRIVER % (boats + 1))
-        start("listener", PYTHON, "-c", LISTENER % (boats + 1))
-        time.sleep(8.0)
-        held = [resources(serve.pid)]
-        print(f"at the start: {told(held[0])}", flush=True)
-        begun, restarted, looked = time.monotonic(), False, time.monotonic()
-        while time.monotonic() - begun < seconds:
-            time.sleep(5.0)
-            kill(children["listener"])
-            start("listener", PYTHON, "-c", LISTENER % (boats + 1))
-            if not restarted and time.monotonic() - begun > seconds / 2:
-                restarted = True
-                kill(children["master"])
-                time.sleep(2.0)
-                start("master", PYTHON, "/usr/bin/rosmaster", "--core", "-p", str(port))
-                print("the master was restarted", flush=True)
-            if time.monotonic() - looked > 30.0:
-                looked = time.monotonic()
-                print(f"{looked - begun:.0f} s: {told(resources(serve.pid))}", flush=True)
-        kill(children.pop("listener"))
-        time.sleep(3.0)
-        start("listener", PYTHON, "-c", LISTENER % (boats + 1))
-        time.sleep(8.0)
-        held.append(resources(serve.pid))
-        print(f"at the end: {told(held[1])}", flush=True)
-    finally:
-        serve.send_signal(signal.SIGINT)
-        serve.wait(20.0)
-        for child in children.values():
-            kill(child)
-    text = (folder / "serve.log").read_text(encoding="utf-8")
+    scene = Scene(folder, boats)
+    scene.start_client("driver", DRIVER)
+    scene.start_client("listener", LISTENER)
+    time.sleep(10.0)
+    begun, restarted = time.monotonic(), False
+    held = [resources(scene.serve.pid)]
+    print(f"at the start: {told(held[0])}", flush=True)
+    while time.monotonic() - begun < seconds:
+        time.sleep(5.0)
+        scene.kill("listener")
+        scene.start_client("listener", LISTENER)
+        if not restarted and time.monotonic() - begun > seconds / 2:
+            restarted = True
+            scene.kill("master")
+            time.sleep(2.0)
+            scene.start_master()
+            scene.kill("driver")  # rospy does not register again
+            scene.start_client("driver", DRIVER)
+            print("the master was restarted", flush=True)
+        print(f"{time.monotonic() - begun:.0f} s: {told(resources(scene.serve.pid))}", flush=True)
+    time.sleep(10.0)
+    held.append(resources(scene.serve.pid))
+    print(f"at the end: {told(held[1])}", flush=True)
+    text = scene.end()
     print(text)
-    pace = float(re.findall(r"pace ([0-9.]+)", text)[-1])
-    (threads, files, before), (threads_now, files_now, now) = held
-    print(
-        f"pace {pace}, threads {threads} -> {threads_now}, files {files} -> {files_now}, {(now - before) / 1e6:+.1f} MB"
-    )
-    fine = pace >= 0.99 and threads_now == threads and files_now <= files + 2 and now - before < 10e6
-    return 0 if fine else 1
+    return judged(float(re.findall(r"pace ([0-9.]+)", text)[-1]), *held)
+
+
+def judged(pace: float, before: tuple[int, int, int], after: tuple[int, int, int]) -> int:
+    """0 if pace and resources held."""
+    grown = after[2] - before[2]
+    print(f"pace {pace}, threads {before[0]} -> {after[0]}, files {before[1]} -> {after[1]}, {grown / 1e6:+.1f} MB")
+    return 0 if pace >= 0.99 and after[0] == before[0] and after[1] <= before[1] + 2 and grown < 10e6 else 1
 
 
 def resources(pid: int) -> tuple[int, int, int]:
@@ -131,12 +160,6 @@ def resources(pid: int) -> tuple[int, int, int]:
 def told(held: tuple[int, int, int]) -> str:
     """In words."""
     return f"{held[0]} threads, {held[1]} open files, {held[2] / 1e6:.1f} MB"
-
-
-def kill(child: subprocess.Popen[bytes]) -> None:
-    """At once, without a farewell."""
-    child.kill()
-    child.wait()
 
 
 def free_port() -> int:

@@ -102,6 +102,7 @@ class Attack:
         self.chance = random.Random(20260)
         self.served = served
         self.count = 0
+        self.writers: set[asyncio.StreamWriter] = set()
         with ServerProxy(served.uri) as master:
             node = urlsplit(master.lookupNode(ME, "/gazebo")[2])
         self.api = {"master": ("127.0.0.1", served.port), "node": (node.hostname, node.port)}
@@ -140,41 +141,44 @@ class Attack:
 
     async def publishers(self, count: int) -> None:
         """A publisher that is called again and again, and answers with garbage."""
-        good = encode_header({"callerid": ME, "md5sum": FLOAT32, "type": "std_msgs/Float32"})
-        ended = asyncio.Event()
-        left = iter(range(count))
-
-        async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            if next(left, None) is None:
-                ended.set()
-            data = good + frame(b"\0\0\0\0") * 3
-            writer.write(
-                mutated(data, self.chance) if self.chance.random() < 0.5 else good + mutated(data, self.chance)
-            )
-            self.count += 1
-            writer.close()
-
-        async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            try:
-                await reader.readuntil(b"</methodCall>")
-            except (OSError, EOFError):
-                writer.transport.abort()
-                return
-            body = dumps(([1, "", ["TCPROS", *stream.sockets[0].getsockname()]],), methodresponse=True).encode()
-            if self.chance.random() < 0.2:
-                body = mutated(body, self.chance)
-                self.count += 1
-            writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
-            writer.close()
-
-        stream = await asyncio.start_server(serve, "127.0.0.1", 0)
-        api = await asyncio.start_server(answer, "127.0.0.1", 0)
+        self.left, self.ended = count, asyncio.Event()
+        stream = await asyncio.start_server(self._send, "127.0.0.1", 0)
+        self.place = stream.sockets[0].getsockname()
+        api = await asyncio.start_server(self._answer, "127.0.0.1", 0)
         uri = f"http://127.0.0.1:{api.sockets[0].getsockname()[1]}/"
         async with stream, api:
             await asyncio.to_thread(self.register, "registerPublisher", LEFT, "std_msgs/Float32", uri)
             async with asyncio.timeout(20.0):
-                await ended.wait()
+                await self.ended.wait()
             await asyncio.to_thread(self.register, "unregisterPublisher", LEFT, uri)
+        for writer in self.writers:  # ours: what is left over is to be the simulation's
+            writer.transport.abort()
+        await asyncio.sleep(0.05)
+
+    async def _send(self, _: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.writers.add(writer)
+        self.left -= 1
+        self.count += 1
+        if self.left <= 0:
+            self.ended.set()
+        good = encode_header({"callerid": ME, "md5sum": FLOAT32, "type": "std_msgs/Float32"})
+        data = good + frame(b"\0\0\0\0") * 3
+        writer.write(mutated(data, self.chance) if self.chance.random() < 0.5 else good + mutated(data, self.chance))
+        writer.close()
+
+    async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.writers.add(writer)
+        try:
+            await reader.readuntil(b"</methodCall>")
+        except (OSError, EOFError):
+            writer.transport.abort()
+            return
+        body = dumps(([1, "", ["TCPROS", *self.place]],), methodresponse=True).encode()
+        if self.chance.random() < 0.2:
+            body = mutated(body, self.chance)
+            self.count += 1
+        writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+        writer.close()
 
     def register(self, method: str, *values: str) -> None:
         with ServerProxy(self.served.uri) as master:
@@ -191,6 +195,11 @@ def held(served: Served) -> Iterator[object]:
     yield len(asyncio.all_tasks(served.network.loop))
 
 
+def has_grown(before: list[object], after: list[object]) -> bool:
+    """Fewer open files than before are those of other tests."""
+    return after[0] > before[0] or after[1:] != before[1:]
+
+
 def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
     monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.FIRST_PAUSE", 0.0)
     monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.LONGEST_PAUSE", 0.001)
@@ -204,7 +213,7 @@ def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
         asyncio.run(attack.publishers(500))
         assert attack.count >= 5000
         assert served.network._thread.is_alive()
-        until(lambda: list(held(served)) == before, f"all is as it was: {before} and {list(held(served))}")
+        until(lambda: not has_grown(before, list(held(served))), "nothing has stayed")
         connection, _ = dial(stream_of(served.uri, "/course"), topic="/course")
         with connection:
             assert frame_of(connection) == frame(b"gate 3")

@@ -1,5 +1,6 @@
 """`vrx-mj serve`: a world for ROS, in a process that has none."""
 
+import logging
 import sys
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -97,6 +98,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     from vrx_mj.compiler.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
 
+    logging.getLogger("vrx_mj").addHandler(_Log())
     wanted = Wanted(**said)
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
@@ -134,6 +136,14 @@ def _tell(level: str, text: str) -> None:
     if console.is_terminal:
         sys.stderr.write("\r\x1b[K")
     console.print(text, style=COLORS.get(level), markup=False, highlight=False, soft_wrap=True)
+
+
+class _Log(logging.Handler):
+    """What the networks' thread warns of."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show it."""
+        _tell({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 
 def _status() -> Callable[[str], None]:

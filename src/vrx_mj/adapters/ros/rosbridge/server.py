@@ -79,8 +79,9 @@ class Rosbridge(Transport):
 
     Everybody who reaches the port may do everything. On loopback that is every program on this machine; pages that
     a browser shows here reach it too, so those of other sites are refused by their Origin, which browsers send:
-    accepted are none, loopback, `null` and `file:` (pages from a disk). With another host nobody's Origin is looked
-    at, as pages that are served from that machine are what it is for.
+    accepted are none, loopback and `file:` (pages from a disk). Firefox calls the latter `null`, as every browser calls
+    a frame in a sandbox of any site: these are refused, and a local web server serves them. With another host nobody's
+    Origin is looked at, as pages that are served from that machine are what it is for.
 
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
@@ -237,8 +238,6 @@ def _is_loopback(host: str) -> bool:
 
 def _is_local(origin: str) -> bool:
     """Whether a page is of this machine."""
-    if origin == "null":
-        return True
     try:
         parts = urllib.parse.urlsplit(origin)
         return parts.scheme == "file" or _is_loopback(parts.hostname or "")

@@ -10,6 +10,7 @@ from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.http import Proxy, address
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.notices import Notices
+from vrx_mj.adapters.ros.ros1.pace import Pace
 from vrx_mj.adapters.ros.ros1.xmlrpc import plain, read
 from vrx_mj.errors import CommandError
 
@@ -204,3 +205,14 @@ def test_a_uri_without_host_or_port_is_refused(uri):
     with pytest.raises(CommandError) as caught:
         address(uri)
     assert str(caught.value) == f"{uri!r} is no URI like http://host:port"
+
+
+def test_in_the_long_run_answers_take_their_share_of_the_time_and_a_burst_is_free():
+    now = 0.0
+    pace = Pace(lambda: now)
+    assert [pace.wait(0.01) for _ in range(49)] == [0.0] * 49  # half a second at once
+    spent = 0.49
+    while now < 100.0:
+        now += 0.01 + pace.wait(0.01)
+        spent += 0.01
+    assert spent == pytest.approx(0.25 * now, abs=0.6)  # and the burst

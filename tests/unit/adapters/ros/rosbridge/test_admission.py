@@ -25,7 +25,7 @@ def bridged():
     ("host", "origin", "welcome"),
     [
         ("127.0.0.1", None, True),
-        ("127.0.0.1", "null", True),
+        ("127.0.0.1", "null", False),
         ("127.0.0.1", "file://", True),
         ("127.0.0.1", "http://localhost:8000", True),
         ("127.0.0.1", "http://127.0.0.1", True),

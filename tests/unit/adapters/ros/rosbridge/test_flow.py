@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from bridged import Bridged, image, imu
-from rosbridge_client import Talk
+from rosbridge_client import Skipping, Talk
 from vrx_mj.adapters.ros import messages
 from vrx_mj.adapters.ros.offer import Output, Sent, Table
 from vrx_mj.adapters.ros.rosbridge.outgoing import Counts, Outgoing
@@ -27,23 +27,6 @@ IMU, CAMERA, INFO = "/wamv/sensors/imu/data", "/wamv/sensors/camera/image_raw", 
 def bridged():
     with Bridged() as made:
         yield made
-
-
-class Skipping(asyncio.SelectorEventLoop):
-    """A loop whose clock jumps to where it would wait for."""
-
-    def __init__(self):
-        super().__init__()
-        self.now = 0.0
-        self.select = self._selector.select
-        self._selector.select = self.skip
-
-    def time(self):
-        return self.now
-
-    def skip(self, timeout):
-        self.now += timeout or 0.0
-        return self.select(0)
 
 
 class Taken:
