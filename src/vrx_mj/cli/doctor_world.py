@@ -32,6 +32,8 @@ EXTRAS = {
 """Modules that each extra brings."""
 MASTER, MASTER_PORT, ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 LOOPBACK = "127.0.0.1"
+PATIENCE = 3.0
+"""Wall time that a master may take to answer [s]."""
 SHOWN = 8
 """Names of boats that are shown, at most."""
 HALF = 0.25
@@ -124,8 +126,8 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], Any] = im
     return Row(what, f"without {', '.join(missing)}", "not needed", f"pip install 'vrx-mj[{name}]'")
 
 
-def master_row(uri: str) -> tuple[Row, Publishers]:
-    """Whether a ROS master answers at a URI, and who publishes there."""
+def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
+    """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
 
     from vrx_mj.adapters.ros.ros1.address import is_local
@@ -135,7 +137,7 @@ def master_row(uri: str) -> tuple[Row, Publishers]:
     async def asked() -> Any:
         proxy = Proxy(uri)
         try:
-            return await proxy.ros("getSystemState", "/vrx_mj_doctor", patience=3.0)
+            return await proxy.ros("getSystemState", "/vrx_mj_doctor", patience=patience)
         finally:
             proxy.close()
 
