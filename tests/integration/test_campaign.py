@@ -55,7 +55,8 @@ def quits(obs, t):
     sys.exit("enough")
 
 def slow(obs, t):
-    time.sleep(0.05)
+    if not os.path.exists("hurry"):
+        time.sleep(0.05)
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -156,7 +157,7 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
 
 @POSIX
 def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
-    words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..3", "--jobs", "1", "-o", "stopped")
+    words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..2", "--jobs", "1", "-o", "stopped")
     process = start(*words, cwd=folder)
     give_up = time.monotonic() + 300.0
     while not results(folder, "stopped"):
@@ -167,14 +168,15 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     code, out, err = ended(process)
     before = results(folder, "stopped")
     assert (code, "Traceback" in err) == (1, False), err
-    assert f"{len(before)} of 4 trials finished, 0 failed" in out
+    assert f"{len(before)} of 3 trials finished, 0 failed" in out
     assert "stopped; the same command goes on from here" in err
-    assert 1 <= len(before) < 4
+    assert 1 <= len(before) < 3
     assert len(list((folder / "stopped").glob("cells/*/*/seed_*"))) == len(before)
+    (folder / "hurry").touch()
     code, out, err = vrx(*words, "--against", "stopped", cwd=folder)
     after = results(folder, "stopped")
-    assert (code, len(after)) == (0, 4)
-    assert f"stopped: {len(before)} of 4 trials are finished" in err
+    assert (code, len(after)) == (0, 3)
+    assert f"stopped: {len(before)} of 3 trials are finished" in err
     assert {key: after[key]["wall_time"] for key in before} == {key: each["wall_time"] for key, each in before.items()}
 
 
@@ -202,20 +204,3 @@ def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):
     for seed in (0, 1):
         (file,) = (folder / "after").glob(f"cells/*/*/seed_{seed}/run.rrd")
         assert f'href="{file.relative_to(folder / "after").as_posix()}"' in page
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("crew:steady", "crew:steady"), "the controller crew:steady is named twice"),
-        (("nobody:f",), "no module named 'nobody' for the controller 'nobody:f'"),
-        (("crew:steady", "--worlds", "none/*"), "--worlds 'none/*' matches none of "),
-        (("crew:steady", "--timeout", "0"), "--timeout 0: a number of seconds above 0 is needed"),
-        (("crew:steady", "--against", "nowhere"), "no campaign in 'nowhere': it has no campaign.json"),
-    ],
-)
-def test_wrong_words_are_told_before_anything_is_sailed(folder, words, message):
-    code, out, err = vrx("campaign", *words, "--worlds", "bay.yaml", "-o", "never", cwd=folder)
-    assert (code, out) == (2, "")
-    assert err.startswith(message)
-    assert not (folder / "never").exists()

@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -74,22 +75,22 @@ def test_the_winds_own_seed_is_part_of_it():
 # Continuing
 
 
-def moments():
-    """Name -> (simulation, seconds to sail): every memory of a run, in its use; None: until boats touch."""
-    return {
-        "in a gust": (busy(), 2.0),
-        "before a command runs out": (busy(), 0.5),
-        "while a servo slews": (busy(), 0.05),
-        "while a hinge slews": (busy("hinged"), 0.05),
-        "in a collision": (simulation(head_on()), None),
-        "in a collision of boats with hinges": (simulation(head_on("hinged")), None),
-    }
+MOMENTS = {
+    "in a gust": (busy, 2.0),
+    "before a command runs out": (busy, 0.5),
+    "while a servo slews": (busy, 0.05),
+    "while a hinge slews": (lambda: busy("hinged"), 0.05),
+    "in a collision": (lambda: simulation(head_on()), None),
+    "in a collision of boats with hinges": (lambda: simulation(head_on("hinged")), None),
+}
+"""Name -> (simulation, seconds to sail): every memory of a run, in its use; None: until boats touch."""
 
 
-@pytest.fixture(scope="module", params=list(moments()))
-def continued(request):
+@cache
+def continued_at(moment):
     """A world, a state in the middle of a run, and the fingerprint 3 s later."""
-    sim, seconds = moments()[request.param]
+    made, seconds = MOMENTS[moment]
+    sim = made()
     if seconds is None:
         while not sim.data.ncon:
             assert sim.time < 10.0
@@ -100,6 +101,11 @@ def continued(request):
     state = sim.get_state()
     sim.advance(300)
     return sim.world, state, sim.get_state().sha256
+
+
+@pytest.fixture(params=MOMENTS)
+def continued(request):
+    return continued_at(request.param)
 
 
 def test_a_state_that_is_set_is_the_one_that_is_got(continued):
@@ -131,21 +137,25 @@ def test_a_run_continues_from_a_pickle_and_a_file(continued, tmp_path):
 
 ELSEWHERE = """
 import sys, vrx_mj
-sim = vrx_mj.Simulation.load(sys.argv[1])
-sim.set_state(vrx_mj.State.load(sys.argv[2]))
-sim.advance(300)
-print(sim.get_state().sha256)
+for folder in sys.argv[1:]:
+    sim = vrx_mj.Simulation.load(f"{folder}/world")
+    sim.set_state(vrx_mj.State.load(f"{folder}/run.state"))
+    sim.advance(300)
+    print(sim.get_state().sha256)
 """
 
 
-def test_a_run_continues_in_another_process(continued, tmp_path):
-    world, state, after = continued
-    world.save(tmp_path / "world")
-    state.save(tmp_path / "run.state")
-    command = [sys.executable, "-c", ELSEWHERE, str(tmp_path / "world"), str(tmp_path / "run.state")]
+def test_runs_continue_in_another_process(tmp_path):
+    """All in one, which takes as long to start as all of them to sail."""
+    after = {}
+    for moment in MOMENTS:
+        world, state, after[moment] = continued_at(moment)
+        world.save(tmp_path / moment / "world")
+        state.save(tmp_path / moment / "run.state")
+    command = [sys.executable, "-c", ELSEWHERE, *after]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, cwd=tmp_path)
-    assert done.stdout.strip() == after
+    assert dict(zip(MOMENTS, done.stdout.splitlines(), strict=True)) == after
 
 
 # However it is done

@@ -6,7 +6,7 @@ import sys
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
-from vrx_command import ended, environment, start, state_in, vrx
+from vrx_command import environment, state_in, vrx
 
 RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7", "--thrust", "left=0.6,right=0.4")
 SEA = {"extends": "sand_island", "sea": {"gain": 1.0}, "wind": {"mean_velocity": 6.0, "var_gain": 2.0, "var_time": 2.0}}
@@ -25,8 +25,6 @@ print(hashlib.sha256(numpy.cos(numbers).tobytes() + numpy.exp(numbers).tobytes()
 """
 ACTIVE = [name for name in __cpu_dispatch__ if __cpu_features__[name]]
 NEWEST = [name for name in ACTIVE if "512" in name or name == "X86_V4"]
-STARTS = 3
-"""At once on two cores: each compiles everything, which is most of this file's time."""
 
 
 def sailed(*disabled):
@@ -45,6 +43,12 @@ def sailed(*disabled):
 @pytest.fixture(scope="module")
 def here():
     return sailed()
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """The state in which `RUN` ends where nothing is unusual."""
+    return state_in(vrx(*RUN, cwd=tmp_path_factory.mktemp("usual"))[1])
 
 
 def test_another_process_compiles_and_sails_the_same(here):
@@ -74,31 +78,19 @@ NOWHERE = "import sys, tempfile; tempfile.tempdir = sys.argv.pop(1); from vrx_mj
 
 
 @pytest.mark.slow
-def test_many_first_uses_at_once_and_one_that_can_keep_nothing(tmp_path):
-    boats = tmp_path / "测试 boats"
-    boats.mkdir()
-    cache = boats / "kernels"
-    started = [start(*RUN, cwd=boats, VRX_MJ_CACHE=cache) for _ in range(STARTS)]
-    results = [ended(process) for process in started]
-    assert [(code, err) for code, _, err in results if code != 0] == []
-    assert all("vrx_mj: compiling the physics for this machine, once" in err for _, _, err in results)
-    states = {state_in(out) for _, out, _ in results}
-
-    code, out, err = vrx(*RUN, cwd=boats, VRX_MJ_CACHE=cache)
-    assert (code, err) == (0, "")  # warm: nothing to say
-    states.add(state_in(out))
-
+def test_where_nothing_can_be_kept_a_run_is_the_same(usual, tmp_path):
+    """Compiled for this process only; tests/integration/test_packaging.py has first uses that keep it."""
     place = below_a_file(tmp_path)
     alone = subprocess.run(
         [sys.executable, "-c", NOWHERE, str(place), *RUN],
-        cwd=boats,
+        cwd=tmp_path,
         env=environment(**homeless(place, VRX_MJ_CACHE=place)),
         capture_output=True,
         encoding="utf-8",
         check=False,
     )
     assert alone.returncode == 0, alone.stderr
-    assert len(states | {state_in(alone.stdout)}) == 1
+    assert state_in(alone.stdout) == usual
 
 
 @pytest.fixture
@@ -123,12 +115,12 @@ OLD = {
 
 
 @pytest.mark.parametrize("text", OLD.values(), ids=OLD)
-def test_old_packages_on_pythonpath_do_not_matter(tmp_path, poison, text):
+def test_old_packages_on_pythonpath_do_not_matter(usual, tmp_path, poison, text):
     names = ("xacro", "yaml", "numpy", "typer", "rich", "jinja2", "pydantic", "typing_extensions", "six")
     folder = poison(**dict.fromkeys(names, text))
     code, out, err = vrx(*RUN, cwd=tmp_path, python_path=(folder,))
     assert (code, err) == (0, "")
-    assert state_in(out) == state_in(vrx(*RUN, cwd=tmp_path)[1])
+    assert state_in(out) == usual
 
 
 def test_old_packages_in_the_current_folder_do_not_matter(poison):
@@ -150,10 +142,10 @@ def test_one_that_is_installed_nowhere_else_is_told_in_one_line(tmp_path, poison
     assert err.count("\n") == 1
 
 
-def test_a_screen_without_unicode_gets_its_summary(tmp_path):
+def test_a_screen_without_unicode_gets_its_summary(usual, tmp_path):
     boats = tmp_path / "测试 boats"
     boats.mkdir()
     code, out, err = vrx(*RUN, "--summary", boats / "小结.json", cwd=boats, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert (code, err) == (0, "")
-    assert state_in(out)
+    assert state_in(out) == usual
     assert [file.name for file in boats.iterdir()] == ["小结.json"]

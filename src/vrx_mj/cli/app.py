@@ -29,6 +29,7 @@ app.add_typer(ros.app)
 app.add_typer(worlds.app)
 app.command()(scoring.score)
 app.command()(campaign.campaign)
+app.command()(ros.convert)
 app.command()(serve.serve)
 app.command()(teleop.teleop)
 
@@ -41,6 +42,13 @@ Seed = Annotated[int | None, typer.Option(help="Instead of the world's seed.")]
 Packages = Annotated[
     list[Path] | None,
     typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+]
+BagFile = Annotated[
+    Path | None, typer.Option(help="Write ROS's topics into a .bag (ROS 1), an .mcap, or a folder (rosbag2).")
+]
+BagTopics = Annotated[
+    list[str] | None,
+    typer.Option(help="Write these images and point clouds into the bag too, as '/wamv/sensors/cameras/*'."),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
 
@@ -96,6 +104,8 @@ def run(
     sensors: Annotated[
         str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
     ] = None,
+    bag: BagFile = None,
+    topic: BagTopics = None,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
@@ -105,23 +115,34 @@ def run(
     """
     from vrx_mj.cli.sailing import sail
 
-    if sensors is not None and record is None:
-        raise CommandError(f"--sensors {sensors} says what to record: give --record FILE.rrd too")
+    _check_paired("--sensors", sensors, "what to record: give --record FILE.rrd too", record)
+    _check_paired("--topic", topic[0] if topic else None, "what to write into a bag: give --bag FILE too", bag)
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        nudge=nudge,
+        nudge=nudge, bag=bag, topics=topic or (),
     )  # fmt: skip
     print_summary(result)
     if summary is not None:
         with writing("the summary", summary):
             summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
-    if record is not None:
-        typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+    _tell_files(record, bag)
     if result.interrupted:
         raise SystemExit(1)
+
+
+def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:
+    if value is not None and file is None:
+        raise CommandError(f"{option} {value} says {needs}")
+
+
+def _tell_files(record: Path | None, bag: Path | None) -> None:
+    if record is not None:
+        typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+    if bag is not None:
+        typer.echo(f"bag: {bag}")
 
 
 @app.command()

@@ -14,7 +14,7 @@ from vrx_mj.runtime.limits import core_share
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.campaign.manifest import Campaign
-    from vrx_mj.adapters.campaign.plan import Plan
+    from vrx_mj.adapters.campaign.plan import Plan, Serving
     from vrx_mj.adapters.campaign.results import Result
     from vrx_mj.adapters.campaign.trial import Trial
     from vrx_mj.cli.campaign_screen import Watch
@@ -22,31 +22,46 @@ if TYPE_CHECKING:
 __all__ = ["campaign"]
 
 
+Worlds = Annotated[list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")]
+Controllers = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="CONTROLLER", help="module:function(obs, t), or a class; several compete."),
+]
+Programs = Annotated[
+    list[str] | None,
+    typer.Option("--exec", help="In place of controllers: a program that sails by ROS; may be repeated."),
+]
+Duration = Annotated[float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")]
+Timeout = Annotated[
+    float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
+]
+Waits = Annotated[
+    str | None, typer.Option(help="With --exec: topics that time waits for, A,B; or step: by /vrx_mj/step.")
+]
+Packages = Annotated[
+    list[Path] | None,
+    typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+]
+
+
 def campaign(
-    controllers: Annotated[
-        list[str], typer.Argument(metavar="CONTROLLER...", help="module:function(obs, t), or a class; several compete.")
-    ],
-    worlds: Annotated[
-        list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")
-    ],
+    worlds: Worlds,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results; goes on where it stopped.")],
+    controllers: Controllers = None,
+    programs: Programs = None,
     seeds: Annotated[str, typer.Option(help="As in 0..9 or 0,3,7.")] = "0",
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file.")] = None,
-    duration: Annotated[
-        float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")
-    ] = None,
-    timeout: Annotated[
-        float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
-    ] = None,
+    duration: Duration = None,
+    timeout: Timeout = None,
     record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial, for rerun.")] = False,
+    rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
+    lockstep: Waits = None,
+    rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: a rosbridge in every trial.")] = False,
     ray: Annotated[bool, typer.Option("--ray", help="On a Ray cluster: RAY_ADDRESS, or this machine.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Forget what the folder holds, and do all anew.")] = False,
-    package_path: Annotated[
-        list[Path] | None,
-        typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
-    ] = None,
+    package_path: Packages = None,
 ) -> None:
     """Sail every controller in every world with every seed, and compare the scores; failed trials are tried again.
 
@@ -58,7 +73,11 @@ def campaign(
     from vrx_mj.adapters.campaign.manifest import begin, read_campaign
     from vrx_mj.adapters.campaign.report import refreshed, write_report
 
-    plan = _plan(controllers, worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record)
+    serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge)
+    plan = _plan(
+        programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
+        serving=serving,
+    )  # fmt: skip
     earlier = read_campaign(against) if against is not None else None
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
@@ -69,12 +88,43 @@ def campaign(
     _conclude(now, comparison, page, stopped=stopped)
 
 
+def _serving(
+    controllers: Sequence[str] | None,
+    programs: Sequence[str] | None,
+    rate: str | None,
+    lockstep: str | None,
+    *,
+    rosbridge: bool,
+) -> "Serving | None":
+    """How worlds are served to programs; None where controllers sail."""
+    from vrx_mj.adapters.campaign.plan import Serving
+    from vrx_mj.cli.serve import check_installed, parse_lockstep, parse_rate
+
+    if bool(controllers) == bool(programs):
+        raise CommandError("a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of the two")
+    if not programs:
+        for option, value in (("--rate", rate), ("--lockstep", lockstep), ("--rosbridge", rosbridge or None)):
+            if value is not None:
+                raise CommandError(
+                    f"{option} is for programs, which --exec names: controllers are called by time itself"
+                )
+        return None
+    if not all(map(str.strip, programs)):
+        raise CommandError("--exec '' names no program")
+    check_installed(ros=True, rosbridge=rosbridge)
+    pace = parse_rate(rate or "1")
+    if pace is not None and not 0.0 < pace < float("inf"):
+        raise CommandError(f"--rate {rate}: a number above 0, 1 for real time, or max")
+    return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge)
+
+
 def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
     from vrx_mj.adapters.campaign.plan import Plan, choose_worlds, parse_seeds
 
     for name in controllers:
         if controllers.count(name) > 1:
-            raise CommandError(f"the controller {name} is named twice")
+            kind = "program" if options["serving"] is not None else "controller"
+            raise CommandError(f"the {kind} {name} is named twice")
     for option in ("duration", "timeout"):
         value = options[option]
         if value is not None and not 0.0 < value < float("inf"):
@@ -90,7 +140,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     plan, left = begun.manifest.plan, begun.left
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
-    trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record) for cell in left]
+    trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
     with _ended_by_signals(), watching(len(trials)) as watch:
         sailed = _sailed(trials, begun.folder, jobs, watch, ray=ray)
         try:

@@ -10,7 +10,7 @@ import typer
 from vrx_mj.cli.screen import console
 from vrx_mj.errors import VrxError
 
-__all__ = ["app", "messages", "needing_rosbags"]
+__all__ = ["app", "convert", "messages", "needing_rosbags"]
 
 app = typer.Typer(
     name="ros", help="What programs of ROS need to talk to us.", no_args_is_help=True, rich_markup_mode="rich"
@@ -42,6 +42,25 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     for line in written.exports:
         typer.echo(line)
+
+
+def convert(
+    recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    bag: Annotated[Path, typer.Argument(help="A .bag (ROS 1), an .mcap, or a folder (rosbag2).")],
+) -> None:
+    """Write a recording as a bag: the topics of vrx-mj run --bag, as far as the recording holds what they tell.
+
+    Boats, frames, objects, wind, joints and commands are told 20 times a second, the task once a second, and what
+    sensors measured where run --sensors recorded them; pictures have been JPEG. A recording has no contacts, no pace,
+    no other sensors, and no commands: those follow from the thrust, so that one that timed out is 0, and steering is
+    where the engine was.
+
+    Example: vrx-mj convert run.rrd run.bag
+    """
+    with needing_rosbags():
+        from vrx_mj.adapters.ros.convert import convert as write_bag
+    count = write_bag(recording, bag)
+    typer.echo(f"{bag}: {count} messages")
 
 
 @contextmanager

@@ -1,11 +1,12 @@
 """`vrx-mj run`: from the words of the command line to a run and its summary."""
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
 from vrx_mj.adapters.progress import terminal_bar
+from vrx_mj.cli.ros import needing_rosbags
 from vrx_mj.cli.screen import console
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
@@ -25,6 +26,8 @@ def sail(
     thrust: str | None,
     sensors: str | None = None,
     nudge: bool = False,
+    bag: Path | None = None,
+    topics: Sequence[str] = (),
 ) -> Summary:
     """Compile, sail and record as asked."""
     steer = steering(control, thrust)
@@ -32,8 +35,26 @@ def sail(
     controller = steer(sim)
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
-    with recording(sim, path, sensors or ()), terminal_bar(sim, most, console) as tick:
-        return run(sim, duration, controller=controller, progress=tick)
+    with (
+        recording(sim, path, sensors or ()),
+        _bagging(sim, bag, controller, topics) as (advance, controller),
+        terminal_bar(sim, most, console) as tick,
+    ):
+        return run(sim, duration, controller=controller, progress=tick, advance=advance)
+
+
+@contextmanager
+def _bagging(
+    sim: Simulation, path: Path | None, controller: Controller | None, topics: Sequence[str]
+) -> Iterator[tuple[Callable[[int], None], Controller | None]]:
+    """What advances and steers the simulation, and writes a bag if there is one."""
+    if path is None:
+        yield sim.advance, controller
+        return
+    with needing_rosbags():
+        from vrx_mj.adapters.ros.bagging import bagged
+    with bagged(sim, path, controller, topics=topics) as pair:
+        yield pair
 
 
 def recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:

@@ -1,9 +1,11 @@
 """`vrx-mj serve`: a world for ROS, in a process that has none."""
 
+import logging
 import sys
 from collections.abc import Callable, Sequence
+from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,7 +13,7 @@ from vrx_mj.cli.screen import console
 from vrx_mj.cli.teleop import DEFAULT_WEB_PORT
 from vrx_mj.errors import CommandError, NetworkError
 
-__all__ = ["serve", "with_default_port"]
+__all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve", "with_default_port"]
 
 COLORS = {"WARN": "yellow", "ERROR": "red"}
 DEFAULT_PORT = "9090"
@@ -20,8 +22,17 @@ PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 """Of options whose port may be left out."""
 
 
+class CmdVel(Enum):
+    """What `cmd_vel` commands."""
+
+    thrust = "thrust"
+    velocity = "velocity"
+
+
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge and --web that has none."""
+    """The words of a command line, with a port after every --rosbridge and --web that has none; a campaign chooses its own."""
+    if "campaign" in arguments[:1]:
+        return list(arguments)
     words = []
     for index, word in enumerate(arguments):
         bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
@@ -29,62 +40,76 @@ def with_default_port(arguments: Sequence[str]) -> list[str]:
     return words
 
 
+Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or its file; default: one boat.")]
+Rosbridge = Annotated[int | None, typer.Option(help="rosbridge v2; its port may be left out: 9090.")]
+Waits = Annotated[
+    str | None, typer.Option(help="Topics that time waits for after every clock, A,B; or step: by /vrx_mj/step.")
+]
+Completion = Annotated[
+    bool, typer.Option("--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End with the world's task.")
+]
+
+
 def serve(
     world: Annotated[str, typer.Argument(help="Name of a world, or path of its YAML file.")],
-    fleet: Annotated[str | None, typer.Option(help="Name of a fleet or its file; default: one boat.")] = None,
+    fleet: Fleet = None,
     ros1: Annotated[bool, typer.Option("--ros1", help="ROS 1, with a master if none answers.")] = False,
-    rosbridge: Annotated[int | None, typer.Option(help="rosbridge v2; its port may be left out: 9090.")] = None,
+    rosbridge: Rosbridge = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="ROS 2, by the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
-    lockstep: Annotated[
-        str | None, typer.Option(help="Topics that time waits for after every clock, A,B; or step: by /vrx_mj/step.")
-    ] = None,
+    lockstep: Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second.")] = 100.0,
-    cmd_vel: Annotated[str, typer.Option(help="What cmd_vel is: thrust, as in VRX, or velocity.")] = "thrust",
+    cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel is: thrust, as in VRX, or velocity.")] = CmdVel.thrust,
     truth: Annotated[bool, typer.Option("--truth", help="Tell in /tf where the boats really are in map.")] = False,
     duration: Annotated[float | None, typer.Option(help="Simulated seconds after which it ends.")] = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     seed: Annotated[int | None, typer.Option(help="Instead of the world's seed.")] = None,
-    exit_on_completion: Annotated[
-        bool,
-        typer.Option("--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End with the world's task."),
-    ] = False,
+    exit_on_completion: Completion = False,
     nudge: Annotated[bool, typer.Option("--nudge", help="Move boats that start in something to free water.")] = False,
 ) -> None:
     """Serve a world to ROS: VRX's topics and services. Without --ros1, --rosbridge or --ros2: the first two.
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
+    none = not (ros1 or ros2 or rosbridge is not None)
+    _run(
+        world,
+        fleet,
+        {"seed": seed, "nudge": nudge},
+        record,
+        ros1=ros1 or none,
+        rosbridge=int(DEFAULT_PORT) if none else rosbridge,
+        ros2=ros2,
+        host=host,
+        rate=parse_rate(rate),
+        duration=duration,
+        lockstep=None if lockstep is None else parse_lockstep(lockstep),
+        cmd_vel=cmd_vel.value,
+        truth=truth,
+        clock_rate=clock,
+        exit_on_completion=exit_on_completion,
+    )
+
+
+def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
+    """Compile and serve; imports wait until they are needed."""
+    check_installed(ros=said["ros1"] or said["rosbridge"] is not None, rosbridge=said["rosbridge"] is not None)
     from vrx_mj.adapters.ros.serve import Wanted
     from vrx_mj.adapters.ros.serve import serve as run
     from vrx_mj.cli.sailing import recording
     from vrx_mj.compiler.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
 
-    if cmd_vel not in {"thrust", "velocity"}:
-        raise CommandError(f"--cmd-vel {cmd_vel}: thrust or velocity")
-    none = not (ros1 or ros2 or rosbridge is not None)
-    wanted = Wanted(
-        ros1=ros1 or none,
-        rosbridge=int(DEFAULT_PORT) if none else rosbridge,
-        ros2=ros2,
-        host=host,
-        rate=_rate(rate),
-        duration=duration,
-        lockstep=None if lockstep is None else [topic for topic in lockstep.split(",") if topic not in {"", "step"}],
-        cmd_vel="velocity" if cmd_vel == "velocity" else "thrust",
-        truth=truth,
-        clock_rate=clock,
-        exit_on_completion=exit_on_completion,
-    )
-    _check_installed(wanted.ros1 or wanted.rosbridge is not None, wanted.rosbridge is not None)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
+    logging.getLogger("vrx_mj").addHandler(_Log())
+    wanted = Wanted(**said)
+    sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
         run(sim, wanted, tell=_tell, status=_status())
 
 
-def _rate(text: str) -> float | None:
+def parse_rate(text: str) -> float | None:
+    """Simulated seconds per second; None for `max`. CommandError: it is neither."""
     if text == "max":
         return None
     try:
@@ -93,7 +118,12 @@ def _rate(text: str) -> float | None:
         raise CommandError(f"--rate {text}: a number above 0, 1 for real time, or max") from None
 
 
-def _check_installed(ros: bool, rosbridge: bool) -> None:
+def parse_lockstep(text: str) -> tuple[str, ...]:
+    """Topics from `A,B`; none from `step`."""
+    return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
+
+
+def check_installed(*, ros: bool, rosbridge: bool) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
@@ -109,6 +139,14 @@ def _tell(level: str, text: str) -> None:
     if console.is_terminal:
         sys.stderr.write("\r\x1b[K")
     console.print(text, style=COLORS.get(level), markup=False, highlight=False, soft_wrap=True)
+
+
+class _Log(logging.Handler):
+    """What the networks' thread warns of."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show it."""
+        _tell({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 
 def _status() -> Callable[[str], None]:

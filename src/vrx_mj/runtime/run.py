@@ -93,6 +93,7 @@ def run(
     controller: Controller | None = None,
     control_rate: float = CONTROL_RATE,
     progress: Callable[[float], None] | None = None,
+    advance: Callable[[int], None] | None = None,
 ) -> Summary:
     """Run for `duration` [s] of simulated time, or until the world's task is finished, and tell how it ended.
 
@@ -101,6 +102,7 @@ def run(
 
     The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
     as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
+    `advance` stands for `Simulation.advance`: it calls that, and may look at the simulation on the way.
 
     Raises:
         CommandError: `sim` is no simulation, the duration no multiple of the timestep, the rate not above 0, or the
@@ -121,7 +123,7 @@ def run(
                 obey(sim, controller(before, sim.time))
             calls += 1
             count = min(max(round(calls * per_call), done + 1), steps) - done
-            sim.advance(count)
+            (advance or sim.advance)(count)
             done += count
             now = sim.observe()
             for boat in way:
@@ -135,7 +137,7 @@ def run(
         interrupted = True
         sim.event("interrupted", "WARN")
     wall = clock.perf_counter() - begun
-    return _summary(sim, done, wall, way, interrupted)
+    return summarize(sim, done, wall, way, interrupted=interrupted)
 
 
 def planned(sim: Simulation) -> float:
@@ -275,7 +277,10 @@ FIRE = "fire"
 """Among a boat's commands: shoot, true or the ball shooter's name."""
 
 
-def _summary(sim: Simulation, steps: int, wall: float, way: dict[str, float], interrupted: bool) -> Summary:
+def summarize(
+    sim: Simulation, steps: int, wall: float, way: Mapping[str, float], *, interrupted: bool = False
+) -> Summary:
+    """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m]."""
     seen = sim.observe()
     elapsed = steps * sim.timestep
     boats = {

@@ -2,13 +2,13 @@
 
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.adapters.campaign.plan import Cell, Plan
-from vrx_mj.adapters.campaign.provenance import code_version, controller_hashes, is_ours
+from vrx_mj.adapters.campaign.plan import Cell, Plan, Serving
+from vrx_mj.adapters.campaign.provenance import code_version, controller_hashes, is_ours, program_hashes
 from vrx_mj.adapters.campaign.results import FORMAT, Result, read_json, read_results, write_json
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError, RecordError, VrxError
@@ -66,7 +66,7 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     """
     manifest = Manifest(
         plan,
-        controller_hashes(plan.controllers),
+        (controller_hashes if plan.serving is None else program_hashes)(plan.controllers),
         code_version(),
         fingerprint(),
         datetime.now(UTC).isoformat(timespec="seconds"),
@@ -107,7 +107,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         yield f"it was sailed by vrx_mj {old.code}, and this is {new.code}"
     for name, digest in new.controllers.items():
         if old.controllers.get(name, digest) != digest:
-            yield f"the controller {name} has changed since"
+            yield f"the {'controller' if new.plan.serving is None else 'program'} {name} has changed since"
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
@@ -117,6 +117,8 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
             yield f"its --{option} was {_shown(was)}, and now is {_shown(now)}"
+    if old.plan.serving != new.plan.serving:
+        yield f"its trials were sailed by {_pilots(old.plan.serving)}, and now are by {_pilots(new.plan.serving)}"
 
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
@@ -138,6 +140,14 @@ def _shown(value: Any) -> str:
     return words[value] if value is None or isinstance(value, bool) else f"{value}"
 
 
+def _pilots(serving: Serving | None) -> str:
+    if serving is None:
+        return "controllers"
+    rate = "max" if serving.rate is None else f"{serving.rate:g}"
+    waits = "" if serving.lockstep is None else f" --lockstep {','.join(serving.lockstep) or 'step'}"
+    return f"--exec --rate {rate}{waits}{' --rosbridge' if serving.rosbridge else ''}"
+
+
 def _forget(folder: Path) -> None:
     """Remove what a campaign has written, and nothing else."""
     for name in MADE:
@@ -156,6 +166,7 @@ def _write_manifest(folder: Path, manifest: Manifest) -> None:
         "began": manifest.began,
         "controllers": dict(manifest.controllers),
         **{key: getattr(plan, key) for key in ("worlds", "seeds", "fleet", "duration", "timeout", "record")},
+        "serving": None if plan.serving is None else asdict(plan.serving),
     }
     write_json(folder / MANIFEST, tree)
 
@@ -167,7 +178,16 @@ def _read_manifest(folder: Path) -> Manifest:
     try:
         tree = read_json(file)
         options = {key: tree[key] for key in ("fleet", "duration", "timeout", "record")}
+        options["serving"] = _serving(tree.get("serving"))
         plan = Plan(tuple(tree["controllers"]), tuple(tree["worlds"]), tuple(tree["seeds"]), **options)
         return Manifest(plan, tree["controllers"], tree["code"], tree["platform"], tree["began"])
     except (ValueError, KeyError, TypeError) as error:
         raise RecordError(f"{file} is damaged: {error}") from error
+
+
+def _serving(tree: Mapping[str, Any] | None) -> Serving | None:
+    """As `asdict` wrote it; None in campaigns of controllers, and of versions that knew no programs."""
+    if tree is None:
+        return None
+    lockstep = tree["lockstep"]
+    return Serving(tree["rate"], None if lockstep is None else tuple(lockstep), tree["rosbridge"])

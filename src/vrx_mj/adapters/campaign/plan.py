@@ -11,7 +11,7 @@ from pathlib import Path
 from vrx_mj.config.search import catalogue, find, is_path
 from vrx_mj.errors import CommandError
 
-__all__ = ["Cell", "Plan", "choose_worlds", "folder_name", "parse_seeds"]
+__all__ = ["Cell", "Plan", "Serving", "choose_worlds", "folder_name", "parse_seeds"]
 
 MOST_SEEDS = 100_000
 GLOB = re.compile(r"[*?\[]")
@@ -26,7 +26,7 @@ class Cell:
     """One trial of a campaign."""
 
     controller: str
-    """As `my_boat:controller`."""
+    """As `my_boat:controller`, or the line that starts a program."""
     world: str
     """Name, or path of a file."""
     seed: int
@@ -38,6 +38,18 @@ class Cell:
 
     def __str__(self) -> str:
         return f"{self.controller} in {self.world}, seed {self.seed}"
+
+
+@dataclass(frozen=True)
+class Serving:
+    """How a world is served to a program that sails it."""
+
+    rate: float | None = 1.0
+    """Simulated seconds per second; None: as fast as it can."""
+    lockstep: tuple[str, ...] | None = None
+    """Topics that time waits for; None: it waits for nobody."""
+    rosbridge: bool = False
+    """Whether there is one beside the ROS master."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +65,8 @@ class Plan:
     timeout: float | None = None
     """Wall time of a trial [s]; None: by its duration."""
     record: bool = False
+    serving: Serving | None = None
+    """Where the controllers are programs."""
 
     @property
     def cells(self) -> tuple[Cell, ...]:

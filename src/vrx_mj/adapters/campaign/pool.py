@@ -43,4 +43,6 @@ def sail_all(
                     yield result
     finally:
         for process in under_way:
+            process.ask_to_end()
+        for process in under_way:
             process.withdraw()

@@ -18,9 +18,10 @@ from functools import partial
 from multiprocessing.context import BaseContext
 from pathlib import Path
 
+from vrx_mj.adapters.campaign.program import ENDING, adopt_orphans
 from vrx_mj.adapters.campaign.results import FORMAT, LOG, Result, read_result, sketch_file, write_json, write_result
 from vrx_mj.adapters.campaign.sketch import sketch_of
-from vrx_mj.adapters.campaign.trial import PREPARATION, Trial, sail
+from vrx_mj.adapters.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
 from vrx_mj.compiler.world import World
 
 __all__ = ["TrialProcess", "start_server", "undisturbed"]
@@ -34,9 +35,9 @@ TAIL = 100_000
 """How much of a log is looked through for where a trial hung [bytes]."""
 START = 120.0
 """Wall time for starting a process [s]."""
-END, ALLOWED, REACHED = 0, 1, 2
+END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
 """Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
-take, and the simulated time that it has reached [s]."""
+take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 
 
 def start_server() -> BaseContext:
@@ -96,7 +97,7 @@ class TrialProcess:
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
         self._begun = time.monotonic()
-        self._shared = context.Array("d", [self._begun + START, PREPARATION, 0.0], lock=False)
+        self._shared = context.Array("d", [self._begun + START, PREPARATION, 0.0, 0.0], lock=False)
         arguments = (trial, root, self._shared, dict(os.environ))
         self._process = context.Process(target=_sail_here, args=arguments)  # type: ignore[attr-defined]
         self._process.start()
@@ -116,7 +117,7 @@ class TrialProcess:
             reason = None if late > GRACE else f"printed more than {MOST_LOG // 1_000_000} MB"
             self.stop()
         self._process.join()
-        _end_group(self._process.pid)
+        self._end_groups()
         found = read_result(self._folder)
         if found is None:
             text = reason or (self._hung() if late > -0.1 else _ended_by(self._process.exitcode))
@@ -129,17 +130,31 @@ class TrialProcess:
             write_result(self._folder, found)
         return found
 
+    def ask_to_end(self) -> None:
+        """Have a program that sails the trial be ended, as Ctrl-C does it; `stop` waits for that."""
+        if self._shared[GROUP]:
+            self._process.terminate()
+
     def stop(self) -> None:
         """End the process and those it started."""
-        _end_group(self._process.pid)
+        self.ask_to_end()
+        self._process.join(ENDING if self._shared[GROUP] else 0.0)
+        self._end_groups()
         self._process.kill()
         self._process.join()
+        self._end_groups()
 
     def withdraw(self) -> None:
         """End the process; unless it has just finished, remove what it wrote: the trial counts as not begun."""
         self.stop()
-        if read_result(self._folder) is None:
+        found = read_result(self._folder)
+        if found is None or found.error == INTERRUPTED:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _end_groups(self) -> None:
+        """What the process has started, as far as it leads or told of the group."""
+        _end_group(self._process.pid)
+        _end_group(int(self._shared[GROUP]) or None)
 
     def _prints_too_much(self) -> bool:
         with contextlib.suppress(OSError):
@@ -188,6 +203,10 @@ class _SharedStopwatch:
         """Note the simulated time [s]."""
         self._shared[REACHED] = moment
 
+    def lead(self, group: int) -> None:
+        """Note the process group of the program that sails the trial; 0: it has ended."""
+        self._shared[GROUP] = group
+
 
 def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ: Mapping[str, str]) -> None:
     """What the process does: its own group, its own log, then the trial."""
@@ -198,6 +217,7 @@ def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ
     os.environ.update(environ)
     folder = root / trial.cell.folder
     _log_into(folder / LOG)
+    adopt_orphans()
     result = sail(trial, folder, _SharedStopwatch(shared), partial(_keep_sketch, root, trial.cell.world))
     faulthandler.cancel_dump_traceback_later()
     write_result(folder, result)

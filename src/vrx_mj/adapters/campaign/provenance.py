@@ -1,8 +1,10 @@
 """What a campaign's results depend on: the simulator, the files of the controllers, and those of the user's worlds."""
 
+import shlex
 import sys
+from contextlib import suppress
 from functools import cache
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from vrx_mj.errors import VrxError
 from vrx_mj.resources import root
 from vrx_mj.runtime.run import split_name
 
-__all__ = ["code_version", "controller_hash", "controller_hashes", "is_ours"]
+__all__ = ["code_version", "controller_hash", "controller_hashes", "is_ours", "program_hashes"]
 
 DATA = ("assets", "templates", "fleets")
 """Folders of vrx_mj's data."""
@@ -49,9 +51,26 @@ def controller_hash(name: str) -> str:
     return _digest(*found)
 
 
+def program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
+    """The digest of each line that starts a program, and of the files that it names, seen from the current folder."""
+    return {line: _program_hash(line) for line in lines}
+
+
 def is_ours(kind: str, name: str) -> bool:
     """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` tells of changes."""
     return not is_path(name.partition("#")[0]) and find(kind, name).is_relative_to(root())
+
+
+def _program_hash(line: str) -> str:
+    try:
+        words = shlex.split(line)
+    except ValueError:  # the shell will say what is wrong with it
+        words = line.split()
+    digest = sha256(line.encode())
+    for file in dict.fromkeys(map(Path, words)):
+        with suppress(OSError), file.open("rb") as content:  # most words name no file
+            digest.update(b"\0" + str(file).encode() + b"\0" + file_digest(content, "sha256").digest())
+    return digest.hexdigest()
 
 
 def _sources(module: str) -> tuple[Path, list[Path]] | None:

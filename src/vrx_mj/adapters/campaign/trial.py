@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from vrx_mj.adapters.campaign.plan import Cell
+from vrx_mj.adapters.campaign.plan import Cell, Serving
 from vrx_mj.adapters.campaign.results import Result
 from vrx_mj.adapters.campaign.track import Tracks
 from vrx_mj.compiler.compile import compile_world
@@ -19,13 +19,15 @@ from vrx_mj.errors import VrxError
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["PREPARATION", "Stopwatch", "Trial", "sail"]
+__all__ = ["INTERRUPTED", "PREPARATION", "Stopwatch", "Trial", "sail"]
 
 RECORDING = "run.rrd"
 PREPARATION = 120.0
 """Wall time for compiling a world [s]."""
 PATIENCE = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
+INTERRUPTED = "interrupted"
+"""The error of a trial that was told to end."""
 EVENTS = 200
 """Of the referee's lines, at most so many are kept."""
 
@@ -41,6 +43,8 @@ class Trial:
     timeout: float | None = None
     """Wall time from the loading of the controller on [s]; None: as long as it simulates, and a minute."""
     record: bool = False
+    serving: Serving | None = None
+    """Where the controller is a program."""
 
 
 class Stopwatch(Protocol):
@@ -51,6 +55,9 @@ class Stopwatch(Protocol):
 
     def reach(self, moment: float) -> None:
         """The trial has reached this simulated time [s]."""
+
+    def lead(self, group: int) -> None:
+        """A program that sails it has this process group; 0: it has none any more."""
 
 
 class _RaisedError(VrxError):
@@ -98,10 +105,8 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
         world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
         keep(world)
         sim = Simulation(world)
-        stopwatch.allow(trial.timeout or PATIENCE + (trial.duration or planned(sim)))
-        controller = _Watched(trial.cell, sim.boats, tracks, stopwatch)
         with _recording(sim, folder / RECORDING if trial.record else None):
-            summary = run(sim, trial.duration, controller=controller)
+            summary = _sailed(trial, sim, folder, tracks, stopwatch)
         return _result(trial, summary, world.sha256, tracks)
     except Exception as error:
         return Result(
@@ -111,6 +116,18 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
             wall_time=time.perf_counter() - begun,
             tracks=tracks.simplified(),
         )
+
+
+def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
+    simulated = trial.duration or planned(sim)
+    if trial.serving is None:
+        stopwatch.allow(trial.timeout or PATIENCE + simulated)
+        return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
+    from vrx_mj.adapters.campaign.served import sail_by_program  # needs the extra ros1
+
+    slower = min(trial.serving.rate or 1.0, 1.0)
+    wall = trial.timeout or PATIENCE + simulated / slower
+    return sail_by_program(trial.cell, trial.serving, sim, folder, trial.duration, wall, tracks, stopwatch)
 
 
 def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[object]:
@@ -130,7 +147,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         task["events"] = [list(event) for event in task["events"][-EVENTS:]]
     return Result(
         trial.cell,
-        error="interrupted" if summary.interrupted else None,
+        error=INTERRUPTED if summary.interrupted else None,
         task=task,
         sim_time=summary.sim_time,
         wall_time=summary.wall_time,

@@ -2,12 +2,14 @@
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from vrx_mj.control.formation import SHAPES, Formation
 from vrx_mj.control.navigation import true_estimate
 from vrx_mj.control.velocity import VelocityKeeper
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
+from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
 
@@ -30,8 +32,8 @@ class _Order(NamedTuple):
 class Autopilot:
     """Closed loops around boats, by ground truth for velocities and by the boats' sensors for formations."""
 
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
+    def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
+        self._sim, self._tell = sim, tell
         self._orders: dict[str, _Order] = {}
         self._keepers: dict[str, VelocityKeeper] = {}
         self._formation: Formation | None = None
@@ -92,8 +94,16 @@ class Autopilot:
             keeper = self._keepers.setdefault(boat, VelocityKeeper(seen[boat].thrusters))
             self._sim.command_all({boat: keeper(true_estimate(seen[boat]), time, order.surge, order.turn)})
         if self._formation is not None:
-            commands = self._formation(seen, time)
-            self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
+            self._keep_formation(self._formation, seen, time)
+
+    def _keep_formation(self, formation: Formation, seen: Observation, time: float) -> None:
+        try:
+            commands = formation(seen, time)
+        except VrxError as error:
+            self._formation = None
+            self._tell("WARN", f"formation: off: {error}")
+            return
+        self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
 def parse_formation(text: str) -> dict[str, Any] | None:

@@ -42,7 +42,9 @@ class Diagnosis:
         topic = stranger.topic
         if topic in table.inputs or not any(part in topic for part in KNOWN):
             return
-        close = nearest(topic, table.inputs)
+        tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
+        same = (f"/{boat}/{tail}" for tail in tails for boat in self._sim.boats)
+        close = next((name for name in same if name in table.inputs), None) or nearest(topic, table.inputs)
         hint = f"did you mean {close}?" if close else f"topics of boats begin with /{self._sim.boats[0]}/"
         self._once(f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat: {hint}")
 

@@ -5,7 +5,10 @@ from collections.abc import Sequence
 
 from vrx_mj.adapters.ros.inbox import Command
 
-__all__ = ["Lockstep"]
+__all__ = ["STEP", "Lockstep"]
+
+STEP = "/vrx_mj/step"
+"""The service by which time goes on where no topics are listed."""
 
 LONGEST = 1024
 """Answers of one topic that wait for their clock, at most."""
@@ -32,7 +35,14 @@ class Lockstep:
             return None
         return [waiting.popleft() for waiting in self._answers.values()]
 
+    def begin(self) -> None:
+        """Forget what was answered: time begins anew."""
+        for waiting in self._answers.values():
+            waiting.clear()
+
     @property
     def missing(self) -> tuple[str, ...]:
-        """Topics that time waits for."""
+        """What time waits for: topics, or the service."""
+        if not self._answers:
+            return (STEP,)
         return tuple(topic for topic, waiting in self._answers.items() if not waiting)

@@ -8,7 +8,7 @@ is in `definitions`.
 import hashlib
 import math
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,7 @@ def typestore() -> Typestore:
     return store
 
 
-@cache
+@lru_cache(maxsize=1024)  # names come from peers too
 def full_name(type_name: str) -> str:
     """`sensor_msgs/msg/Imu` for `sensor_msgs/Imu`, as rosbags and ROS 2 have it."""
     package, _, name = type_name.rpartition("/")

@@ -53,7 +53,8 @@ class Meter:
             (boat, sensor), share = max(self.load.items(), key=lambda item: item[1])
             parts.append(f"dearest: {sensor} of {boat}, {100.0 * share:.0f} %")
         if self._station.lockstep is not None and self._station.lockstep.missing:
-            parts.append(f"waits for {self._station.lockstep.missing[0]}")
+            first, *others = self._station.lockstep.missing
+            parts.append(f"waits for {first}{f' and {len(others)} more' if others else ''}")
         self._then, self._read = (now, moment, cpu, sent), spent
         return "  ".join(parts)
 

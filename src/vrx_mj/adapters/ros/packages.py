@@ -79,6 +79,7 @@ def write_packages(folder: str | Path) -> Written:
         raise VrxError(
             f"'{top}': a folder of packages has no '{os.pathsep}' in its path, which separates paths in a list"
         )
+    before = _listed(top / LIST)
     named = sorted({file.parent.name for file in DEFINITIONS.glob("*/*.*")} - OF_DEBIAN)
     used = {package: _used(package) for package in named}
     others = sorted({kind.partition("/")[0] for kinds in used.values() for kind in kinds} - set(named))
@@ -87,7 +88,7 @@ def write_packages(folder: str | Path) -> Written:
     with tempfile.TemporaryDirectory() as scratch:
         _generate(python, packages, used, Path(scratch))
         made = Path(scratch) / "made"
-        _put({str(file.relative_to(made)): file.read_bytes() for file in _files(made)}, top)
+        _put({str(file.relative_to(made)): file.read_bytes() for file in _files(made)}, top, before)
     return Written(
         packages,
         {package: has[package] for package in named if package in has},
@@ -186,10 +187,9 @@ def _write(path: Path, raw: bytes) -> None:
     path.write_bytes(raw)
 
 
-def _put(made: Mapping[str, bytes], top: Path) -> None:
+def _put(made: Mapping[str, bytes], top: Path, before: Mapping[str, str]) -> None:
     """Put files into the folder, over those that we wrote there before and nobody changed since."""
     try:
-        before = _listed(top / LIST)
         ours = {name for name, sha in before.items() if _sha256(top / name) == sha}
         for name, raw in made.items():
             found = _sha256(top / name)

@@ -29,7 +29,7 @@ class Post:
         self._failed: set[tuple[str, str]] = set()
         self._batch: list[Sent] = []
         self._numbers: dict[str, int] = {}
-        self._last: dict[str, bytes] = {}
+        self._last: dict[str, tuple[Message, bytes]] = {}
 
     def offer(self, table: Table) -> None:
         """Make messages of this table from now on."""
@@ -56,6 +56,15 @@ class Post:
         batch, self._batch = self._batch, []
         batch.sort(key=lambda sent: sent.output.name == CLOCK)
         if batch:
+            for transport in self._transports:
+                transport.publish(batch)
+
+    def repeat(self, name: str) -> None:
+        """Send the present message of an output out of turn, if somebody listens and there is such an output."""
+        output = self._table.outputs.get(name)
+        if output is not None and output.sensor is None and name in self._wanted:
+            self._make(output, output.make, self._sim.time)
+            batch, self._batch = self._batch, []
             for transport in self._transports:
                 transport.publish(batch)
 
@@ -92,6 +101,15 @@ class Post:
 
         self._read[key] = self._sim.subscribe(boat, sensor, take)
 
+    def _is_new(self, output: Output, message: Message) -> bool:
+        """Whether the message differs from the last one of an output that has no rate."""
+        last, told = self._last.get(output.name, (None, b""))
+        if message is last:
+            return False
+        now = encode(message, output.type)
+        self._last[output.name] = message, now
+        return now != told
+
     def _is_due(self, output: Output, time: float) -> bool:
         number = math.floor((time + EARLY) * (output.rate or NEWS_RATE))
         if number <= self._numbers.get(output.name, -1):
@@ -103,9 +121,6 @@ class Post:
         message = make()
         if message is None:
             return
-        if output.rate == 0.0:
-            told = encode(message, output.type)
-            if self._last.get(output.name) == told:
-                return
-            self._last[output.name] = told
+        if output.rate == 0.0 and not self._is_new(output, message):
+            return
         self._batch.append(Sent(output, message, time))

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from urllib.parse import urlsplit
 
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.lockstep import Lockstep
@@ -61,6 +62,8 @@ def serve(
     tell: Tell,
     status: Callable[[str], None] = lambda _line: None,
     extra: Sequence[Transport] = (),
+    ready: Callable[[Sequence[Transport]], None] = lambda _transports: None,
+    over: Callable[[], bool] = lambda: False,
 ) -> None:
     """Serve a simulation until Ctrl-C, SIGTERM, a peer, its duration or its task ends it.
 
@@ -70,6 +73,9 @@ def serve(
         tell: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
         status: is given the line of status, once a second.
         extra: transports that are open already, as a bag.
+        ready: is called before time begins, when all is offered; what the transports still have to tell a master may
+            be under way.
+        over: is asked at every tick of the clock, and again and again while time stands, whether this is the end.
 
     Raises:
         NetworkError: a network cannot be opened.
@@ -82,7 +88,7 @@ def serve(
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, _told(ending):
-            loud = _Loud(transports, tell)
+            loud = _Loud(sim, transports, tell)
             for line in lines:
                 tell("INFO", line)
             station = Station(
@@ -97,7 +103,8 @@ def serve(
             )
             _greet(station, wanted, tell)
             try:
-                _Loop(station, inbox, wanted, transports).run(ending, status, loud)
+                ready(transports)
+                _Loop(station, inbox, wanted, transports, over).run(ending, status, loud)
             finally:
                 station.close()
     finally:
@@ -105,13 +112,14 @@ def serve(
 
 
 class _Loud:
-    """Tells people here, and those on the networks."""
+    """Tells people here, those on the networks, and who looks at the recording."""
 
-    def __init__(self, transports: Sequence[Transport], tell: Tell) -> None:
-        self._transports, self._tell = transports, tell
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Tell) -> None:
+        self._sim, self._transports, self._tell = sim, transports, tell
 
     def __call__(self, level: str, text: str) -> None:
         self._tell(level, text)
+        self._sim.event(text, level)
         for transport in self._transports:
             transport.log(level, text)
 
@@ -119,8 +127,15 @@ class _Loud:
 class _Loop:
     """Time, and what it waits for."""
 
-    def __init__(self, station: Station, inbox: Inbox, wanted: Wanted, transports: Sequence[Transport]) -> None:
-        self._station, self._inbox, self._wanted = station, inbox, wanted
+    def __init__(
+        self,
+        station: Station,
+        inbox: Inbox,
+        wanted: Wanted,
+        transports: Sequence[Transport],
+        over: Callable[[], bool],
+    ) -> None:
+        self._station, self._inbox, self._wanted, self._over = station, inbox, wanted, over
         now = time.perf_counter()
         self._pacer = Pacer(station.sim.timestep, wanted.rate or 1.0, now)
         self._free = wanted.rate is None or wanted.lockstep is not None
@@ -148,13 +163,13 @@ class _Loop:
     def _go(self) -> None:
         begun = time.perf_counter()
         if self._free:
-            while time.perf_counter() - begun < BUDGET and not self._inbox.pending:
+            while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
                 if not self._station.tick():
                     self._inbox.wait(PATIENCE)
                     return
             return
         self._owed += self._pacer.due(begun)
-        while self._owed > 0 and time.perf_counter() - begun < BUDGET:
+        while self._owed > 0 and time.perf_counter() - begun < BUDGET and not self._is_over():
             steps = self._station.tick()
             self._owed -= steps
             self._pacer.did(steps, time.perf_counter())
@@ -166,7 +181,7 @@ class _Loop:
         wanted, sim = self._wanted, self._station.sim
         if wanted.duration is not None and sim.time >= wanted.duration - 1e-6:
             return True
-        return wanted.exit_on_completion and sim.task_is_over
+        return (wanted.exit_on_completion and sim.task_is_over) or self._over()
 
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
@@ -228,5 +243,21 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
             tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
     if wanted.host not in LOOPBACK:
         tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")
+        for line in _to_paste(wanted):
+            tell("INFO", line)
     if os.environ.get("VRX_DEBUG") == "false":
         tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
+
+
+def _to_paste(wanted: Wanted) -> Iterator[str]:
+    """What to type on other machines."""
+    from vrx_mj.adapters.ros.ros1.address import announced
+
+    here = announced(wanted.host, "localhost")
+    if wanted.ros1:
+        port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
+        uri = f"http://{here}:{port}"
+        yield f"there, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
+        yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
+    if wanted.rosbridge is not None:
+        yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"

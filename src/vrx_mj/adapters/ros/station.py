@@ -31,8 +31,12 @@ Tell = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is told, and commands are taken."""
+TASK_INFO = "/vrx/task/info"
+"""Whose last message is a trial's score."""
 EARLY = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded."""
+ALL = 1 << 62
+"""Steps."""
 LONGEST_STEP = 3600.0
 """Of the service that steps [s]."""
 LARGEST_URDF = 1 << 24
@@ -79,10 +83,10 @@ class Station:
         self.bodies = Bodies(sim)
         self.diagnosis = Diagnosis(sim, tell)
         self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
-        self._autopilot, self._starts = Autopilot(sim), Starts(sim)
+        self._autopilot, self._starts = Autopilot(sim, tell), Starts(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
-        self._folder = tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         self._post = Post(sim, transports, tell)
         self._offer()
@@ -126,10 +130,10 @@ class Station:
                 self._take(command)
         return self._advance()
 
-    def _advance(self) -> int:
+    def _advance(self, most: int = ALL) -> int:
         sim = self.sim
         then = (math.floor((sim.time + EARLY) * self._clock_rate) + 1) / self._clock_rate
-        steps = max(1, math.ceil((then - sim.time) / sim.timestep - EARLY))
+        steps = min(most, max(1, math.ceil((then - sim.time) / sim.timestep - EARLY)))
         self._autopilot.steer()
         sim.advance(steps)
         self._post.deliver()
@@ -147,9 +151,12 @@ class Station:
         if duration == 0.0:
             self._advance()
             return
-        end = self.sim.time + self.sim.steps_in(duration) * self.sim.timestep
-        while self.sim.time < end - EARLY:
-            self._advance()
+        self.advance(self.sim.steps_in(duration))
+
+    def advance(self, steps: int) -> None:
+        """Advance by a number of physics steps, and publish what is due on the way."""
+        while steps > 0:
+            steps -= self._advance(steps)
 
     # What networks ask for
 
@@ -239,9 +246,13 @@ class Station:
             self._spawn(name, urdf, pose)
         self._changed()
         self._post.begin()
+        if self.lockstep is not None:
+            self.lockstep.begin()
+            self._post.deliver()  # the clock that is to be answered now
         self._tell("INFO", "time begins again at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
+        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
         file = Path(self._folder.name) / f"{len(self._joined)}.urdf"
         file.write_text(urdf, encoding="utf-8")
         self.sim.spawn(name, pose=pose, robot=file)
@@ -262,5 +273,7 @@ class Station:
         self._post.offer(self._table)
 
     def close(self) -> None:
-        """Throw away what it keeps; the transports stay open."""
-        self._folder.cleanup()
+        """Publish the task's last word, and throw away what it keeps; the transports stay open."""
+        self._post.repeat(TASK_INFO)
+        if self._folder is not None:
+            self._folder.cleanup()

@@ -4,7 +4,7 @@ import pytest
 
 from campaigns import failed, scored
 from vrx_mj.adapters.campaign.manifest import begin, read_campaign
-from vrx_mj.adapters.campaign.plan import Cell, Plan
+from vrx_mj.adapters.campaign.plan import Cell, Plan, Serving
 from vrx_mj.adapters.campaign.results import write_json, write_result
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError, RecordError
@@ -73,6 +73,26 @@ def test_a_changed_controller_or_program_is_noticed(folder, monkeypatch):
     assert message(folder, PLAN) == another(
         folder, f"it was sailed by vrx_mj {before}, and this is 9.9 new", "the controller boat:f has changed since"
     )
+
+
+def test_programs_are_not_mixed_with_others_or_served_otherwise(folder):
+    first = Plan(("run boat.py",), ("hold",), (0,), serving=Serving(2.0, ("/a", "/b"), rosbridge=True))
+    assert read_campaign(begin(folder, first).folder).manifest.plan == first
+    served = "its trials were sailed by --exec --rate 2 --lockstep /a,/b --rosbridge, and now are by "
+    assert message(folder, replace(first, serving=Serving(None, ()))) == another(
+        folder, f"{served}--exec --rate max --lockstep step"
+    )
+    controllers = replace(first, controllers=("boat:f",), serving=None)
+    assert message(folder, controllers) == another(
+        folder, "it has the controllers run boat.py too", f"{served}controllers"
+    )
+
+
+def test_a_program_has_changed_with_a_file_that_its_line_names(folder):
+    plan = Plan(("python3 'boat.py' --fast", "echo 'unclosed", "x" * 5000), ("hold",), (0,), serving=Serving())
+    begin(folder, plan)
+    (folder.parent / "boat.py").write_text("def f(obs, t): return None\n", encoding="utf-8")
+    assert message(folder, plan) == another(folder, "the program python3 'boat.py' --fast has changed since")
 
 
 def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):

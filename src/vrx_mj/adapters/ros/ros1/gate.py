@@ -1,5 +1,6 @@
 """How many connections there may be, in all and per host."""
 
+import contextlib
 from collections import Counter
 
 __all__ = ["Gate"]
@@ -39,11 +40,15 @@ def is_loopback(host: str) -> bool:
 
 
 def allowed() -> int:
-    """Connections that the process may have open."""
+    """Connections that the process may have open; where it may have few files, it takes the leave that it can get."""
     try:
         import resource
-
-        soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     except ImportError:  # Windows
         return MOST
-    return min(MOST, max(soft - SPARE_FILES, 16)) if soft > 0 else MOST
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= soft < MOST + SPARE_FILES:  # 1024 as a rule: two recorders of twenty boats have more topics
+        soft = MOST + SPARE_FILES if hard < 0 else min(hard, MOST + SPARE_FILES)
+        with contextlib.suppress(OSError, ValueError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return min(MOST, max(soft - SPARE_FILES, 16)) if soft >= 0 else MOST

@@ -80,16 +80,19 @@ async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: 
             f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
             "ROS_MASTER_URI to have a master of our own here"
         )
-    if not is_ours(where, bound(host)):
+    hosts = bound(host)
+    if hosts != ["0.0.0.0"]:  # a machine's own name is 127.0.1.1 where Debian has put it into /etc/hosts
+        hosts += [one for one in addresses(where) if is_loopback(one) and one not in hosts]
+    if not is_ours(where, hosts):
         raise NetworkError(
-            f"no ROS master answers at {uri}, and we listen at {', '.join(bound(host))} only: "
+            f"no ROS master answers at {uri}, and we listen at {', '.join(hosts)} only: "
             f"give --host {where} or --host 0.0.0.0"
         )
     known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
     master = Master(known)
     server = HttpServer("master", master.answer, gate, notices)
     try:
-        await server.start(bound(host), port)
+        await server.start(hosts, port)
     except OSError as error:
         await server.close()
         raise NetworkError(f"ROS 1: port {port} of our master cannot be opened: {error}{_who(where, port)}") from None

@@ -2,6 +2,8 @@
 
 import asyncio
 import contextlib
+import re
+import socket
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -17,6 +19,8 @@ PATIENCE = 5.0
 """Wall time that an answer may take [s]."""
 BROKEN = (OSError, EOFError, TimeoutError, CommandError)
 """What a call raises if the other end cannot be reached, or gives no proper answer."""
+
+_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
 
 
 async def read_head(reader: asyncio.StreamReader) -> tuple[list[str], dict[str, str]]:
@@ -70,9 +74,10 @@ def address(uri: str, scheme: str = "http") -> tuple[str, int]:
         port = parts.port
     except ValueError:
         parts, port = urlsplit(""), None
-    if parts.scheme != scheme or not parts.hostname or not port:
+    host = parts.hostname or ""
+    if parts.scheme != scheme or not port or not _HOST.match(host) or any(len(one) > 63 for one in host.split(".")):
         raise CommandError(f"{uri[:100]!r} is no URI like {scheme}://host:port")
-    return parts.hostname, port
+    return host, port
 
 
 class Proxy:
@@ -121,7 +126,7 @@ class Proxy:
     async def _exchange(self, request: bytes) -> Any:
         host, port = address(self.uri)
         if self._streams is None:
-            self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD)
+            self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD, family=socket.AF_INET)
         reader, writer = self._streams
         keep = False
         try:

@@ -1,6 +1,7 @@
 """The answering end of XML-RPC over HTTP."""
 
 import asyncio
+import time
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
@@ -8,6 +9,7 @@ from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.http import LARGEST_HEAD, body_size, read_head
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.outbox import Budget
+from vrx_mj.adapters.ros.ros1.pace import Pace
 from vrx_mj.adapters.ros.ros1.xmlrpc import Fault, answer_bytes, fault_bytes, read
 from vrx_mj.errors import CommandError
 
@@ -35,6 +37,7 @@ class HttpServer:
         self.title = title
         self._answer, self._gate, self._notices = answer, gate, notices
         self._budget = Budget(ALL_BODIES)
+        self._pace = Pace(time.monotonic)
         self._servers: list[asyncio.Server] = []
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -90,7 +93,11 @@ class HttpServer:
                 raise
             goes_on = _keeps(words[2], fields)
             body = await self._body(reader, writer, size, fields)
-            await _send(writer, "200 OK", await self._answered(body, host), keep=goes_on)
+            began = time.thread_time()
+            answer = await self._answered(body, host)
+            wait = self._pace.wait(time.thread_time() - began)
+            await _send(writer, "200 OK", answer, keep=goes_on)
+            await asyncio.sleep(wait)
             patience = IDLE
 
     async def _body(

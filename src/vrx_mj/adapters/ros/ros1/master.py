@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+import socket
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -219,7 +220,7 @@ class Master:
         host, port = address(api)
         try:
             async with asyncio.timeout(1.0):
-                _, writer = await asyncio.open_connection(host, port)
+                _, writer = await asyncio.open_connection(host, port, family=socket.AF_INET)
             writer.transport.abort()
         except ConnectionRefusedError:
             self._was_refused(api)

@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.inbox import Answer, Inbox
-from vrx_mj.adapters.ros.messages import Message
+from vrx_mj.adapters.ros.messages import Message, is_known
 from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.offer import Sent, Table
+from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.adapters.ros.ros1.address import addresses, is_local
 from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.header import encode_header
@@ -67,6 +67,7 @@ class Node:
         self.slave.trusted = lambda host: host in masters or is_local(host)
         self.registrar.publishers = self._found_publishers
         self.registrar.seen = self._seen
+        self.registrar.api, self.registrar.replaced = self.slave.uri, self.slave.end
         for name, (kind, call) in self.rosout.services.items():
             self.provided[name] = Provided(self.name, name, kind, call)
         self._wish()
@@ -85,6 +86,7 @@ class Node:
 
     def apply(self, table: Table) -> None:
         """Offer what is in a table, and nothing else; what stays keeps its connections."""
+        table = self._known(table)
         for name, topic in list(self.publications.items()):
             output = table.outputs.get(name)
             if topic is not self.rosout.publication and (
@@ -118,9 +120,24 @@ class Node:
 
     @property
     def clients(self) -> int:
-        """Connections that are open."""
+        """Connections that are open; safe to ask from any thread."""
         return len(self.door.inside) + sum(
-            source.receiver is not None for topic in self.subscriptions.values() for source in topic.sources.values()
+            source.receiver is not None
+            for topic in list(self.subscriptions.values())
+            for source in list(topic.sources.values())
+        )
+
+    def _known(self, table: Table) -> Table:
+        """The table without what has a type that nobody knows, which is told."""
+        every: list[Output | Input | Service] = [*table.outputs.values(), *table.inputs.values()]
+        for one in every + list(table.services.values()):
+            if not _has_type(one):
+                self.notices.tell("ERROR", "type", one.name, f"{one.name}: no type {one.type} is known")
+        return Table(
+            {name: one for name, one in table.outputs.items() if _has_type(one)},
+            {name: one for name, one in table.inputs.items() if _has_type(one)},
+            {name: one for name, one in table.services.items() if _has_type(one)},
+            table.parameters,
         )
 
     def _add(self, table: Table) -> None:
@@ -206,3 +223,11 @@ class Node:
         task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
         self._closing.add(task)
         task.add_done_callback(self._closing.discard)
+
+
+def _has_type(one: Output | Input | Service) -> bool:
+    return (
+        is_known(f"{one.type}Request") and is_known(f"{one.type}Response")
+        if isinstance(one, Service)
+        else is_known(one.type)
+    )

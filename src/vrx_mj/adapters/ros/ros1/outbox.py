@@ -32,12 +32,12 @@ class Outbox:
         self.bytes = 0
         self._budget = budget
         self._limits = most_messages, most_bytes
-        self._waiting: deque[bytes] = deque()
+        self._waiting: deque[bytearray] = deque()
 
     def __len__(self) -> int:
         return len(self._waiting)
 
-    def push(self, frame: bytes) -> int:
+    def push(self, frame: bytearray) -> int:
         """Add the newest; returns how many older ones were thrown away for it."""
         self._waiting.append(frame)
         self._count(len(frame))
@@ -48,7 +48,7 @@ class Outbox:
         self.dropped += dropped
         return dropped
 
-    def pop(self) -> bytes | None:
+    def pop(self) -> bytearray | None:
         """Take the oldest."""
         if not self._waiting:
             return None

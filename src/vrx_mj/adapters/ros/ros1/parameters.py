@@ -30,7 +30,7 @@ class Parameters:
 
     def __init__(self) -> None:
         self.tree: dict[str, Any] = {}
-        self._bytes = 0
+        self._bytes = _size(self.tree)
 
     def get(self, key: str) -> Any:
         """The value, or the tree under a namespace; KeyError if there is none."""

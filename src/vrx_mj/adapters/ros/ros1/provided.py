@@ -72,7 +72,7 @@ class Caller:
         self._persistent = header.get("persistent", "").lower() in {"1", "true"}
         self._network = network
         self._splitter = Splitter(LARGEST_REQUEST, budget)
-        self._busy = self._lost = False
+        self._busy = self._lost = self._blocked = False
         service.callers.add(self)
         self._timer = None if self._persistent else network.loop.call_later(PATIENCE, transport.abort)
 
@@ -84,7 +84,11 @@ class Caller:
         self._next()
 
     def blocked(self, *, now: bool) -> None:
-        """Nothing is sent that has not been asked for."""
+        """It takes no more answers, so that no more calls are taken, or takes them again."""
+        self._blocked = now
+        if not now and not self._busy and not self._lost:
+            self.transport.resume_reading()
+            self._network.loop.call_soon(self._resume)
 
     def lost(self) -> None:
         """The connection is closed."""
@@ -95,7 +99,7 @@ class Caller:
         self.service.callers.discard(self)
 
     def _next(self) -> None:
-        if self._busy or self._lost:
+        if self._busy or self._lost or self._blocked:
             return
         frame = self._splitter.take()
         if frame is None:
@@ -122,8 +126,9 @@ class Caller:
             self.transport.close()
             self._timer = self._network.loop.call_later(PATIENCE, self.transport.abort)
             return
-        self.transport.resume_reading()
-        self._network.loop.call_soon(self._resume)
+        if not self._blocked:
+            self.transport.resume_reading()
+            self._network.loop.call_soon(self._resume)
 
     def _resume(self) -> None:
         try:

@@ -5,8 +5,7 @@ import struct
 from collections.abc import Mapping
 from typing import Any
 
-from vrx_mj.adapters.ros.messages import Message, definition, encode, md5sum
-from vrx_mj.adapters.ros.ros1.header import framed
+from vrx_mj.adapters.ros.messages import Message, definition, full_name, md5sum, typestore
 from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.outbox import Budget, Outbox
 
@@ -14,6 +13,8 @@ __all__ = ["Publication", "Reader", "Stream"]
 
 HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
+PIECE = 1 << 18
+"""Bytes that are given to asyncio at one time: it copies what it cannot send."""
 MOST_IDLE_TALK = 1 << 16
 """Bytes that a subscriber may say after its header; it has nothing to say."""
 MOST_MET = 1000
@@ -47,8 +48,9 @@ class Publication:
         self.readers: set[Reader] = set()
         self.met: set[str] = set()
         """Nodes that have ever connected."""
-        self._last: bytes | None = None
+        self._last: bytearray | None = None
         self._sequence = 0
+        self._kind: Any = typestore().get_msgdef(full_name(type_name))
         self._numbered = definition(type_name).startswith(("Header header\n", "std_msgs/Header header\n"))
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
@@ -88,12 +90,16 @@ class Publication:
             reader.send(self._last)
 
     def send(self, message: Message) -> None:
-        """Send a message to all who are there, and keep it if the topic is latched. CommandError: it is none."""
+        """Send a message to all who are there, and keep it if the topic is latched.
+
+        Raises:
+            Exception: whatever rosbags raises of a message that is none of this type.
+        """
         if not self.readers and not self.latched:
             return
-        frame = framed(encode(message, self.type))
+        frame = self._written(message)
         if self._numbered:  # as roscpp and rospy do: messages are numbered by who publishes them
-            frame = frame[:4] + _LENGTH.pack(self._sequence & 0xFFFFFFFF) + frame[8:]
+            _LENGTH.pack_into(frame, _LENGTH.size, self._sequence & 0xFFFFFFFF)
             self._sequence += 1
         if self.latched:
             self._last = frame
@@ -105,6 +111,15 @@ class Publication:
         for reader in list(self.readers):
             reader.transport.abort()
 
+    def _written(self, message: Message) -> bytearray:
+        """A message with its length before it, written once and without copies: pictures have some MB."""
+        size = self._kind.getsize_ros1(0, message, typestore())
+        frame = bytearray(_LENGTH.size + size)
+        _LENGTH.pack_into(frame, 0, size)
+        end = self._kind.serialize_ros1(memoryview(frame), _LENGTH.size, message, typestore())
+        assert end == len(frame)
+        return frame
+
 
 class Reader:
     """One who has subscribed. What it does not take in time waits in an outbox, and the oldest of that goes first."""
@@ -115,6 +130,8 @@ class Reader:
         self.number = publication.stream.number()
         self.sent = self.messages = 0
         self._outbox = Outbox(publication.stream.budget)
+        self._rest = memoryview(b"")
+        """What asyncio has not been given yet of the message that is being sent."""
         self._blocked = False
         self._talk = 0
         transport.set_write_buffer_limits(high=HIGH_WATER)
@@ -124,12 +141,21 @@ class Reader:
         """Messages that it did not get."""
         return self._outbox.dropped
 
-    def send(self, frame: bytes) -> None:
+    @property
+    def waiting(self) -> int:
+        """Bytes that wait for it."""
+        return self._outbox.bytes
+
+    def send(self, frame: bytearray) -> None:
         """Send a message now or later."""
-        if self._blocked or len(self._outbox):
+        if self._blocked:
             self.publication.stream.dropped += self._outbox.push(frame)
-        else:
-            self._write(frame)
+        elif len(frame) > PIECE:
+            self._begin(frame)
+            self._write()
+        elif not self.transport.is_closing():
+            self._count(frame)
+            self.transport.write(frame)
 
     def received(self, data: bytes) -> None:
         """It says something; nothing is expected."""
@@ -140,12 +166,12 @@ class Reader:
     def blocked(self, *, now: bool) -> None:
         """The connection takes no more, or takes again."""
         self._blocked = now
-        while not self._blocked and (frame := self._outbox.pop()) is not None:
-            self._write(frame)
+        self._write()
 
     def lost(self) -> None:
         """The connection is closed."""
         self._blocked = True
+        self._rest = memoryview(b"")
         self._outbox.clear()
         self.publication.readers.discard(self)
 
@@ -156,8 +182,22 @@ class Reader:
         about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.number}]"
         return [self.number, self.node, "o", "TCPROS", self.publication.name, True, about]
 
-    def _write(self, frame: bytes) -> None:
+    def _begin(self, frame: bytearray) -> None:
+        self._rest = memoryview(frame)
+        self._count(frame)
+
+    def _count(self, frame: bytearray) -> None:
         self.sent += len(frame)
         self.messages += 1
         self.publication.stream.sent += len(frame)
-        self.transport.write(frame)
+
+    def _write(self) -> None:
+        """Send what there is until the connection is blocked."""
+        while not self._blocked and not self.transport.is_closing():
+            if not self._rest:
+                frame = self._outbox.pop()
+                if frame is None:
+                    return
+                self._begin(frame)
+            piece, self._rest = self._rest[:PIECE], self._rest[PIECE:]
+            self.transport.write(piece)

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.ros1.http import BROKEN
@@ -18,6 +18,10 @@ SOONEST = 0.25
 """And at least, however often the master changes."""
 CLOSING = 1.0
 """Wall time to take all back at the end [s]."""
+SLOW = 30.0
+"""Wall time for a portion of the parameters: roscore takes a second for some MB of a robot's description [s]."""
+PORTION = 1 << 17
+"""Bytes of parameters that are sent together, about."""
 METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
 State = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
@@ -40,12 +44,16 @@ class Registrar:
         """Takes a topic that we listen to, and its publishers' URIs."""
         self.seen: Callable[[State], None] = lambda state: None
         """Takes what the master knows now and again."""
+        self.api = ""
+        """The node's own URI."""
+        self.replaced: Callable[[str], None] = lambda reason: None
+        """Called when another node of the same name has registered."""
         self._done: dict[Key, list[str]] = {}
         self._set: dict[str, Any] = {}
         self._is_lost = False
 
     async def run(self) -> None:
-        """Do it for ever."""
+        """Do it until another node of the same name has taken over."""
         loop = asyncio.get_running_loop()
         looked = -SOONEST
         while True:
@@ -56,6 +64,8 @@ class Registrar:
                 if loop.time() - looked >= SOONEST:
                     looked = loop.time()
                     self._look(await self._state())
+                    if await self._is_replaced():
+                        return
                 else:
                     pause = SOONEST
                 self._found()
@@ -87,9 +97,10 @@ class Registrar:
                 [self._call("unregister", key, self._done[key]) for key in gone]
                 + [("deleteParam", (self.node, name)) for name in lost]
             )
-            new = [(name, value) for name, value in parameters.items() if self._set.get(name, self) != value]
-            await self.link.many([("setParam", (self.node, name, value)) for name, value in new])
-            self._set = parameters
+            self._set = {name: value for name, value in self._set.items() if name in parameters}
+            for some in _portions({n: value for n, value in parameters.items() if self._set.get(n, self) != value}):
+                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], SLOW)
+                self._set |= some
             keys = [key for key, values in wished.items() if self._done.get(key) != values]
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])
             self._done = wished
@@ -127,6 +138,17 @@ class Registrar:
             self.wake.set()
         self.seen(state)
 
+    async def _is_replaced(self) -> bool:
+        """Whether the master has another node of our name: what is missing is then not to be registered again."""
+        if self._done == self.wished:
+            return False
+        (api,) = await self.link.many([("lookupNode", (self.node, self.node))])
+        if api is None or api == self.api:
+            return False
+        self._done, self._set = {}, {}
+        self.replaced(f"another node {self.node}, at {str(api)[:100]}, has taken its place")
+        return True
+
     def forget(self, topic: str) -> None:
         """Ask for the publishers of a topic again."""
         if self._done.pop(("subscriber", topic), None) is not None:
@@ -144,3 +166,17 @@ class Registrar:
             self.notices.forget("lost", self.uri)
             self.notices.tell("INFO", "found", self.uri, f"the master at {self.uri} answers again")
         self._is_lost = False
+
+
+def _portions(parameters: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """The parameters in portions of a size that a master can take in time."""
+    portion: dict[str, Any] = {}
+    size = 0
+    for name, value in parameters.items():
+        size += len(repr(value))
+        if portion and size > PORTION:
+            yield portion
+            portion, size = {}, len(repr(value))
+        portion[name] = value
+    if portion:
+        yield portion

@@ -111,11 +111,14 @@ class Slave:
         return 1, f"ready on {host}:{port}", ["TCPROS", host, port]
 
     def _shutdown(self, caller: str, *reason: Any) -> Reply:
-        text = f"{caller[:100]} shut it down: {str(reason[0])[:200] if reason else 'no reason given'}"
-        self.notices.tell("WARN", "shutdown", text, f"node {self.node}: {text}")
-        if self.on_shutdown is not None:
-            self.on_shutdown(text)
+        self.end(f"{caller[:100]} shut it down: {str(reason[0])[:200] if reason else 'no reason given'}")
         return 1, "shutdown", 0
+
+    def end(self, reason: str) -> None:
+        """Tell whoever serves that it is over."""
+        self.notices.tell("WARN", "shutdown", reason, f"node {self.node}: {reason}")
+        if self.on_shutdown is not None:
+            self.on_shutdown(reason)
 
 
 def _listed(topics: dict[str, Any]) -> list[list[str]]:

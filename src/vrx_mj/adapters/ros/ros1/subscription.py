@@ -1,13 +1,14 @@
 """A topic that we listen to over TCPROS: a connection to each publisher, made anew while it is registered."""
 
 import asyncio
+import socket
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from vrx_mj.adapters.ros.messages import Message, decode, definition, md5sum
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
-from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy
+from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
 from vrx_mj.adapters.ros.ros1.incoming import keep_alive
 from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.notices import Notices
@@ -120,7 +121,9 @@ class Source:
         host, port = await self._where()
         loop = asyncio.get_running_loop()
         async with asyncio.timeout(HANDSHAKE):
-            transport, receiver = await loop.create_connection(lambda: Receiver(self), host, port)
+            transport, receiver = await loop.create_connection(
+                lambda: Receiver(self), host, port, family=socket.AF_INET
+            )
         self.receiver = receiver
         try:
             await receiver.ended
@@ -138,8 +141,8 @@ class Source:
         finally:
             proxy.close()
         match answer:
-            case ["TCPROS", str(host), int(port), *_] if 0 < port < 65536 and len(host) < 256:
-                return host, port
+            case ["TCPROS", str(host), int(port), *_]:
+                return address(f"tcpros://{host}:{port}", "tcpros")
         raise CommandError(f"it answers {str(answer)[:60]!r} where it should say where it sends")
 
 

@@ -74,9 +74,8 @@ class Ros1:
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment; they must not change afterwards."""
-        while len(self._batches) >= MOST_BATCHES:
-            with contextlib.suppress(IndexError):
-                self._lost += len(self._batches.popleft())
+        if len(self._batches) >= MOST_BATCHES:
+            self._shed()
         self._batches.append(batch)
         self._network.soon(self._send)
 
@@ -92,14 +91,27 @@ class Ros1:
         return Traffic(self._node.clients, self._node.stream.sent, self._node.stream.dropped + self._lost)
 
     def close(self) -> None:
-        """Withdraw all, and close every connection."""
-        with contextlib.suppress(TimeoutError):
-            self._network.call(self._end(), CLOSING)
+        """Withdraw all, and close every connection. Nothing happens where there is nothing to close."""
+        if self._graph is not None:
+            with contextlib.suppress(TimeoutError):
+                self._network.call(self._end(), CLOSING)
 
     def settle(self, timeout: float = 5.0) -> None:
         """Wait until the master knows all that is offered; TimeoutError: it does not, so long [s]."""
         if self._node is not None:
             self._network.call(self._settled(self._node), timeout)
+
+    def _shed(self) -> None:
+        """Throw the oldest batches away, but for the newest message of each latched topic."""
+        kept: dict[str, Sent] = {}
+        with contextlib.suppress(IndexError):  # the network's thread takes from the same end
+            while len(self._batches) >= MOST_BATCHES - 1:
+                batch = self._batches.popleft()
+                self._lost += len(batch) + len(kept)
+                kept |= {sent.output.name: sent for sent in batch if sent.output.latched}
+                self._lost -= len(kept)
+        if kept:
+            self._batches.appendleft(list(kept.values()))
 
     async def _open(self) -> Sequence[str]:
         graph = await open_graph(self.master_uri, self._host, self._name, self._gate, self.notices)
@@ -127,10 +139,12 @@ class Ros1:
 
     async def _end(self) -> None:
         self.notices.listener = None
-        if self._node is not None:
-            await self._node.close()
-        if self._graph is not None:
-            await self._graph.close()
+        node, graph = self._node, self._graph
+        self._node = self._graph = None
+        if node is not None:
+            await node.close()
+        if graph is not None:
+            await graph.close()
         for _ in range(3):  # what was aborted is closed in the loop's next turns
             await asyncio.sleep(0)
 

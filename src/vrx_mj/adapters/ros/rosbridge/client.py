@@ -10,8 +10,9 @@ from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.adapters.ros.rosbridge.fragments import Fragments
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
-from vrx_mj.adapters.ros.rosbridge.kinds import known_type
+from vrx_mj.adapters.ros.rosbridge.kinds import known_type, ros1_name
 from vrx_mj.adapters.ros.rosbridge.outgoing import Outgoing
+from vrx_mj.adapters.ros.rosbridge.pace import Pace
 from vrx_mj.adapters.ros.rosbridge.png import from_png
 from vrx_mj.adapters.ros.rosbridge.protocol import (
     MOST_INCOMING,
@@ -51,6 +52,7 @@ class Client:
         self._connection = connection
         self._hub = hub
         self._outgoing = Outgoing(hub.counts)
+        self._pace = Pace(hub.flooding)
         self._fragments = Fragments()
         self._subscriptions: dict[str, Subscription] = {}
         self._publishing = Publishing(hub, self.number, self.sender)
@@ -74,13 +76,14 @@ class Client:
     async def serve(self) -> None:
         """Do what it asks until it goes."""
         self._hub.clients[self.number] = self
-        writing = asyncio.create_task(self._outgoing.run(self._send))
+        writing = asyncio.create_task(self._outgoing.run(self._send, self._unwritten))
+        writing.add_done_callback(self._stopped)
         try:
             while True:
                 data = await self._connection.recv()
                 begin = time.perf_counter()
                 self._incoming(data)
-                await self._hub.pace.spent(time.perf_counter() - begin)
+                await self._pace.spent(time.perf_counter() - begin)
         except ConnectionClosed:
             pass
         finally:
@@ -109,6 +112,14 @@ class Client:
     async def _send(self, frame: bytes, binary: bool) -> None:
         await self._connection.send(frame, text=not binary)
 
+    def _stopped(self, writing: asyncio.Task[None]) -> None:
+        if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
+            self._hub.tell_once(self._host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
+            self.abort()
+
+    def _unwritten(self, error: Exception) -> None:
+        self._hub.tell_once("", str(error), f"a message cannot be written: {type(error).__name__}: {error}")
+
     def _incoming(self, data: str | bytes) -> None:
         message: Operation = {}
         try:
@@ -120,8 +131,8 @@ class Client:
             self._refuse(message, f"{type(error).__name__}: {error}")
 
     def _refuse(self, message: Operation, why: str) -> None:
-        kind = str(message.get("op", "a message"))[:40]
-        self._hub.tell_once(self._host, kind, why)
+        kind = message.get("op", "")
+        self._hub.tell_once(self._host, kind if kind in self._operations else "", why)
         self.status("error", why, message.get("id"))
 
     def _handle(self, message: Operation, depth: int) -> None:
@@ -197,7 +208,7 @@ class Client:
 
     def _advertise_service(self, message: Operation) -> None:
         written = text(message, "service")
-        self._hub.services.advertise(absolute(written), Offered(text(message, "type"), written, self))
+        self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
 
     def _unadvertise_service(self, message: Operation) -> None:
         self._hub.services.unadvertise(absolute(text(message, "service")), self)
@@ -209,6 +220,7 @@ class Client:
         self._level = level
 
     def _forget(self) -> None:
+        self._pace.end()
         for written, subscription in self._subscriptions.items():
             subscription.end()
             self._hub.topics.leave(absolute(written), self.number, subscription)

@@ -1,6 +1,5 @@
 """What all clients share."""
 
-import asyncio
 import itertools
 import logging
 from typing import Protocol
@@ -9,33 +8,17 @@ from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Table
 from vrx_mj.adapters.ros.rosbridge.outgoing import Counts
+from vrx_mj.adapters.ros.rosbridge.pace import Pace
 from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
 from vrx_mj.adapters.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.adapters.ros.rosbridge.services import Services
 from vrx_mj.adapters.ros.rosbridge.topics import Topics
 
-__all__ = ["Hub", "Pace"]
+__all__ = ["Hub"]
 
-SHARE, BURST = 0.5, 0.2
-"""Of its thread's time, what clients' messages may take in the long run; and at once [s]."""
 MOST_TOLD = 512
 
 _logger = logging.getLogger(__name__)
-
-
-class Pace:
-    """Keeps a flood of messages from taking the interpreter from the simulation."""
-
-    def __init__(self) -> None:
-        self._debt = 0.0
-        self._paid = 0.0
-
-    async def spent(self, seconds: float) -> None:
-        """So much was spent on a message; waits until there is time for another."""
-        now = asyncio.get_running_loop().time()
-        self._debt = max(0.0, self._debt - SHARE * (now - self._paid)) + seconds
-        self._paid = now
-        await asyncio.sleep(max(0.0, (self._debt - BURST) / SHARE))
 
 
 class Ending(Protocol):
@@ -51,7 +34,7 @@ class Hub:
     def __init__(self, network: Network, inbox: Inbox) -> None:
         self.inbox = inbox
         self.counts = Counts()
-        self.pace = Pace()
+        self.flooding: set[Pace] = set()
         self.topics = Topics()
         self.services = Services(network, inbox)
         self.parameters = Parameters()

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from rosbags.interfaces import Nodetype
 
-from vrx_mj.adapters.ros.messages import PADDING, is_known, typestore
+from vrx_mj.adapters.ros.messages import PADDING, typestore
 from vrx_mj.errors import UnknownNameError
 
 __all__ = ["INTEGERS", "MOMENT", "SPAN", "Field", "fields", "known_type", "known_types", "ros1_name"]
@@ -46,9 +46,9 @@ def ros1_name(type_name: str) -> str:
 
 
 @cache
-def known_types() -> tuple[str, ...]:
-    """Every message type."""
-    return tuple(sorted({ros1_name(name) for name in typestore().types}))
+def known_types() -> Mapping[str, None]:
+    """Every message type, in order. What clients ask for is looked up here: `messages` keeps each name it is asked."""
+    return dict.fromkeys(sorted(ros1_name(name) for name in typestore().types))
 
 
 def known_type(type_name: str) -> str:
@@ -58,7 +58,7 @@ def known_type(type_name: str) -> str:
         UnknownNameError: there is none of this name.
     """
     name = ros1_name(type_name)
-    if name.count("/") != 1 or not is_known(name):
+    if name not in known_types():
         raise UnknownNameError("message type", type_name, known_types())
     return name
 

@@ -20,6 +20,7 @@ from vrx_mj.errors import CommandError, nearest
 __all__ = ["request", "taken"]
 
 LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
+FLOATS = frozenset({"float32", "float64"})
 PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
 SHOWN = 60
 """Characters of a wrong value that are shown, at most."""
@@ -78,20 +79,38 @@ def _array(values: Any, type_name: str, now: float, place: str) -> Any:
     if isinstance(values, bytes):
         return np.frombuffer(values, np.uint8)
     if type_name == "string" or type_name in {MOMENT, SPAN} or "/" in type_name:
-        return [_single(value, type_name, now, f"{place}[{index}]") for index, value in enumerate(values)]
-    dtype = {"byte": "uint8", "char": "uint8", "bool": "bool"}.get(type_name, type_name)
-    if not _alike(values, type_name):
-        values = [_single(value, type_name, now, f"{place}[{index}]") for index, value in enumerate(values)]
-    return np.array(values, dtype)
+        return _each(values, type_name, now, place)
+    layout = {"byte": "uint8", "char": "uint8"}.get(type_name, type_name)
+    made = _numbers(values, type_name, layout)
+    return np.array(_each(values, type_name, now, place), layout) if made is None else made
 
 
-def _alike(values: list[Any], type_name: str) -> bool:
-    """Whether all of a list are right as they are: the quick check for long ones."""
+def _numbers(values: list[Any], type_name: str, layout: str) -> Any:
+    """An array of a list that is right as it is, which is quick for long ones; None where it holds null or worse."""
     kinds = set(map(type, values))
-    if type_name in INTEGERS:
+    if type_name in INTEGERS and kinds == {int}:
         low, high = INTEGERS[type_name]
-        return kinds == {int} and low <= min(values) and max(values) <= high
-    return type_name == "float64" and kinds == {float}
+        return np.array(values, layout) if low <= min(values) and max(values) <= high else None
+    if type_name not in FLOATS or not kinds <= {int, float}:
+        return None
+    try:
+        made = np.array(values, np.float64)
+    except OverflowError:
+        return None
+    finite = made[np.isfinite(made)]
+    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > LARGEST_FLOAT32
+    return None if too_large else made.astype(layout)
+
+
+def _each(values: list[Any], type_name: str, now: float, place: str) -> list[Any]:
+    made = []
+    for index, value in enumerate(values):
+        try:
+            made.append(_single(value, type_name, now, place))
+        except CommandError:
+            _single(value, type_name, now, f"{place}[{index}]")  # again, as to write the place for each would take long
+            raise
+    return made
 
 
 def _single(value: Any, type_name: str, now: float, place: str) -> Any:

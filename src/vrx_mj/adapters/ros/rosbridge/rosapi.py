@@ -4,13 +4,14 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from vrx_mj.adapters.ros.messages import definition, is_known, stamp
+from vrx_mj.adapters.ros.messages import definition, stamp
 from vrx_mj.adapters.ros.rosbridge.details import typedefs
-from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
+from vrx_mj.adapters.ros.rosbridge.kinds import known_types, ros1_name
 from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
 from vrx_mj.adapters.ros.rosbridge.protocol import absolute
 from vrx_mj.adapters.ros.rosbridge.services import Services
 from vrx_mj.adapters.ros.rosbridge.topics import Topics
+from vrx_mj.adapters.ros.rosbridge.writing import json_bytes
 from vrx_mj.errors import CommandError, UnknownNameError
 
 __all__ = ["SIMULATION", "Rosapi", "node_name"]
@@ -53,7 +54,7 @@ class Rosapi:
 
     def _on_topics_and_raw_types(self, _: Any) -> Values:
         types = self._topics.all()
-        texts = [definition(kind) if is_known(kind) else "" for kind in types.values()]
+        texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
     def _on_topic_type(self, asked: Any) -> Values:
@@ -123,7 +124,7 @@ class Rosapi:
     def _on_get_param(self, asked: Any) -> Values:
         default = _argument(asked, "default", "")
         try:
-            return {"value": json.dumps(self._parameters.get(_parameter(asked)), default=list)}
+            return {"value": json_bytes(self._parameters.get(_parameter(asked))).decode("ascii")}
         except KeyError:
             return {"value": default or "null"}
 

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import errno
+import functools
 import http
 import ipaddress
 import itertools
@@ -12,6 +13,7 @@ import threading
 import urllib.parse
 from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.http11 import Request, Response
@@ -21,7 +23,7 @@ from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.listener import who_listens
 from vrx_mj.adapters.ros.messages import Message
 from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.offer import Sent, Table, Traffic
+from vrx_mj.adapters.ros.offer import Output, Sent, Table, Traffic, Transport
 from vrx_mj.adapters.ros.rosbridge.client import Client
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
 from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
@@ -34,6 +36,8 @@ from vrx_mj.errors import NetworkError
 __all__ = ["Rosbridge"]
 
 MOST_CLIENTS = 64
+MOST_SOCKETS = 2 * MOST_CLIENTS
+"""Connections, those in their handshake included."""
 MOST_WAITING = 16
 """Messages of a topic that wait for the network's thread, at most."""
 HANDSHAKE = 10.0
@@ -50,13 +54,34 @@ _quiet.setLevel(logging.CRITICAL)  # it would print a traceback for each peer th
 _logger = logging.getLogger(__name__)
 
 
-class Rosbridge:
+class Socket(ServerConnection):
+    """A connection, before its handshake also: there are so many at most."""
+
+    def __init__(self, sockets: set["Socket"], *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._sockets = sockets
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """It was accepted."""
+        super().connection_made(transport)
+        self._sockets.add(self)
+        if len(self._sockets) > MOST_SOCKETS:
+            self.transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """It was closed."""
+        self._sockets.discard(self)
+        super().connection_lost(exc)
+
+
+class Rosbridge(Transport):
     """A rosbridge v2 server, for roslibjs, roslibpy and what speaks like them.
 
     Everybody who reaches the port may do everything. On loopback that is every program on this machine; pages that
     a browser shows here reach it too, so those of other sites are refused by their Origin, which browsers send:
-    accepted are none, loopback, `null` and `file:` (pages from a disk). With another host nobody's Origin is looked
-    at, as pages that are served from that machine are what it is for.
+    accepted are none, loopback and `file:` (pages from a disk). Firefox calls the latter `null`, as every browser calls
+    a frame in a sandbox of any site: these are refused, and a local web server serves them. With another host nobody's
+    Origin is looked at, as pages that are served from that machine are what it is for.
 
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
@@ -72,7 +97,7 @@ class Rosbridge:
         self._network = network
         self._hub = Hub(network, inbox)
         self._server: Server | None = None
-        self._handshakes = 0
+        self._sockets: set[Socket] = set()
         self._lock = threading.Lock()
         self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
         self._numbers = itertools.count()
@@ -80,6 +105,7 @@ class Rosbridge:
 
     def start(self) -> Sequence[str]:
         """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
+        messages.typestore()  # it takes a while, which the first client should not wait
         try:
             self._network.call(self._open(), OPENING)
         except (OSError, TimeoutError) as error:
@@ -89,6 +115,8 @@ class Rosbridge:
 
     def offer(self, table: Table) -> None:
         """Offer this table from now on, and nothing else."""
+        with self._lock:
+            self._waiting = {}  # what was published before goes before it
         self._network.soon(self._hub.offer, table)
 
     @property
@@ -99,13 +127,14 @@ class Rosbridge:
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""
         with self._lock:
-            idle = not self._waiting
+            waiting = self._waiting
+            idle = not waiting
             for sent in batch:
-                queue = self._waiting.setdefault(sent.output.name, deque(maxlen=MOST_WAITING))
+                queue = waiting.setdefault(sent.output.name, deque(maxlen=MOST_WAITING))
                 self._overrun += len(queue) == MOST_WAITING
                 queue.append((next(self._numbers), sent))
         if idle and batch:
-            self._network.soon(self._send)
+            self._network.soon(self._send, waiting)
 
     def log(self, level: str, text: str) -> None:
         """Tell people on the network a line: `INFO`, `WARN` or `ERROR`; who subscribes to /rosout gets it."""
@@ -119,8 +148,9 @@ class Rosbridge:
 
     def close(self) -> None:
         """Withdraw all, close every connection, and wait until that is done."""
-        with contextlib.suppress(TimeoutError, RuntimeError):
-            self._network.call(self._close(), 2.0 * CLOSING)
+        if not self._network.loop.is_closed():
+            with contextlib.suppress(TimeoutError):
+                self._network.call(self._close(), 2.0 * CLOSING)
 
     async def _open(self) -> None:
         self._server = await serve(
@@ -130,12 +160,13 @@ class Rosbridge:
             process_request=self._admit,
             compression=None,
             max_size=MOST_INCOMING,
-            max_queue=4,
+            max_queue=2,
             open_timeout=HANDSHAKE,
             ping_interval=ALIVE / 2.0,
             ping_timeout=ALIVE,
             close_timeout=CLOSING / 2.0,
             logger=_quiet,
+            create_connection=functools.partial(Socket, self._sockets),  # type: ignore[arg-type]  # it makes one
         )
         self.port = self._server.sockets[0].getsockname()[1]
 
@@ -164,29 +195,31 @@ class Rosbridge:
             for client in self._hub.clients.values():
                 client.abort()
 
-    def _send(self) -> None:
+    def _send(self, waiting: dict[str, deque[tuple[int, Sent]]]) -> None:
         with self._lock:
-            waiting, self._waiting = self._waiting, {}
-        merged = sorted(itertools.chain.from_iterable(waiting.values()), key=lambda pair: pair[0])
+            queues = list(waiting.values())
+            waiting.clear()
+        merged = sorted(itertools.chain.from_iterable(queues), key=lambda pair: pair[0])
         for _, (output, message, time) in merged:
             self._hub.now = time
-            parcel = Parcel(message, ros1_name(output.type), time)
-            if output.latched:
-                self._hub.topics.keep(output.name, parcel)
-            self._give(output.name, parcel)
+            self._give(output, message)
 
-    def _give(self, name: str, parcel: Parcel) -> None:
+    def _give(self, output: Output, message: Message) -> None:
         try:
-            self._hub.topics.send(name, parcel)
-        except Exception as error:  # a message that is not of its type must not stop the others
-            self._hub.tell_once(name, "write", f"its messages cannot be written: {type(error).__name__}: {error}")
+            parcel = Parcel(message, ros1_name(output.type), self._hub.now)
+        except Exception as error:  # one that is not of its type must not stop the others
+            self._hub.tell_once(output.name, "", f"a message is no {output.type}: {type(error).__name__}: {error}")
+            return
+        if output.latched:
+            self._hub.topics.keep(output.name, parcel)
+        self._hub.topics.send(output.name, parcel)
 
     def _log(self, level: str, text: str) -> None:
         header = {"stamp": messages.stamp(self._hub.now)}
         made: Message = messages.new(
             "rosgraph_msgs/Log", header=header, level=LEVELS.get(level, LEVELS["ERROR"]), name=SIMULATION, msg=text
         )
-        self._give(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
+        self._hub.topics.send(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
 
     def _refused(self, error: Exception) -> str:
         what = f"rosbridge: port {self.port} of {self.host}"
@@ -205,8 +238,6 @@ def _is_loopback(host: str) -> bool:
 
 def _is_local(origin: str) -> bool:
     """Whether a page is of this machine."""
-    if origin == "null":
-        return True
     try:
         parts = urllib.parse.urlsplit(origin)
         return parts.scheme == "file" or _is_loopback(parts.hostname or "")

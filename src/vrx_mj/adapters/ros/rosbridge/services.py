@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.adapters.ros.inbox import Inbox
-from vrx_mj.adapters.ros.messages import Message, is_known
+from vrx_mj.adapters.ros.messages import Message
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Table
-from vrx_mj.adapters.ros.rosbridge.kinds import ros1_name
+from vrx_mj.adapters.ros.rosbridge.kinds import known_types, ros1_name
 from vrx_mj.adapters.ros.rosbridge.protocol import Options
 from vrx_mj.adapters.ros.rosbridge.reading import request, taken
 from vrx_mj.adapters.ros.rosbridge.writing import plain
@@ -132,7 +132,7 @@ class Services:
         if call is None or call.server is not server:
             raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")
         try:
-            if result and is_known(f"{call.type}Response"):
+            if result and f"{call.type}Response" in known_types():
                 type_name = f"{call.type}Response"
                 values = plain(taken({} if values is None else values, type_name, now, call.name), type_name)
         except VrxError as error:
@@ -154,7 +154,7 @@ class Services:
         known = f"{type_name}Request"
         if name not in self.offered:
             return request(arguments, known, now, name)
-        if not is_known(known):
+        if known not in known_types():
             return {} if arguments is None else arguments
         return plain(request(arguments, known, now, name), known)
 

@@ -1,6 +1,7 @@
 """A client's subscription of a topic: how often it takes a message, and in which form."""
 
 import asyncio
+import functools
 from collections import deque
 
 from vrx_mj.adapters.ros.rosbridge.outgoing import Outgoing
@@ -78,8 +79,8 @@ class Subscription:
         """Send a message whatever the throttle."""
         self._last = now
         chosen = self._options
-        frames = parcel.frames(self.topic, chosen.compression, chosen.fragment_size)
-        self._outgoing.message(self, frames, chosen.compression.startswith("cbor"), chosen.queue)
+        make = functools.partial(parcel.frames, self.topic, chosen.compression, chosen.fragment_size)
+        self._outgoing.message(self, make, chosen.compression.startswith("cbor"), parcel.weight, chosen.queue)
 
     def _wait(self) -> None:
         self._timer = asyncio.get_running_loop().call_at(self._last + self._options.throttle, self._due)

@@ -9,6 +9,7 @@ import base64
 import itertools
 import json
 import math
+import secrets
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
@@ -25,6 +26,8 @@ __all__ = ["Parcel", "json_bytes", "plain", "reply_frames"]
 
 Writer = Callable[[Any], Any]
 BYTES = frozenset({"uint8", "char"})
+LIGHT = 500
+"""What a message has at least, about [bytes]."""
 TYPED_ARRAYS = {
     "byte": (72, "int8"),
     "int8": (72, "int8"),
@@ -40,7 +43,16 @@ TYPED_ARRAYS = {
 """Tag (RFC 8746) and layout of an array of each type."""
 MOST_FRAGMENTS = 1000
 """Fragments of a message, at most: a smaller fragment_size is raised."""
+MARK = secrets.token_hex(16)
+"""Stands for bytes in JSON until they are put there: nobody can send it."""
 _names = itertools.count()
+
+
+class Base64:
+    """Bytes in base64, which go past json: it would look at each character."""
+
+    def __init__(self, data: Any) -> None:
+        self.text = base64.b64encode(data)
 
 
 class Parcel:
@@ -50,6 +62,8 @@ class Parcel:
         self._message = message
         self._type = type_name
         self._time = time
+        self.weight = _weight(message, type_name)
+        """About how many bytes it is."""
         self._made: dict[tuple[str, str, int], list[bytes]] = {}
         self._bodies: dict[str, bytes] = {}
 
@@ -105,11 +119,21 @@ def plain(message: Message, type_name: str) -> dict[str, Any]:
 
 def json_bytes(value: Any) -> bytes:
     """JSON in ASCII, null for NaN and infinities."""
+    found: list[bytes] = []
+
+    def rest(part: Any) -> Any:
+        if not isinstance(part, Base64):
+            return _item(part)
+        found.append(part.text)
+        return MARK
+
     try:
-        text = json.dumps(value, allow_nan=False, separators=(",", ":"), default=_item)
+        text = json.dumps(value, allow_nan=False, separators=(",", ":"), default=rest)
     except ValueError:
-        text = json.dumps(_finite(value), allow_nan=False, separators=(",", ":"), default=_item)
-    return text.encode("ascii")
+        found.clear()
+        text = json.dumps(_finite(value), allow_nan=False, separators=(",", ":"), default=rest)
+    pieces = text.encode("ascii").split(MARK.encode("ascii"))
+    return b"".join(itertools.chain.from_iterable(zip(pieces, [*found, b""], strict=True)))
 
 
 def fragments(whole: bytes, size: int) -> list[bytes]:
@@ -123,6 +147,30 @@ def fragments(whole: bytes, size: int) -> list[bytes]:
         json_bytes({"op": "fragment", "id": name, "data": piece, "num": number, "total": len(pieces)})
         for number, piece in enumerate(pieces)
     ]
+
+
+def _weight(message: Message, type_name: str) -> int:
+    weight = LIGHT
+    for name, kind in _varying(type_name):
+        value = getattr(message, name)
+        if isinstance(value, np.ndarray):
+            weight += value.nbytes
+        elif "/" not in kind:
+            weight += len(value)
+        else:
+            weight += sum(_weight(part, kind) for part in (value if isinstance(value, list) else [value]))
+    return weight
+
+
+@cache
+def _varying(type_name: str) -> list[tuple[str, str]]:
+    """Name and type of the fields whose size is not always the same."""
+    found = []
+    for field in fields(type_name).values():
+        inner = "/" in field.type and bool(_varying(field.type))
+        if field.length == 0 or field.type == "string" or inner:
+            found.append((field.name, field.type))
+    return found
 
 
 @cache
@@ -159,9 +207,8 @@ def _bytes(values: Any) -> bytes:
     return values.tobytes() if isinstance(values, np.ndarray) else bytes(values)
 
 
-def _base64(values: Any) -> str:
-    data = np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values)
-    return base64.b64encode(data).decode("ascii")
+def _base64(values: Any) -> Base64:
+    return Base64(np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values))
 
 
 def _list(values: Any) -> list[Any]:
@@ -176,7 +223,7 @@ def _item(value: Any) -> Any:
 
 
 def _number(encoder: cbor2.CBOREncoder, value: Any) -> None:
-    encoder.encode(_item(value))
+    encoder.encode(value.text.decode("ascii") if isinstance(value, Base64) else _item(value))
 
 
 def _finite(value: Any) -> Any:

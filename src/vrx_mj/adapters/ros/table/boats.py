@@ -19,7 +19,15 @@ from vrx_mj.config.build import Order, boat_urdf
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.errors import CommandError
 
-__all__ = ["boat_inputs", "boat_outputs", "description", "moving_frames", "still_frames", "twist_commands"]
+__all__ = [
+    "boat_inputs",
+    "boat_outputs",
+    "command_topic",
+    "description",
+    "moving_frames",
+    "still_frames",
+    "twist_commands",
+]
 
 FloatArray = npt.NDArray[np.float64]
 JOINT_RATE = 100.0
@@ -36,13 +44,18 @@ SIDES = (("left", "right"), ("left_rear", "right_rear"))
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
     """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`."""
     for name in host.sim.command_names(boat):
-        tail = f"{name.removesuffix(ANGLE)}_thrust_angle" if name.endswith(ANGLE) else f"{name}_thrust_cmd"
 
         def take(message: Message, name: str = name) -> None:
             host.command(boat, {name: message.data})
 
-        yield Input(f"/{boat}/thrusters/{tail}", "std_msgs/Float32", take, boat)
+        yield Input(command_topic(boat, name), "std_msgs/Float32", take, boat)
     yield cmd_vel(host, boat, f"/{boat}/cmd_vel")
+
+
+def command_topic(boat: str, name: str) -> str:
+    """VRX's topic of a command, `/wamv/thrusters/left_thrust_cmd` for `left`."""
+    stem = name.removesuffix(ANGLE)
+    return f"/{boat}/thrusters/{stem}{'_thrust_cmd' if stem == name else '_thrust_angle'}"
 
 
 def cmd_vel(host: Host, boat: str, name: str) -> Input:

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Iterator
+from functools import cache
 
 from vrx_mj.adapters.ros.messages import Message, new, stamp
 from vrx_mj.adapters.ros.offer import Input, Output, Service
@@ -32,6 +33,7 @@ def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Out
             "tf2_msgs/TFMessage", transforms=[frame for boat in host.sim.boats for frame in moving_frames(host, boat)]
         )
 
+    @cache
     def still() -> Message:
         return new(
             "tf2_msgs/TFMessage", transforms=[frame for boat in host.sim.boats for frame in still_frames(host, boat)]

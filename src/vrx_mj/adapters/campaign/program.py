@@ -1,0 +1,169 @@
+"""A program beside a simulation: started by the shell, heard, and ended with all that it has started."""
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, Protocol
+
+from vrx_mj.errors import VrxError
+
+__all__ = ["ENDING", "GRACES", "Program", "adopt_orphans"]
+
+GRACES = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
+"""How a program is ended: after each signal it has so long [s]."""
+ENDING = sum(GRACES.values()) + 3.0
+"""Wall time that ending one takes, at most [s]."""
+LOOK = 0.02
+"""How often it is seen whether all have ended [s]."""
+MOST_OUTPUT = 10_000_000
+"""Of what a program prints, so much is kept [bytes]."""
+BITE = 1 << 16
+TAIL = 4096
+"""Bytes in which the last lines are looked for."""
+SHOWN_LINES, SHOWN = 3, 200
+"""Last lines that are told, and characters of each."""
+SET_CHILD_SUBREAPER = 36
+"""Of prctl(2)."""
+
+
+class Sink(Protocol):
+    """Where bytes go."""
+
+    def write(self, data: bytes, /) -> object:
+        """Take bytes."""
+
+    def flush(self) -> None:
+        """Let others see them."""
+
+
+class Program:
+    """A line of the shell that runs in a session of its own."""
+
+    def __init__(self, line: str, environment: Mapping[str, str], log: Sink) -> None:
+        """Start it.
+
+        Args:
+            line: for /bin/sh, run in the current folder.
+            environment: all of its environment variables.
+            log: takes what it prints, up to a bound, from a thread.
+
+        Raises:
+            VrxError: this system has no process groups.
+        """
+        if not hasattr(os, "killpg"):
+            raise VrxError("--exec needs the process groups of Linux or macOS")
+        self._log = log
+        self._tail, self._kept = b"", 0
+        self._before = set(_descendants(os.getpid()))
+        self._process = subprocess.Popen(
+            ["/bin/sh", "-c", line],
+            env=dict(environment),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            bufsize=0,
+            start_new_session=True,
+        )
+        self.group = self._process.pid
+        self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
+        self._reader.start()
+
+    @property
+    def code(self) -> int | None:
+        """Its exit code, below 0 that of a signal; None while it runs."""
+        return self._process.poll()
+
+    @property
+    def last_lines(self) -> str:
+        """What it printed last, in one line."""
+        lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
+        return " | ".join(line[:SHOWN] for line in lines[-SHOWN_LINES:])
+
+    def end(self, graces: Mapping[str, float] = GRACES) -> None:
+        """End it and what it started, by one signal after the other; nothing happens where all have ended."""
+        for name, grace in graces.items():
+            if self._all_ended():
+                break
+            self._signal(signal.Signals[name])
+            give_up = time.monotonic() + grace
+            while not self._all_ended() and time.monotonic() < give_up:
+                time.sleep(LOOK)
+        self._reader.join(1.0)
+
+    def _signal(self, number: signal.Signals) -> None:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.group, number)
+        if number is signal.SIGINT:
+            return  # who has left the group is ended by who started it: roslaunch's nodes by roslaunch
+        for pid in self._strays():
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, number)
+
+    def _all_ended(self) -> bool:
+        self._process.poll()
+        strays = [pid for pid in self._strays() if not _reaped(pid)]
+        try:
+            os.killpg(self.group, 0)
+        except ProcessLookupError:
+            return not strays
+        except PermissionError:  # macOS says so of a group of which all have ended
+            return self._process.poll() is not None and not strays
+        return False
+
+    def _strays(self) -> Iterator[int]:
+        """What this process and the program have started meanwhile, itself left out."""
+        return (pid for pid in _descendants(os.getpid()) if pid != self.group and pid not in self._before)
+
+    def _read(self, stream: IO[bytes]) -> None:
+        with stream:
+            while data := stream.read(BITE):
+                self._tail = (self._tail + data)[-TAIL:]
+                self._keep(data)
+
+    def _keep(self, data: bytes) -> None:
+        room = MOST_OUTPUT - self._kept
+        if room <= 0:
+            return
+        self._kept += len(data)
+        rest = b"" if len(data) <= room else b"\n[the program printed more than is kept]\n"
+        with contextlib.suppress(OSError, ValueError):
+            self._log.write(data[:room] + rest)
+            self._log.flush()
+
+
+def adopt_orphans() -> None:
+    """Become the parent of what programs of this process leave behind, so that it can be ended; only Linux can."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def _descendants(ancestor: int) -> Iterator[int]:
+    """What a process has started, and what that has, ended ones that nobody has waited for included; Linux only."""
+    children: dict[int, list[int]] = {}
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = entry.read_text(encoding="utf-8", errors="replace")
+        except OSError:  # ended in between
+            continue
+        parent = int(text.rpartition(")")[2].split()[1])  # field 4 of proc(5), after a name that may hold anything
+        children.setdefault(parent, []).append(int(entry.parent.name))
+    waiting = list(children.get(ancestor, ()))
+    while waiting:
+        pid = waiting.pop()
+        waiting += children.get(pid, ())
+        yield pid
+
+
+def _reaped(pid: int) -> bool:
+    """Whether a process has ended, and is no more; one of ours that ended is taken away."""
+    try:
+        return os.waitpid(pid, os.WNOHANG)[0] == pid
+    except ChildProcessError:  # no child of ours: it is looked for again
+        return False

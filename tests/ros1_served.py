@@ -1,0 +1,209 @@
+"""A small table served over ROS 1 without a simulation, and Debian's tools run against it."""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Self
+
+import pytest
+
+from vrx_mj.adapters.ros.inbox import Command, Inbox, Stranger
+from vrx_mj.adapters.ros.messages import new, stamp
+from vrx_mj.adapters.ros.network import Network
+from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
+from vrx_mj.adapters.ros.ros1 import Ros1
+from vrx_mj.errors import CommandError
+
+LEFT = "/wamv/thrusters/left_thrust_cmd"
+INSTALL = (
+    "apt-get install -y --no-install-recommends python3-rostopic python3-rosservice python3-rosnode python3-rosparam "
+    "python3-roslaunch python3-rosmaster python3-rosbag python3-rospy python3-std-srvs python3-sensor-msgs"
+)
+needs_tools = pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL)
+
+
+def empty(_request):
+    return new("std_srvs/EmptyResponse")
+
+
+def trigger(_request):
+    return new("std_srvs/TriggerResponse", success=True, message="ok")
+
+
+def failing(_request):
+    raise CommandError("no boat is named wamv9")
+
+
+def nothing():
+    return None
+
+
+def small_table(*names: str, **parameters) -> Table:
+    """A table of `/clock`, a latched topic, the IMU and a thruster of each boat of these names, and three services."""
+    outputs = [
+        Output("/clock", "rosgraph_msgs/Clock", nothing),
+        Output("/course", "std_msgs/String", nothing, latched=True),
+    ]
+    outputs += [Output(f"/{name}/imu", "sensor_msgs/Imu", nothing) for name in names]
+    inputs = [Input(f"/{name}/thrusters/left_thrust_cmd", "std_msgs/Float32", nothing, name) for name in names]
+    services = [
+        Service("/gazebo/reset_world", "std_srvs/Empty", empty),
+        Service("/trigger", "std_srvs/Trigger", trigger),
+        Service("/failing", "std_srvs/Trigger", failing),
+    ]
+    return Table(
+        {one.name: one for one in outputs},
+        {one.name: one for one in inputs},
+        {one.name: one for one in services},
+        parameters or {"/robot_description": "<robot/>", "/wamv/gains": {"p": 1.5, "names": ["a", "b"]}},
+    )
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:
+    """Wait for a condition that nothing signals."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"not within {seconds} s: {what}"
+        time.sleep(0.01)
+
+
+class Served:
+    """The table on a master, and a thread in the place of the simulation's that publishes at 50 Hz and answers."""
+
+    def __init__(self, port: int, table: Table, **options) -> None:
+        self.port, self.table = port, table
+        self.network, self.inbox = Network(), Inbox()
+        self.uri = f"http://127.0.0.1:{port}"
+        self.ros = Ros1(self.network, self.inbox, master_uri=self.uri, **options)
+        self.commands: list[Command] = []
+        self.strangers: list[Stranger] = []
+        self.called: list[tuple[str, str]] = []
+        self.ended = threading.Event()
+        self.reason = ""
+        self.ros.on_shutdown = self._end
+        self.slowest = 0.0
+        """Longest time that a call of publish() took [s]."""
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._pump)
+
+    def __enter__(self) -> Self:
+        try:
+            self.lines = self.ros.start()
+        except BaseException:
+            self.network.close()
+            raise
+        self.offer(self.table)
+        self.ros.publish([Sent(self.table.outputs["/course"], new("std_msgs/String", data="gate 3"), 0.0)])
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._stop.set()
+        self._thread.join()
+        self.ros.close()
+        self.network.close()
+
+    def offer(self, table: Table) -> None:
+        self.table = table
+        self.ros.offer(table)
+        self.ros.settle(10.0)
+
+    def _end(self, reason: str) -> None:
+        self.reason = reason
+        self.ended.set()
+
+    def _pump(self) -> None:
+        tick = 0
+        while not self._stop.wait(0.02):
+            tick += 1
+            self.ros.publish(self._batch(tick * 0.02))
+            commands, calls, strangers = self.inbox.drain()
+            self.commands += commands
+            self.strangers += strangers
+            for call in calls:
+                self.called.append((call.service, call.caller))
+                try:
+                    call.answer(self.table.services[call.service].answer(call.request), "")
+                except CommandError as error:
+                    call.answer(None, str(error))
+
+    def _batch(self, t: float) -> list[Sent]:
+        wanted = [output for name, output in self.table.outputs.items() if name in self.ros.wanted]
+        batch = []
+        for output in wanted:
+            if output.type == "sensor_msgs/Imu":
+                header = {"stamp": stamp(t), "frame_id": output.name.split("/")[1]}
+                batch.append(Sent(output, new(output.type, header=header), t))
+            elif output.type == "rosgraph_msgs/Clock":
+                batch.append(Sent(output, new(output.type, clock=stamp(t)), t))
+        return batch
+
+
+def environment(port: int, home: Path) -> dict[str, str]:
+    """As a user of ROS has it, without what a venv adds."""
+    return {
+        "PATH": "/usr/bin:/bin",
+        "HOME": str(home),
+        "ROS_HOME": str(home),
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+        "ROS_IP": "127.0.0.1",
+        "LC_ALL": "C.UTF-8",
+        "PYTHONUNBUFFERED": "1",
+    }
+
+
+def tools(script: str, port: int, home: Path, *, shell: str = "/bin/bash", timeout: float = 60.0) -> str:
+    """What a script for a shell or `/usr/bin/python3` prints, errors included."""
+    done = subprocess.run(
+        [shell, "-c", script],
+        env=environment(port, home),
+        cwd=home,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        timeout=timeout,
+        check=False,
+    )
+    return done.stdout
+
+
+@contextmanager
+def running(command: list[str], port: int, home: Path, ready: str = "") -> Iterator[subprocess.Popen[str]]:
+    """A program beside the test, from the moment on when it has printed a text; ended by SIGINT."""
+    process = subprocess.Popen(
+        command,
+        env=environment(port, home),
+        cwd=home,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        start_new_session=True,
+    )
+    try:
+        while ready and process.stdout is not None:
+            line = process.stdout.readline()
+            assert line, f"{command} ended before it said {ready!r}"
+            if ready in line:
+                break
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+        try:
+            process.communicate(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()

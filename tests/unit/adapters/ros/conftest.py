@@ -1,0 +1,48 @@
+"""Worlds that are served."""
+
+import importlib.util
+
+import pytest
+
+import vrx_mj
+
+SENSORS = ["gps", "imu", "pinger"]
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    """Close what a test served."""
+    yield
+    if importlib.util.find_spec("rosbags") is None:
+        return
+    from ros_scene import STATIONS
+
+    while STATIONS:
+        STATIONS.pop().close()
+
+
+@pytest.fixture(scope="session")
+def course():
+    return vrx_mj.compile_world("example_course")
+
+
+@pytest.fixture(scope="session")
+def bay():
+    """Two boats on open water, with a GPS, an IMU, ground truth and nothing that draws."""
+    return vrx_mj.compile_world(
+        {"extends": "sydney_regatta"},
+        fleet={
+            "usv_count": 2,
+            "layout": "line",
+            "spacing": 12.0,
+            "origin": "spawn",
+            "sensors": ["gps", "imu", "pinger"],
+        },
+    )
+
+
+@pytest.fixture
+def scene(bay):
+    from ros_scene import served
+
+    return served(bay)

@@ -1,0 +1,62 @@
+"""What goes wrong for users of VRX is told, once."""
+
+import math
+
+import pytest
+
+import vrx_mj
+
+pytest.importorskip("rosbags")
+
+from ros_scene import run, served
+from vrx_mj.adapters.ros.messages import new
+
+
+@pytest.mark.parametrize(
+    ("topic", "hint"),
+    [
+        ("/wamv/thrusters/left_thrust_cmd", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
+        ("/wamv2/thrusters/lft_thrust_cmd", "did you mean /wamv2/thrusters/left_thrust_cmd?"),
+        ("/x/y/cmd_vel", "did you mean /wamv1/cmd_vel?"),
+    ],
+)
+def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic, hint):
+    scene.inbox.stranger(topic, "std_msgs/Float32", "/rostopic_1")
+    scene.inbox.stranger("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
+    scene.station.receive()
+    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no boat: {hint}"
+
+
+def test_a_command_that_comes_too_rarely_is_told(scene):
+    for _ in range(5):
+        scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/rostopic_1")
+        run(scene, 2.0)
+    slow = (
+        "/wamv1/thrusters/left_thrust_cmd comes every 2 s and a thrust lasts 1 s: thrust is on 50 % of the time; use "
+    )
+    assert scene.told == [f"{slow}-r 2 or more"]
+
+
+def test_commands_beyond_what_engines_do_are_told_once(scene):
+    for _ in range(3):
+        scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=5.0), "/test")
+        scene.inbox.message("/wamv1/thrusters/left_thrust_angle", new("std_msgs/Float32", data=3.0), "/test")
+        run(scene, 0.1)
+    assert sorted(scene.told) == [
+        "left of wamv1 is 5, beyond -1 to 1: the force ends at 250 N ahead, 100 N astern",
+        "left_angle of wamv1 is 3 rad: the engine turns to 1.571 rad at most",
+    ]
+
+
+def test_a_boat_that_has_capsized_is_told_once_until_it_is_upright_again(scene):
+    scene.sim.set_boat("wamv1", pose=(-520, 190, 0.5, math.pi, 0, 0))
+    run(scene, 1.1)
+    assert scene.told[0].endswith("wamv1 has capsized; /gazebo/set_model_state rights it")
+    assert len([line for line in scene.told if "capsized" in line]) == 1
+
+
+def test_a_held_boat_says_until_when(course):
+    scene = served(vrx_mj.compile_world("stationkeeping_task"))
+    scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
+    scene.station.receive()
+    assert scene.told == ["wamv is held by its task until t = 10 s: thrust moves it afterwards"]

@@ -1,0 +1,163 @@
+"""What networks ask of a served simulation: commands and services."""
+
+import math
+
+import pytest
+
+pytest.importorskip("rosbags")
+
+from ros_scene import call, run, served
+from vrx_mj.adapters.ros.messages import new
+
+# What comes in
+
+
+def test_a_command_moves_its_boat_and_only_that_for_a_second(scene):
+    before = scene.sim.observe()
+    scene.inbox.message("/wamv2/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=1.0), "/test")
+    scene.inbox.message("/wamv2/thrusters/right_thrust_cmd", new("std_msgs/Float32", data=1.0), "/test")
+    run(scene, 1.5)
+    after = scene.sim.observe()
+    moved = [math.dist(before[boat].position[:2], after[boat].position[:2]) for boat in scene.sim.boats]
+    assert moved[1] > 5.0 * moved[0] > 0.0
+    assert scene.sim._rig.thruster_state["thrust"][-1] < 1.0  # the timeout has passed
+
+
+def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
+    scene.inbox.message("/wamv1/cmd_vel", new("geometry_msgs/Twist", linear={"x": 0.5}, angular={"z": 1.0}), "/test")
+    scene.station.receive()
+    rows = scene.sim._helm.thrusters["wamv1"]
+    commands = scene.sim._rig.thruster_state["command"]
+    assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
+
+
+def test_cmd_vel_as_a_velocity_is_kept(bay):
+    scene = served(bay, cmd_vel="velocity")
+    for _ in range(80):
+        scene.inbox.message(
+            "/wamv1/cmd_vel", new("geometry_msgs/Twist", linear={"x": 1.2}, angular={"z": 0.1}), "/test"
+        )
+        run(scene, 0.2)
+    seen = scene.sim.observe()["wamv1"]
+    assert seen.velocity[0] == pytest.approx(1.2, abs=0.15)
+    assert seen.angular_velocity[2] == pytest.approx(0.1, abs=0.05)
+
+
+def test_a_formation_is_kept_and_told(scene):
+    scene.inbox.message("/swarm/formation", new("std_msgs/String", data='{"shape": "line", "spacing": 15}'), "/test")
+    scene.station.receive()
+    assert scene.told[-1] == "formation: line, 15 m apart, led by wamv1"
+    scene.inbox.message("/swarm/formation", new("std_msgs/String", data="off"), "/test")
+    scene.station.receive()
+    assert scene.told[-1] == "formation: off"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("wegde", "no formation named 'wegde'; did you mean 'wedge'?"),
+        ("wedge 12", "formation 'wedge 12': '12' is no name=value, as in wedge spacing=12"),
+        ("wedge spacing=wide", "formation: spacing is 'wide': a finite number is needed"),
+        (
+            "wedge gap=3",
+            "no parameter of a formation named 'gap'; known: shape, spacing, leader, path, speed, radius, apart",
+        ),
+        ('{"shape": "wedge", "path": [[0]]}', "formation: path is [[0]]: pairs of numbers, as [[0, 0], [50, 20]]"),
+        ('{"shape": "wedge", "leader": "boat"}', "no boat named 'boat'; known: wamv1, wamv2"),
+        ("wedge spacing=2", "spacing 2 m: must be above 7 m, which boats keep apart"),
+    ],
+)
+def test_a_wrong_formation_is_told(scene, text, message):
+    scene.inbox.message("/swarm/formation", new("std_msgs/String", data=text), "/pilot")
+    scene.station.receive()
+    assert scene.told[-1] == f"/swarm/formation from /pilot: {message}"
+
+
+# Services
+
+
+def test_reset_world_puts_all_back_while_time_goes_on(scene):
+    start = scene.sim.observe()
+    scene.sim.set_boat("wamv2", pose=(-500, 230, 0.1, 0, 0, 2.0))
+    run(scene, 1.0)
+    call(scene, "/gazebo/reset_world", "std_srvs/Empty")
+    seen = scene.sim.observe()
+    for boat in scene.sim.boats:
+        assert tuple(seen[boat].position) == pytest.approx(tuple(start[boat].position), abs=1e-9)
+        assert tuple(seen[boat].velocity) == (0.0, 0.0, 0.0)
+    assert scene.sim.time == pytest.approx(1.0)
+
+
+def test_a_boat_joins_with_its_topics_and_leaves_with_them(scene):
+    before = {*scene.network.table.outputs, *scene.network.table.inputs}
+    urdf = scene.network.table.parameters["/wamv1/robot_description"]
+    place = {"position": {"x": -500.0, "y": 220.0, "z": 0.1}}
+    told = call(
+        scene, "/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel",
+        model_name="wamv7", model_xml=urdf, robot_namespace="/wamv7", initial_pose=place,
+    )  # fmt: skip
+    assert (told.success, told.status_message) == (True, "wamv7 joins; its topics begin with /wamv7/")
+    gained = {*scene.network.table.outputs, *scene.network.table.inputs} - before
+    assert "/wamv7/thrusters/left_thrust_cmd" in gained
+    assert all(name.startswith("/wamv7/") for name in gained)
+    call(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
+    assert scene.sim.boats == ("wamv1", "wamv2", "wamv7")
+    assert call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv7").success
+    assert {*scene.network.table.outputs, *scene.network.table.inputs} == before
+
+
+SDF = (
+    "'buoy' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); buoys, docks and other "
+    "objects belong into the world's file"
+)
+ITS_OWN = "give both the same, or leave the namespace empty"
+NAMESPACE = f"model 'x' in the namespace 'y': here a boat's name is its namespace; {ITS_OWN}"
+NOWHERE = {"model_name": "wamv1", "pose": {"position": {"x": math.nan}}}
+NOT_FINITE = "pose.position is [nan, 0.0, 0.0]: finite numbers are needed"
+NO_URDF = "x: what came is no URDF, which has a <robot> element"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "fields", "message"),
+    [
+        ("delete_model", "DeleteModel", {"model_name": "wamv9"}, "no boat named 'wamv9'; did you mean 'wamv2'?"),
+        ("get_model_state", "GetModelState", {"model_name": "wamv"}, "no model named 'wamv'; did you mean 'wamv2'?"),
+        ("spawn_sdf_model", "SpawnModel", {"model_name": "buoy"}, SDF),
+        ("spawn_urdf_model", "SpawnModel", {"model_name": "x", "model_xml": "hello"}, NO_URDF),
+        ("spawn_urdf_model", "SpawnModel", {"model_name": "x", "robot_namespace": "y"}, NAMESPACE),
+        ("set_model_state", "SetModelState", {"model_state": NOWHERE}, NOT_FINITE),
+    ],
+)
+def test_a_service_says_why_not(scene, name, kind, fields, message):
+    told = call(scene, f"/gazebo/{name}", f"gazebo_msgs/{kind}", **fields)
+    assert (told.success, told.status_message) == (False, f"{name}: {message}")
+
+
+def test_a_state_that_is_set_is_got_and_without_a_twist_the_boat_stops(scene):
+    scene.sim.set_boat("wamv1", velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    half = 0.5 * 1.2
+    pose = {
+        "position": {"x": -520.0, "y": 190.0, "z": 0.0},
+        "orientation": {"w": 2.0 * math.cos(half), "z": 2.0 * math.sin(half)},
+    }
+    assert call(
+        scene, "/gazebo/set_model_state", "gazebo_msgs/SetModelState", model_state={"model_name": "wamv1", "pose": pose}
+    ).success
+    got = call(scene, "/gazebo/get_model_state", "gazebo_msgs/GetModelState", model_name="wamv1")
+    assert (got.pose.position.x, got.pose.position.y, got.twist.linear.x) == pytest.approx((-520.0, 190.0, 0.0))
+    assert got.pose.orientation.z == pytest.approx(math.sin(half))
+    other = call(
+        scene, "/gazebo/get_model_state", "gazebo_msgs/GetModelState", model_name="wamv1", relative_entity_name="wamv1"
+    )
+    assert (other.pose.position.x, other.pose.orientation.w) == pytest.approx((0.0, 1.0))
+
+
+def test_a_pause_stops_nothing_but_time(scene):
+    call(scene, "/gazebo/pause_physics", "std_srvs/Empty")
+    assert scene.station.paused
+    stepped = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=0.5)
+    assert (stepped.success, stepped.sim_time) == (True, pytest.approx(0.5))
+    call(scene, "/gazebo/unpause_physics", "std_srvs/Empty")
+    assert not scene.station.paused
+    why = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=-1.0)
+    assert why == "a step of -1 s: at least 0, and below 3600"

@@ -1,0 +1,36 @@
+"""`vrx-mj campaign`: what is wrong with its words is told before anything is sailed."""
+
+import pytest
+
+CREW = """
+def steady(obs, t):
+    return {"wamv": {"left": 0.5, "right": 0.4}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("crew:steady", "crew:steady"), "the controller crew:steady is named twice"),
+        (("nobody:f",), "no module named 'nobody' for the controller 'nobody:f'"),
+        (("crew:steady", "--worlds", "none/*"), "--worlds 'none/*' matches none of "),
+        (("crew:steady", "--timeout", "0"), "--timeout 0: a number of seconds above 0 is needed"),
+        (("crew:steady", "--against", "nowhere"), "no campaign in 'nowhere': it has no campaign.json"),
+        ((), "a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of the two"),
+        (("a:b", "--exec", "c"), "a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of"),
+        (("a:b", "--rate", "2"), "--rate is for programs, which --exec names: controllers are called by time itself"),
+        (("a:b", "--rosbridge"), "--rosbridge is for programs, which --exec names: controllers are called by time"),
+        (("--exec", "c", "--exec", "c"), "the program c is named twice"),
+        (("--exec", " "), "--exec '' names no program"),
+        (("--exec", "c", "--rate", "0"), "--rate 0: a number above 0, 1 for real time, or max"),
+    ],
+)
+def test_wrong_words_are_told_before_anything_is_sailed(cli, folder, words, message):
+    (folder / "bay.yaml").write_text(
+        "extends: ocean\ntask: {type: stationkeeping, goal_cart: [8, 0, 0]}\n", encoding="utf-8"
+    )
+    (folder / "crew.py").write_text(CREW, encoding="utf-8")
+    said = cli("campaign", *words, "--worlds", "bay.yaml", "-o", "never")
+    assert (said.code, said.out) == (2, "")
+    assert said.err.startswith(message)
+    assert not (folder / "never").exists()
