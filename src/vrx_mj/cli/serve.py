@@ -30,7 +30,10 @@ class CmdVel(Enum):
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge and --web that has none; a campaign chooses its own."""
+    """The words of a command line, with a port after every --rosbridge and --web that has none.
+
+    A campaign chooses its own.
+    """
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []

@@ -21,7 +21,7 @@ const told = {}; // what boats were told last
 const wind = { speed: null, direction: null };
 let asked = -Infinity; // when this page paused or resumed last [ms]
 let last = null; // the boat that was removed last
-let world = null, boats = [], models = [], paused = false, ticked = 0, time = null, looked = null, isStickHeld = false, bridge;
+let world = null, boats = [], paused = false, ticked = 0, time = null, looked = null, isStickHeld = false, bridge;
 
 const chart = new Chart($("map"), { chosen: choose, changed: showView });
 
@@ -49,7 +49,6 @@ function listen() {
 }
 
 function see({ name, pose, twist }) {
-  models = name;
   name.forEach((one, index) => {
     const { x, y } = pose[index].position;
     if (boats.includes(one)) put(one, pose[index], twist[index]);
@@ -78,9 +77,9 @@ async function ask() {
 }
 
 async function look() {
-  const { sim_time, model_names } = await bridge.call("/gazebo/get_world_properties");
+  const { sim_time } = await bridge.call("/gazebo/get_world_properties");
   if (sim_time === looked && performance.now() - asked > SETTLES) setPaused(true);
-  [time, models, looked] = [sim_time, model_names, sim_time];
+  time = looked = sim_time;
   for (const name of boats) {
     const { pose, twist } = await bridge.call("/gazebo/get_model_state", { model_name: name });
     put(name, pose, twist);
@@ -235,7 +234,8 @@ const add = () => act("add", async () => {
     ? { name: pilot.boat, urdf: await description(pilot.boat), place: chart.boats.get(pilot.boat) }
     : last;
   if (!like?.urdf) throw new Error(`there is no robot_description of ${like?.name ?? "a boat"} to make another one of`);
-  const name = freeName(like.name, [...boats, ...models]);
+  const { model_names } = await bridge.call("/gazebo/get_world_properties");
+  const name = freeName(like.name, model_names);
   const initial_pose = spotBeside(like.place);
   const model_xml = renamed(like.urdf, like.name, name);
   await bridge.call("/gazebo/spawn_urdf_model", { model_name: name, model_xml, robot_namespace: name, initial_pose });
