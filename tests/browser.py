@@ -20,12 +20,13 @@ FLAGS = (
 
 
 class Page:
-    """A tab."""
+    """A tab; `said` is what it wrote to its console, threw, or was refused by its policy."""
 
     def __init__(self, socket):
         self._socket, self._numbers, self.said = socket, itertools.count(1), []
         self("Page.enable")
         self("Runtime.enable")
+        self("Log.enable")
 
     def __call__(self, method, **parameters):
         number = next(self._numbers)
@@ -35,7 +36,8 @@ class Page:
             if came.get("id") == number:
                 assert "error" not in came, came
                 return came["result"]
-            if came["method"] in {"Runtime.exceptionThrown", "Runtime.consoleAPICalled"}:
+            is_refused = came["method"] == "Log.entryAdded" and came["params"]["entry"]["source"] == "security"
+            if is_refused or came["method"] in {"Runtime.exceptionThrown", "Runtime.consoleAPICalled"}:
                 self.said.append(came["params"])
 
     def look(self, expression):

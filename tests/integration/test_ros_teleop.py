@@ -19,6 +19,7 @@ pytest.importorskip("websockets", reason="pip install 'vrx-mj[rosbridge]'")
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bridged import Bridged
 from browser import CHROMIUM, INSTALL, browsing
 from vrx_command import environment, start
 from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands
@@ -168,22 +169,28 @@ def test_no_such_boat_ends_with_what_is_known(world):
         reached(lambda: "no boat named 'titanic'; known: wamv1, wamv2" in terminal.seen)
 
 
+@contextlib.contextmanager
+def serving(url):
+    """The page's server, for the rosbridge of that URL."""
+    with PageServer(0, url) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join(SECONDS)
+
+
 @pytest.fixture(scope="module")
 def page(world, tmp_path_factory):
     if CHROMIUM is None:
         pytest.skip(INSTALL)
-    with PageServer(0, world.url) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
-        thread.start()
-        try:
-            with browsing(tmp_path_factory.mktemp("profile"), server.page) as made:
-                made.size(1280, 800)
-                made.wait("document.querySelector('#boat')?.textContent === 'wamv1'")
-                yield made
-                assert made.said == []  # no error, and nothing that the policy refused
-        finally:
-            server.shutdown()
-            thread.join(SECONDS)
+    with serving(world.url) as server, browsing(tmp_path_factory.mktemp("profile"), server.page) as made:
+        made.size(1280, 800)
+        made.wait("document.querySelector('#boat')?.textContent === 'wamv1'")
+        yield made
+        assert made.said == []  # no error, and nothing that the policy refused
 
 
 def number(page, selector):
@@ -333,3 +340,24 @@ def test_the_last_boat_may_go_and_one_like_it_come(world, page):
     page.click("#add")
     page.wait("document.querySelector('#boat').textContent === 'wamv2'")
     assert boats(world) == {"wamv2"}
+
+
+@pytest.mark.parametrize("url", ["http://127.0.0.1:9/", "ws://127.0.0.1:9/", "https://example.org/"])
+def test_the_policy_lets_the_page_talk_to_nobody_else(page, url):
+    how = f"new WebSocket('{url}')" if url.startswith("ws") else f"await fetch('{url}')"
+    page.look(f"(async () => {{ try {{ {how} }} catch {{ }} }})()")
+    page.wait("true")
+    assert "Content Security Policy" in page.said.pop()["entry"]["text"]
+
+
+def test_a_connection_that_is_not_there_is_told_until_it_is(page):
+    with Bridged() as gone:
+        url = gone.url
+    with serving(url) as server:
+        page("Page.navigate", url=server.page)
+        page.wait("document.querySelector('#banner')?.hidden === false")
+        told = page.look("document.querySelector('#banner').textContent")
+        assert told == f"Nothing answers at {url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…"
+        assert page.look("['pause', 'reset', 'add', 'remove'].every((id) => document.getElementById(id).disabled)")
+        with Bridged(gone.bridge.port):
+            page.wait("document.querySelector('#banner').hidden")

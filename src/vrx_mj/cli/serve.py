@@ -127,7 +127,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
-    needed = ("rosbags",) * ros + ("websockets", "cbor2") * rosbridge
+    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "rosbridge" if rosbridge else "ros1"

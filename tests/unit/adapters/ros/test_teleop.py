@@ -9,10 +9,11 @@ import pytest
 pytest.importorskip("websockets", reason="pip install 'vrx-mj[rosbridge]'")
 
 from bridged import Bridged, nothing
-from vrx_mj.adapters.helm.engines import Engine, Wheel
+from vrx_mj import compile_world
+from vrx_mj.adapters.helm.engines import Engine, Wheel, engines_of
 from vrx_mj.adapters.ros import messages
 from vrx_mj.adapters.ros.offer import Input, Output, Service, Table
-from vrx_mj.adapters.ros.table.chart import _course
+from vrx_mj.adapters.ros.table.chart import _course, chart_output
 from vrx_mj.adapters.ros.teleop import driving
 from vrx_mj.adapters.ros.teleop.driving import Helmsman, topics
 from vrx_mj.errors import NetworkError, UnknownNameError
@@ -251,3 +252,28 @@ def test_topics_are_named_as_in_vrx():
 )  # fmt: skip
 def test_the_map_shows_what_the_task_tells_a_team(task, course):
     assert _course(SimpleNamespace(sim=SimpleNamespace(task=task))) == course
+
+
+class Sailing:
+    """What the map looks at of a simulation."""
+
+    def __init__(self, world):
+        self.world, self.boats, self.task = world, world.boats, None
+
+
+def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
+    world = compile_world("example_course", fleet={"usv_count": 2, "origin": "spawn", "sensors": "none"})
+    host = SimpleNamespace(sim=Sailing(world), cmd_vel="thrust")
+    output = chart_output(host)
+    told = json.loads(output.make().data)
+    assert (output.name, output.type, output.latched) == ("/vrx_mj/world", "std_msgs/String", True)
+    assert (told["name"], told["cmd_vel"], told["course"]) == ("example_course", "thrust", [])
+    assert [len(ring) for ring in told["shore"]] == [len(ring) for ring in world.parameters["shoreline"]]
+    there = {row["name"] for row in world.parameters["objects"]}
+    assert {row["name"] for row in told["objects"]} == there - {"blue_projectile"}  # the shooter's ball: not to be seen
+    (dock,) = told["docks"]
+    assert len(dock["cells"]) == len(world.parameters["docks"][0]["cells"])
+    made = {boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()}
+    assert made == {boat: engines_of(world, boat) for boat in world.boats}
+    host.sim.task = {"type": "stationkeeping", "goal": {"x": 1.0, "y": 2.0}}
+    assert json.loads(output.make().data)["course"] == [[1.0, 2.0, 0.0]]

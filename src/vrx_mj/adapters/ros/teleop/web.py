@@ -1,4 +1,4 @@
-"""The page's server: three files and the address of the rosbridge, for browsers on this machine alone."""
+"""The page's server: its files and the address of the rosbridge, for browsers on this machine alone."""
 
 import http
 import http.server
@@ -23,6 +23,7 @@ FILES = {
     "/chart.js": ("chart.js", "text/javascript"),
     "/bridge.js": ("bridge.js", "text/javascript"),
     "/helm.js": ("helm.js", "text/javascript"),
+    "/words.js": ("words.js", "text/javascript"),
 }
 """What there is, by path: the file and its type."""
 SETTINGS = "/settings.json"

@@ -107,3 +107,15 @@ export function freeName(name, taken) {
   while (taken.includes(stem + number)) number++;
   return stem + number;
 }
+
+// The nearest place around a boat, abeam at best, that is water and as far from each [x, y, distance] as that says.
+export function freeSpot(boat, taken, isLand) {
+  for (let away = 8; away <= 64; away += 8) {
+    for (const side of [90, -90, 45, -45, 135, -135, 0, 180]) {
+      const turn = boat.yaw + (side * Math.PI) / 180;
+      const [x, y] = [boat.x + away * Math.cos(turn), boat.y + away * Math.sin(turn)];
+      if (!isLand(x, y) && taken.every(([a, b, room]) => Math.hypot(a - x, b - y) >= room)) return { x, y };
+    }
+  }
+  return null;
+}

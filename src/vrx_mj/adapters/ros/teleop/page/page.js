@@ -2,7 +2,8 @@
 
 import { Bridge } from "/bridge.js";
 import { Chart } from "/chart.js";
-import { engineCommands, freeName, isRest, keyName, Pilot, renamed, REST } from "/helm.js";
+import { engineCommands, freeName, freeSpot, isRest, keyName, Pilot, renamed, REST } from "/helm.js";
+import { compass, notice, signed } from "/words.js";
 
 const PERIOD = 100; // between two commands of a boat: VRX forgets them after a second [ms]
 const STILL = 700; // after which a clock that says nothing stands [ms]
@@ -10,19 +11,17 @@ const SETTLES = 1000; // after which the clock has told of a pause, or of its en
 const TWIST = "geometry_msgs/Twist";
 const FULL = { power: 3, turn: 0.6 }; // of the joystick where cmd_vel is a velocity [m/s, rad/s]
 const APART = 7; // of a boat that joins from everything else, at least [m]
-const COMPASS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 
 const $ = (id) => document.getElementById(id);
 const show = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
 const degrees = (angle) => (angle * 180) / Math.PI;
-const signed = (value, digits = 2) => (value > 0 ? "+" : value < 0 ? "−" : "") + Math.abs(value).toFixed(digits);
 
 const pilot = new Pilot();
 const told = {}; // what boats were told last
 const wind = { speed: null, direction: null };
 let asked = -Infinity; // when this page paused or resumed last [ms]
 let last = null; // the boat that was removed last
-let world = null, boats = [], models = [], paused = false, ticked = 0, time = null, looked = null, isStickHeld = false, bridge;
+let world = null, boats = [], paused = false, ticked = 0, time = null, looked = null, isStickHeld = false, bridge;
 
 const chart = new Chart($("map"), { chosen: choose, changed: showView });
 
@@ -50,7 +49,6 @@ function listen() {
 }
 
 function see({ name, pose, twist }) {
-  models = name;
   name.forEach((one, index) => {
     const { x, y } = pose[index].position;
     if (boats.includes(one)) put(one, pose[index], twist[index]);
@@ -79,9 +77,9 @@ async function ask() {
 }
 
 async function look() {
-  const { sim_time, model_names } = await bridge.call("/gazebo/get_world_properties");
+  const { sim_time } = await bridge.call("/gazebo/get_world_properties");
   if (sim_time === looked && performance.now() - asked > SETTLES) setPaused(true);
-  [time, models, looked] = [sim_time, model_names, sim_time];
+  time = looked = sim_time;
   for (const name of boats) {
     const { pose, twist } = await bridge.call("/gazebo/get_model_state", { model_name: name });
     put(name, pose, twist);
@@ -236,7 +234,8 @@ const add = () => act("add", async () => {
     ? { name: pilot.boat, urdf: await description(pilot.boat), place: chart.boats.get(pilot.boat) }
     : last;
   if (!like?.urdf) throw new Error(`there is no robot_description of ${like?.name ?? "a boat"} to make another one of`);
-  const name = freeName(like.name, [...boats, ...models]);
+  const { model_names } = await bridge.call("/gazebo/get_world_properties");
+  const name = freeName(like.name, model_names);
   const initial_pose = spotBeside(like.place);
   const model_xml = renamed(like.urdf, like.name, name);
   await bridge.call("/gazebo/spawn_urdf_model", { model_name: name, model_xml, robot_namespace: name, initial_pose });
@@ -245,24 +244,17 @@ const add = () => act("add", async () => {
   choose(name);
 });
 
-// The nearest place around a boat that is free as far as the map knows, with its heading.
+// Where a boat joins: near this one, with its height and heading.
 function spotBeside(boat) {
   if (!boat) throw new Error("it is not known yet where the boat is");
   const others = [...chart.boats.values()].map(({ x, y }) => [x, y, APART]);
   const things = (world?.objects ?? []).map((item) =>
     [...(chart.things.get(item.name) ?? [item.x, item.y]), item.size / 2 + 4]);
   const cells = (world?.docks ?? []).flatMap((dock) => dock.cells.map(([x, y]) => [x, y, dock.cell + 3]));
-  for (let ring = 1; ring <= 8; ring++) {
-    for (const side of [90, -90, 45, -45, 135, -135, 0, 180]) {
-      const turn = boat.yaw + (side * Math.PI) / 180;
-      const [x, y] = [boat.x + ring * 8 * Math.cos(turn), boat.y + ring * 8 * Math.sin(turn)];
-      const isTaken = [...others, ...things, ...cells].some(([a, b, room]) => Math.hypot(a - x, b - y) < room);
-      if (isTaken || chart.isLand(x, y)) continue;
-      const orientation = { x: 0, y: 0, z: Math.sin(boat.yaw / 2), w: Math.cos(boat.yaw / 2) };
-      return { position: { x, y, z: boat.z }, orientation };
-    }
-  }
-  throw new Error("there is no free water near the boat");
+  const spot = freeSpot(boat, [...others, ...things, ...cells], (x, y) => chart.isLand(x, y));
+  if (!spot) throw new Error("there is no free water near the boat");
+  const orientation = { x: 0, y: 0, z: Math.sin(boat.yaw / 2), w: Math.cos(boat.yaw / 2) };
+  return { position: { ...spot, z: boat.z }, orientation };
 }
 
 // The first press asks, the second one does it.
@@ -340,7 +332,7 @@ function showWind() {
   $("wind").hidden = wind.speed === null || wind.direction === null;
   if ($("wind").hidden) return;
   const calm = wind.speed < 0.05;
-  const from = COMPASS[Math.round((270 - wind.direction) / 45 + 16) % 8];
+  const [, from] = compass(wind.direction + 180).split(" ");
   show("wind-speed", calm ? "No wind" : `${wind.speed.toFixed(1)} m/s`);
   show("wind-from", calm ? "" : `wind from ${from}`);
   $("wind-arrow").setAttribute("transform", `rotate(${-wind.direction})`);
@@ -353,7 +345,7 @@ function showFigures() {
   show("world", world ? world.name.replaceAll("_", " ") : bridge.isOpen ? "Waiting for the world" : "Not connected");
   show("time", time === null ? "–" : `${time.toFixed(1)} s${paused ? ", paused" : ""}`);
   show("speed", boat ? `${boat.speed.toFixed(2)} m/s` : "–");
-  show("heading", boat ? `${Math.round((450 - degrees(boat.yaw)) % 360)}°` : "–");
+  show("heading", boat ? compass(degrees(boat.yaw)) : "–");
   show("power", signed(power) + unit[0]);
   show("turn", signed(turn) + unit[1]);
   show("angle-told", `${signed(degrees(angle), 0)}°`);
@@ -364,17 +356,6 @@ function showFigures() {
     if (button.lastChild.textContent !== text) button.lastChild.textContent = text;
   }
   showWind();
-}
-
-// A line that goes by itself; the same words are not shown twice at a time.
-function notice(text, isGood = false) {
-  if ([...$("notices").children].some((line) => line.textContent === text)) return;
-  const line = document.createElement("p");
-  line.textContent = text;
-  line.className = isGood ? "good" : "bad";
-  line.addEventListener("click", () => line.remove());
-  $("notices").append(line);
-  setTimeout(() => line.remove(), isGood ? 4000 : 12000);
 }
 
 function setConnected(isConnected, url) {
