@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
+FOLDER = Path(__file__).parents[2] / "examples"
+EXAMPLES = sorted(path for path in FOLDER.glob("[0-9]*.py") if "roslibpy" not in path.stem)
+"""Those that need no server; test_ros_tutorials.py runs the others."""
 
 
 def loaded(path):

@@ -257,20 +257,29 @@ def new(
 
 @app.command()
 def doctor(
+    world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet, for serving it.")] = None,
+    fleet: Fleet = None,
     json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
 ) -> None:
     """Look at what is installed, try what can be tried, and say what to do where something does not work.
 
-    Example: vrx-mj doctor --json doctor.json
+    Example: vrx-mj doctor example_course --fleet trio --json doctor.json
     """
     from vrx_mj.cli.doctor import as_json, examine, healthy, print_rows
+    from vrx_mj.cli.doctor_world import examine_world, sound
 
+    if fleet is not None and world is None:
+        raise CommandError(f"--fleet {fleet} needs a world: vrx-mj doctor WORLD --fleet {fleet}")
     rows = examine()
+    if world is not None:
+        rows += examine_world(world, fleet)
     print_rows(rows)
     if json_ is not None:
         with writing("the rows", json_):
             json_.write_text(json.dumps(as_json(rows), indent=1) + "\n", encoding="utf-8")
-    if not healthy(rows):
+    if world is not None:
+        typer.echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no mistakes found' if sound(rows) else 'see above'}")
+    if not (healthy(rows) and sound(rows)):
         raise SystemExit(1)
 
 

@@ -111,7 +111,7 @@ def _serving(
         return None
     if not all(map(str.strip, programs)):
         raise CommandError("--exec '' names no program")
-    check_installed(ros=True, rosbridge=rosbridge)
+    check_installed(rosbridge=rosbridge)
     pace = parse_rate(rate or "1")
     if pace is not None and not 0.0 < pace < float("inf"):
         raise CommandError(f"--rate {rate}: a number above 0, 1 for real time, or max")

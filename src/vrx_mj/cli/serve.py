@@ -30,10 +30,7 @@ class CmdVel(Enum):
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after every --rosbridge and --web that has none.
-
-    A campaign chooses its own.
-    """
+    """The words of a command line, with a port after --rosbridge and --web where there is none, but for a campaign."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []
@@ -97,7 +94,7 @@ def serve(
 
 def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
     """Compile and serve; imports wait until they are needed."""
-    check_installed(ros=said["ros1"] or said["rosbridge"] is not None, rosbridge=said["rosbridge"] is not None)
+    check_installed(rosbridge=said["rosbridge"] is not None, ros2=said["ros2"])
     from vrx_mj.adapters.ros.serve import Wanted
     from vrx_mj.adapters.ros.serve import serve as run
     from vrx_mj.cli.sailing import recording
@@ -126,15 +123,19 @@ def parse_lockstep(text: str) -> tuple[str, ...]:
     return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
 
 
-def check_installed(*, ros: bool, rosbridge: bool) -> None:
+def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
     """Say what to install before the world is compiled."""
     from importlib.util import find_spec
 
-    needed = ("rosbags",) * ros + ("websockets", "cbor2") * rosbridge
+    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "rosbridge" if rosbridge else "ros1"
         raise NetworkError(f"{', '.join(missing)}: not installed; pip install 'vrx-mj[{extra}]'")
+    if ros2:
+        from vrx_mj.adapters.ros.ros2.installed import load_rclpy
+
+        load_rclpy()
 
 
 def _tell(level: str, text: str) -> None:

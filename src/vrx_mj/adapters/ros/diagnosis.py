@@ -3,12 +3,15 @@
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vrx_mj.adapters.ros.inbox import Command, Stranger
-from vrx_mj.adapters.ros.offer import Table
 from vrx_mj.errors import nearest
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.thrusters import Thruster
+
+if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
+    from vrx_mj.adapters.ros.inbox import Command, Stranger
+    from vrx_mj.adapters.ros.offer import Table
 
 __all__ = ["Diagnosis", "overlaps", "shared_frames"]
 
@@ -37,7 +40,7 @@ class Diagnosis:
         for line in (*overlaps(sim), *shared_frames(sim)):
             tell("WARN", line)
 
-    def stranger(self, stranger: Stranger, table: Table) -> None:
+    def stranger(self, stranger: "Stranger", table: "Table") -> None:
         """Somebody publishes where nobody listens."""
         topic = stranger.topic
         if topic in table.inputs or not any(part in topic for part in KNOWN):
@@ -48,11 +51,11 @@ class Diagnosis:
         hint = f"did you mean {close}?" if close else f"topics of boats begin with /{self._sim.boats[0]}/"
         self._once(f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat: {hint}")
 
-    def refused(self, command: Command, why: str) -> None:
+    def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
         self._once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
 
-    def taken(self, command: Command) -> None:
+    def taken(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""
         if not command.topic.endswith(THRUST):
             return
@@ -88,6 +91,13 @@ class Diagnosis:
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
             self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust moves it afterwards")
+
+    def pushed(self, boat: str, thruster: Thruster, force: float) -> None:
+        """See whether a thruster can give a force [N]."""
+        least, most = -thruster.max_reverse, thruster.max_forward
+        if not least - 1e-6 <= force <= most + 1e-6:
+            said = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
+            self._once(f"{boat} {thruster.name} N", f"{said}: it gives the nearest of these")
 
     def look(self) -> None:
         """See whether boats are aground or capsized, if it is time."""

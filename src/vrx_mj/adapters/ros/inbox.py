@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vrx_mj.adapters.ros.messages import Message
+from vrx_mj.adapters.ros.offer import Dialect
 
 __all__ = ["Answer", "Call", "Command", "Inbox", "Stranger"]
 
@@ -28,6 +29,8 @@ class Command(NamedTuple):
     message: Message
     sender: str
     """Who sent it, for people: a node's name, or an address."""
+    dialect: Dialect = "vrx"
+    """Of the table that has the topic."""
 
 
 class Call(NamedTuple):
@@ -45,6 +48,7 @@ class Stranger(NamedTuple):
     topic: str
     type: str
     sender: str
+    dialect: Dialect = "vrx"
 
 
 class Inbox:
@@ -59,7 +63,7 @@ class Inbox:
         self.dropped = 0
         """Messages that were thrown away, as they came faster than the simulation takes them."""
 
-    def message(self, topic: str, message: Message, sender: str) -> None:
+    def message(self, topic: str, message: Message, sender: str, dialect: Dialect = "vrx") -> None:
         """A message has come."""
         key = (topic, sender)
         with self._lock:
@@ -68,7 +72,7 @@ class Inbox:
                 return
             waiting = self._commands.setdefault(key, deque(maxlen=LONGEST))
             self.dropped += len(waiting) == LONGEST
-            waiting.append(Command(topic, message, sender))
+            waiting.append(Command(topic, message, sender, dialect))
         self._arrived.set()
 
     def call(self, service: str, request: Message, caller: str, answer: Answer) -> None:
@@ -81,11 +85,11 @@ class Inbox:
             answer(None, f"{service}: {MOST_CALLS} calls are waiting already")
         self._arrived.set()
 
-    def stranger(self, topic: str, type_name: str, sender: str) -> None:
+    def stranger(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
         """Somebody publishes, or tries to, on a topic that nobody here listens to."""
         with self._lock:
             if len(self._strangers) < MOST_STRANGERS:
-                self._strangers[topic, sender] = Stranger(topic, type_name, sender)
+                self._strangers[topic, sender] = Stranger(topic, type_name, sender, dialect)
 
     def wait(self, seconds: float) -> bool:
         """Wait until something came, or so long [s]; whether something came."""

@@ -6,11 +6,14 @@ called by the simulation's own thread.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 from vrx_mj.adapters.ros.messages import Message
 
-__all__ = ["Input", "Output", "Sent", "Service", "Table", "Traffic", "Transport"]
+__all__ = ["Dialect", "Input", "Output", "Sent", "Service", "Table", "Traffic", "Transport", "dialect_of"]
+
+Dialect = Literal["vrx", "vrx3"]
+"""Whose names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,3 +121,9 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Withdraw all, close every connection, and wait until that is done: 2 s at most."""
+
+
+def dialect_of(transport: Transport) -> Dialect:
+    """Of the table that is offered on a transport: what its attribute `dialect` says, else VRX's."""
+    dialect: Dialect = getattr(transport, "dialect", "vrx")
+    return dialect

@@ -197,6 +197,10 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
         from vrx_mj.adapters.ros.rosbridge import Rosbridge
 
         yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host)
+    if wanted.ros2:
+        from vrx_mj.adapters.ros.ros2 import Ros2
+
+        yield Ros2(inbox, host=wanted.host)
 
 
 @contextlib.contextmanager
@@ -226,11 +230,13 @@ def _told(ending: threading.Event) -> Iterator[None]:
 
 
 def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
-    sim, table = station.sim, station.table
+    sim, tables = station.sim, station.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
     tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
-    counts = f"{len(table.outputs)} topics out, {len(table.inputs)} in, {len(table.services)} services"
-    tell("INFO", f"{counts}; cameras and lidars are drawn while somebody subscribes")
+    for dialect, table in tables.items():
+        names = " by VRX 3's names" if dialect == "vrx3" else ""
+        counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
+        tell("INFO", f"{counts}; cameras and lidars are drawn while somebody subscribes")
     if wanted.cmd_vel == "thrust":
         tell("INFO", "cmd_vel is thrust, as VRX's twist2thrust; --cmd-vel velocity: a velocity that is kept")
     else:
@@ -239,7 +245,7 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         tell("INFO", f"lockstep: time waits for {topics}")
     for topic in wanted.lockstep or ():
-        if topic not in table.inputs:
+        if not any(topic in table.inputs for table in tables.values()):
             tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
     if wanted.host not in LOOPBACK:
         tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")

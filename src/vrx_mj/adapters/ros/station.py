@@ -11,14 +11,16 @@ from typing import Literal
 
 from vrx_mj.adapters.ros.autopilot import Autopilot
 from vrx_mj.adapters.ros.diagnosis import Diagnosis
+from vrx_mj.adapters.ros.held import Held
 from vrx_mj.adapters.ros.inbox import Call, Command, Inbox
 from vrx_mj.adapters.ros.lockstep import Lockstep
-from vrx_mj.adapters.ros.offer import Table, Transport
+from vrx_mj.adapters.ros.offer import Dialect, Table, Transport, dialect_of
 from vrx_mj.adapters.ros.post import Post
 from vrx_mj.adapters.ros.table import make_table
 from vrx_mj.adapters.ros.table.boats import description
 from vrx_mj.adapters.ros.table.bodies import Bodies
 from vrx_mj.adapters.ros.table.host import CmdVel
+from vrx_mj.adapters.ros.table.vrx3 import make_vrx3_table
 from vrx_mj.adapters.ros.whereabouts import Starts
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.observation import Observation
@@ -83,18 +85,26 @@ class Station:
         self.bodies = Bodies(sim)
         self.diagnosis = Diagnosis(sim, tell)
         self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
-        self._autopilot, self._starts = Autopilot(sim, tell), Starts(sim)
+        self._autopilot, self._starts, self._held = Autopilot(sim, tell), Starts(sim), Held(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
-        self._post = Post(sim, transports, tell)
+        dialects = dict.fromkeys(dialect_of(transport) for transport in transports) or {"vrx": None}
+        self._posts: dict[Dialect, Post] = {
+            dialect: Post(sim, [one for one in transports if dialect_of(one) == dialect], tell) for dialect in dialects
+        }
         self._offer()
 
     @property
     def table(self) -> Table:
-        """All that is offered now."""
-        return self._table
+        """All that is offered now, on the first of the transports."""
+        return next(iter(self._tables.values()))
+
+    @property
+    def tables(self) -> Mapping[Dialect, Table]:
+        """All that is offered now, by whose names it is."""
+        return self._tables
 
     @property
     def seen(self) -> Observation:
@@ -114,11 +124,13 @@ class Station:
         for call in calls:
             self._answer(call)
         for stranger in strangers:
-            self.diagnosis.stranger(stranger, self._table)
+            if stranger.dialect in self._tables:
+                self.diagnosis.stranger(stranger, self._tables[stranger.dialect])
 
     def announce(self) -> None:
         """Publish the present moment, before time goes on."""
-        self._post.deliver()
+        for post in self._posts.values():
+            post.deliver()
 
     def tick(self) -> int:
         """Advance to the clock's next moment, and publish; the steps made. Lockstep: only if all have answered."""
@@ -135,8 +147,9 @@ class Station:
         then = (math.floor((sim.time + EARLY) * self._clock_rate) + 1) / self._clock_rate
         steps = min(most, max(1, math.ceil((then - sim.time) / sim.timestep - EARLY)))
         self._autopilot.steer()
+        self._held.renew()
         sim.advance(steps)
-        self._post.deliver()
+        self.announce()
         self.diagnosis.look()
         return steps
 
@@ -161,7 +174,8 @@ class Station:
     # What networks ask for
 
     def _take(self, command: Command) -> None:
-        entry = self._table.inputs.get(command.topic)
+        table = self._tables.get(command.dialect)
+        entry = table.inputs.get(command.topic) if table is not None else None
         if entry is None:
             return  # its boat has left
         try:
@@ -172,7 +186,7 @@ class Station:
             self.diagnosis.taken(command)
 
     def _answer(self, call: Call) -> None:
-        service = self._table.services.get(call.service)
+        service = self._services.get(call.service)
         if service is None:
             call.answer(None, f"there is no service {call.service} any more")
             return
@@ -188,15 +202,34 @@ class Station:
         """Command thrusters, as `Simulation.command`."""
         self._autopilot.let_go(boat)
         self.sim.command_all({boat: commands})
+        for name in commands:
+            self._held.let_go(boat, name)
         self.diagnosis.commanded(boat, commands)
+
+    def push(self, boat: str, thruster: str, force: float) -> None:
+        """Have a thruster push with a force [N] until it is told otherwise, or as near to it as it can.
+
+        Raises:
+            CommandError: the force is not a finite number.
+        """
+        if not math.isfinite(force):
+            raise CommandError(f"the thrust {thruster} of {boat} is {force} N: a finite number is needed")
+        newtons = self.sim.world.parameters["profile"] == "vrx3"
+        command = force if newtons else self.seen[boat].thrusters[thruster].command(force)
+        self.command(boat, {thruster: command})
+        self._held.hold(boat, thruster, command)
+        if not newtons:
+            self.diagnosis.pushed(boat, self.seen[boat].thrusters[thruster], force)
 
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
+        self._held.let_go(boat)
         self._autopilot.steer_boat(boat, surge, turn)
 
     def form(self, text: str) -> None:
         """Have the fleet keep a formation, or go to another one; errors are `Autopilot.form`'s."""
         self._tell("INFO", self._autopilot.form(text))
+        self._held.begin()
 
     # Who is there
 
@@ -244,11 +277,13 @@ class Station:
             self.sim.remove(name)
         for name, (urdf, pose) in self._joined.items():
             self._spawn(name, urdf, pose)
+        self._held.begin()
         self._changed()
-        self._post.begin()
+        for post in self._posts.values():
+            post.begin()
         if self.lockstep is not None:
             self.lockstep.begin()
-            self._post.deliver()  # the clock that is to be answered now
+            self.announce()  # the clock that is to be answered now
         self._tell("INFO", "time begins again at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
@@ -263,17 +298,24 @@ class Station:
         self._seen = None
         self.bodies.bind()
         self._autopilot.bind()
+        self._held.bind()
         self._starts.bind()
         self._offer()
 
     def _offer(self) -> None:
-        self._table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
+        table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
+        self._services = table.services
+        self._tables: dict[Dialect, Table] = {
+            dialect: table if dialect == "vrx" else make_vrx3_table(self, table) for dialect in self._posts
+        }
         for transport in self._transports:
-            transport.offer(self._table)
-        self._post.offer(self._table)
+            transport.offer(self._tables[dialect_of(transport)])
+        for dialect, post in self._posts.items():
+            post.offer(self._tables[dialect])
 
     def close(self) -> None:
         """Publish the task's last word, and throw away what it keeps; the transports stay open."""
-        self._post.repeat(TASK_INFO)
+        for post in self._posts.values():
+            post.repeat(TASK_INFO)
         if self._folder is not None:
             self._folder.cleanup()

@@ -41,6 +41,9 @@ class Host(Protocol):
     def command(self, boat: str, commands: Mapping[str, float]) -> None:
         """Command thrusters, as `Simulation.command`."""
 
+    def push(self, boat: str, thruster: str, force: float) -> None:
+        """Have a thruster push with a force [N] until it is told otherwise, as VRX 3's do."""
+
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
 

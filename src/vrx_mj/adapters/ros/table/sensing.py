@@ -15,7 +15,7 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
 
-__all__ = ["sensor_inputs", "sensor_outputs"]
+__all__ = ["scan_message", "sensor_inputs", "sensor_outputs"]
 
 JPEG_QUALITY = 80
 """As image_transport's default."""
@@ -167,7 +167,8 @@ def _points(reading: Reading) -> Message:
     )
 
 
-def _scan(reading: Reading) -> Message:
+def scan_message(reading: Reading) -> Message:
+    """sensor_msgs/LaserScan."""
     scan: Scan = reading.data
     return new(
         "sensor_msgs/LaserScan",
@@ -275,7 +276,7 @@ _MADE: dict[str, tuple[Made, ...]] = {
         ("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
     ),
     "points": (("/points", "sensor_msgs/PointCloud2", _points),),
-    "scan": (("/scan", "sensor_msgs/LaserScan", _scan),),
+    "scan": (("/scan", "sensor_msgs/LaserScan", scan_message),),
     "gps": (
         ("/fix", "sensor_msgs/NavSatFix", _fix),
         ("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),

@@ -14,7 +14,7 @@ from vrx_mj.adapters.ros.offer import Input, Output, Service
 from vrx_mj.adapters.ros.table.bodies import header, turned
 from vrx_mj.adapters.ros.table.host import Host
 
-__all__ = ["task_inputs", "task_outputs", "task_services"]
+__all__ = ["collision_name", "task_inputs", "task_outputs", "task_services"]
 
 RATE = 1.0
 """Of a task's info and errors [Hz]."""
@@ -173,13 +173,14 @@ def _contact(host: Host) -> Message | None:
     """The first contact of the boat that has the task, by Gazebo's names of collisions; None where there is none."""
     boat, model = str(_told(host)["boat"]), host.sim.model
     for contact in host.sim.data.contact:
-        names = [_collision(model, int(geom), host.sim.boats) for geom in contact.geom]
+        names = [collision_name(model, int(geom), host.sim.boats) for geom in contact.geom]
         if contact.dist < 0.0 and any(name.startswith(f"{boat}::") for name in names):
             return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=names[0], collision2=names[1])
     return None
 
 
-def _collision(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
+def collision_name(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
+    """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
     body = model.body(int(model.geom_bodyid[geom])).name
     owner = body.partition("/")[0]
     link = f"{owner}::{body}" if owner in boats else body.replace("/", "::")

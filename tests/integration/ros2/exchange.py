@@ -1,0 +1,177 @@
+"""Our transport with a table of its own, and a node of rclpy before it; writes what both saw as JSON. Needs rclpy."""
+
+import json
+import statistics
+import sys
+import threading
+import time
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image, Imu
+from std_msgs.msg import Bool, Float64, String
+
+from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.messages import new
+from vrx_mj.adapters.ros.offer import Input, Output, Sent, Table
+from vrx_mj.adapters.ros.ros2 import Ros2
+from vrx_mj.adapters.ros.table.bodies import header
+
+LONGEST = 60.0
+PIXELS = np.arange(6 * 4 * 3, dtype=np.uint8)
+HEAD = header(12.5, "wamv/link")
+MADE = {
+    "/imu": new("sensor_msgs/Imu", header=HEAD, angular_velocity={"z": 0.25}),
+    "/image": new("sensor_msgs/Image", header=HEAD, height=4, width=6, encoding="rgb8", step=18, data=PIXELS),
+    "/info": new("sensor_msgs/CameraInfo", header=HEAD, D=np.array([0.5]), K=np.arange(9.0)),
+    "/goal": new("geometry_msgs/PoseStamped", header=HEAD, pose={"position": {"x": -33.5, "y": 150.5}}),
+    "/params": new("std_msgs/String", data="never"),
+}
+TYPES = {
+    "/imu": "sensor_msgs/Imu",
+    "/image": "sensor_msgs/Image",
+    "/info": "sensor_msgs/CameraInfo",
+    "/goal": "geometry_msgs/PoseStamped",
+    "/params": "ros_gz_interfaces/ParamVec",
+}
+OUTPUTS = {name: Output(name, kind, lambda: None, latched=name == "/goal") for name, kind in TYPES.items()}
+INPUTS = {
+    "/wamv/thrusters/left/thrust": Input("/wamv/thrusters/left/thrust", "std_msgs/Float64", lambda _: None),
+    "/fire": Input("/fire", "std_msgs/Bool", lambda _: None),
+}
+
+
+class Client:
+    """A node that listens and publishes."""
+
+    def __init__(self):
+        self.context = rclpy.Context()
+        rclpy.init(args=[], context=self.context)
+        self.node = rclpy.create_node("client", context=self.context)
+        self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.got = {}
+
+    def listen(self, kind, topic, qos=10):
+        return self.node.create_subscription(kind, topic, lambda one: self.got.setdefault(topic, one), qos)
+
+    def until(self, condition, why):
+        end = time.monotonic() + LONGEST
+        while not condition():
+            if time.monotonic() > end:
+                raise TimeoutError(why)
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def close(self):
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+def send(ros2, *names):
+    ros2.publish([Sent(OUTPUTS[name], MADE[name], 12.5) for name in names])
+
+
+def main():
+    inbox = Inbox()
+    ros2 = Ros2(inbox)
+    told = {"lines": list(ros2.start())}
+    ros2.offer(Table(OUTPUTS, INPUTS))
+    send(ros2, "/goal")  # before anybody listens
+    client = Client()
+    told |= outputs(client, ros2)
+    told["commands"] = commands(client, inbox)
+    told["strangers"] = strangers(client, inbox)
+    told["cost"] = cost(ros2, inbox)
+    withdraw(client, ros2)
+    told["topics in the end"] = [name for name in topics(client) if client.node.count_publishers(name)]
+    told["clients"], told["sent"], told["dropped"] = ros2.traffic
+    begun = time.monotonic()
+    ros2.close()
+    told["closing"] = time.monotonic() - begun
+    client.close()
+    told["threads"] = [thread.name for thread in threading.enumerate() if "vrx" in thread.name]
+    json.dump(told, sys.stdout)
+
+
+def outputs(client, ros2):
+    client.until(lambda: client.node.count_publishers("/imu"), "the topic appears")
+    told, got = {"wanted at first": sorted(ros2.wanted)}, client.got
+    client.listen(Imu, "/imu")
+    client.listen(Image, "/image", qos_profile_sensor_data)
+    client.listen(CameraInfo, "/info", qos_profile_sensor_data)
+    client.listen(PoseStamped, "/goal", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    client.until(lambda: ros2.wanted == {"/imu", "/image", "/info", "/goal"}, f"all are wanted, not {ros2.wanted}")
+    client.until(lambda: "/goal" in got, "the latched message")
+
+    def all_came():
+        send(ros2, "/imu", "/image", "/info", "/params")
+        return {"/imu", "/image", "/info"} <= got.keys()
+
+    client.until(all_came, "messages")
+    return told | {
+        "wanted": sorted(ros2.wanted),
+        "imu": [got["/imu"].angular_velocity.z, got["/imu"].header.frame_id],
+        "stamp": [got["/imu"].header.stamp.sec, got["/imu"].header.stamp.nanosec],
+        "image": [got["/image"].width, bytes(got["/image"].data).hex()],
+        "info": [list(got["/info"].d), got["/info"].k.tolist()],
+        "goal": [got["/goal"].pose.position.x, got["/goal"].pose.position.y],
+        "topics": topics(client),
+    }
+
+
+def topics(client):
+    return sorted(name for name, _ in client.node.get_topic_names_and_types())
+
+
+def commands(client, inbox):
+    thrust = client.node.create_publisher(Float64, "/wamv/thrusters/left/thrust", 10)
+    fire = client.node.create_publisher(Bool, "/fire", 10)
+    both = (thrust, fire)
+    client.until(lambda: all(one.get_subscription_count() for one in both), "somebody takes commands")
+    for value in (1.5, 2.5, 3.5):
+        thrust.publish(Float64(data=value))
+    fire.publish(Bool(data=True))
+    came = []
+
+    def all_came():
+        came.extend([one.topic, one.message.data, one.sender, one.dialect] for one in inbox.drain()[0])
+        return len(came) == 4
+
+    client.until(all_came, f"commands, of which came {came}")
+    return came
+
+
+def strangers(client, inbox):
+    client.node.create_publisher(String, "/wamv/thrusters/left/thurst", 10)
+    came = []
+
+    def appeared():
+        came.extend(list(one) for one in inbox.drain()[2] if "thurst" in one.topic)
+        return came
+
+    client.until(appeared, "a publisher that nobody listens to")
+    return came[0]
+
+
+def cost(ros2, inbox):
+    """Of a call of `publish` [s]: the median, with a moment between two as in a simulation."""
+    spent = []
+    for _ in range(200):
+        begun = time.perf_counter()
+        send(ros2, "/imu", "/image", "/info")
+        spent.append(time.perf_counter() - begun)
+        inbox.wait(0.002)
+    return statistics.median(spent)
+
+
+def withdraw(client, ros2):
+    kept = {name: OUTPUTS[name] for name in ("/goal", "/image")}
+    ros2.offer(Table(kept, {}))
+    client.until(lambda: not client.node.count_publishers("/imu"), "a topic is withdrawn")
+    client.until(lambda: not client.node.count_subscribers("/fire"), "an input is withdrawn")
+
+
+if __name__ == "__main__":
+    main()

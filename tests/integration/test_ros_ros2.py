@@ -1,0 +1,112 @@
+"""ROS 2 with the rclpy of its wheels: who has none is told how to install them."""
+
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from ros2_here import needs_ros2, started
+
+pytestmark = [needs_ros2, pytest.mark.slow]
+
+HERE = Path(__file__).parent / "ros2"
+LONGEST = 240
+RUN = "import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
+SERVE = "from vrx_mj.cli import main; sys.argv[0] = 'vrx-mj'; main()"
+WORLD = """
+sea: {model: none}
+wind: {}
+georeference: {latitude: -33.72, longitude: 150.68}
+"""
+FLEET = """
+boats: [{name: wamv, pose: [0, 0, -0.1, 0, 0, 0]}]
+thrusters: H
+sensors: [imu, ground_truth, camera]
+"""
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """What the transport and a node before it saw."""
+    with started(
+        tmp_path_factory.mktemp("ros2"), RUN, HERE / "exchange.py", stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as program:
+        out, err = program.communicate(timeout=LONGEST)
+    assert program.returncode == 0, err
+    return json.loads(out)
+
+
+def test_it_says_where_it_is_and_what_is_missing(told):
+    first, *missing = told["lines"]
+    assert first.startswith("ROS 2: node /vrx_mj in domain ")
+    assert first.endswith(" by rmw_fastrtps_cpp, ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+    assert missing[0] == (
+        "ROS 2: no ros_gz_interfaces here (apt-get install ros-jazzy-ros-gz-interfaces): topics with its messages, as "
+        "/vrx/task/info and range_bearing, are left out"
+    )
+    assert "/params" not in told["topics"]
+
+
+def test_readings_arrive_as_they_were(told):
+    assert told["imu"] == [0.25, "wamv/link"]
+    assert told["stamp"] == [12, 500_000_000]
+    assert told["image"] == [6, bytes(range(72)).hex()]
+    assert told["info"] == [[0.5], [float(number) for number in range(9)]]
+
+
+def test_who_comes_late_gets_the_latched_message(told):
+    assert told["goal"] == [-33.5, 150.5]
+
+
+def test_only_what_somebody_listens_to_is_wanted(told):
+    assert told["wanted at first"] == []
+    assert told["wanted"] == ["/goal", "/image", "/imu", "/info"]
+
+
+def test_commands_come_in_order_with_their_sender(told):
+    thrusts = [one for one in told["commands"] if one[0] != "/fire"]
+    assert thrusts == [["/wamv/thrusters/left/thrust", value, "/client", "vrx3"] for value in (1.5, 2.5, 3.5)]
+    assert ["/fire", True, "/client", "vrx3"] in told["commands"]
+
+
+def test_a_topic_that_nobody_here_listens_to_is_told_of(told):
+    assert told["strangers"] == ["/wamv/thrusters/left/thurst", "std_msgs/String", "/client", "vrx3"]
+
+
+def test_a_new_table_withdraws_what_is_not_in_it(told):
+    assert "/image" in told["topics in the end"]
+    assert not {"/imu", "/info"} & set(told["topics in the end"])
+
+
+def test_publishing_does_not_hold_up_the_simulation(told):
+    """It is handed over: 1 ms is far more than a lock takes, and less than ROS 2 can take for an image."""
+    assert told["cost"] < 1e-3
+
+
+def test_it_counts_and_closes(told):
+    assert told["sent"] > 0
+    assert told["clients"] == 1
+    assert told["closing"] < 2.0
+    assert told["threads"] == []
+
+
+@pytest.mark.render
+def test_a_boat_is_driven_and_nothing_is_left_behind(tmp_path):
+    for name, text in (("world", WORLD), ("fleet", FLEET)):
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+    arguments = ("serve", tmp_path / "world.yaml", "--fleet", tmp_path / "fleet.yaml", "--ros2", "--duration", 600)
+    with started(tmp_path, SERVE, *arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as served:
+        with started(tmp_path, RUN, HERE / "drive.py", stdout=subprocess.PIPE, stderr=subprocess.PIPE) as driver:
+            out, err = driver.communicate(timeout=LONGEST)
+        served.send_signal(signal.SIGINT)
+        log = served.communicate(timeout=30)[0]
+    assert driver.returncode == 0, err + log
+    told = json.loads(out)
+    assert 0.5 < told["speed"] < 5.0  # after 3 s; a thrust that ended after 1 s gives less
+    assert told["image"] == [1280, 720, 3 * 1280 * 720, "wamv/front_camera_link"]
+    assert "<robot" in told["robot"]
+    assert served.returncode == 0, log
+    assert "by VRX 3's names" in log
+    assert "Traceback" not in log

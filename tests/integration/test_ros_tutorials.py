@@ -1,0 +1,51 @@
+"""The pages on ROS: every command that they show is executed, and both languages show the same."""
+
+import collections
+import shutil
+
+import pytest
+
+pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1,rosbridge]'")
+
+from tutorial_pages import REPO, Reader, blocks, pieces
+from vrx_mj.sensors.gl import BACKENDS, problem_of
+
+DOCS = REPO / "docs"
+PAGES = ("tutorial_one_boat.md", "tutorial_many_boats.md", "ros.md")
+INSTALL = "ROS 1's tools: apt-get install python3-rospy python3-rostopic ..., the whole line is in docs/ros.md"
+NOT_RUN = {
+    "what the test runs in is installed": 1,
+    "needs a keyboard; tests/integration/test_ros_teleop.py drives it": 1,
+    "needs a display and rqt": 1,
+    "needs a display and RViz": 1,
+    "it changes the machine; .ci/run does it": 1,
+}
+"""All reasons for which a command is not run here, and how many commands have each."""
+
+
+@pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL)
+@pytest.mark.parametrize("name", PAGES)
+def test_every_command_of_a_page_does_what_the_page_says(name, tmp_path):
+    with Reader(tmp_path, pictures=any(problem_of(backend) is None for backend in BACKENDS)) as reader:
+        for piece in pieces(DOCS / name):
+            if isinstance(piece, str):
+                reader.end_section()
+            else:
+                reader.follow(piece)
+        reader.end_section()
+        reader.end_server()
+
+
+def test_what_is_not_run_is_little_and_has_a_reason():
+    notes = [note for name in PAGES for block in blocks(DOCS / name) for note in block.notes]
+    reasons = [reason for key, reason in notes if key == "not run"]
+    assert dict(collections.Counter(reasons)) == NOT_RUN
+    assert len([key for key, _ in notes if key in {"expect", "moves", "server says"}]) > 60
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_both_languages_show_the_same_blocks(name):
+    english, chinese = (
+        [(block.kind, block.text) for block in blocks(path)] for path in (DOCS / name, DOCS / "zh" / name)
+    )
+    assert chinese == english

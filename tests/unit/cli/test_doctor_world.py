@@ -1,0 +1,176 @@
+"""`vrx-mj doctor WORLD`: the classic mistakes, each with what to do."""
+
+import json
+import socket
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("rosbags")
+
+from ros1_served import Served, free_port, small_table
+from vrx_mj import Simulation, compile_world
+from vrx_mj.adapters.ros.diagnosis import shared_frames
+from vrx_mj.cli import doctor, doctor_world
+from vrx_mj.cli.doctor import Row
+
+HERE = "http://127.0.0.1:11311"
+UNSET = "unset ROS_IP, or set it to an address of this machine: 'hostname -I' lists them"
+
+
+@pytest.fixture
+def quiet(monkeypatch):
+    """Without the rows of the machine, and on a free port in place of the usual master's."""
+    monkeypatch.setattr(doctor, "examine", list)
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port()}")
+    for name in ("ROS_IP", "ROS_HOSTNAME"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def rows_of(world, fleet=None):
+    rows, _ = doctor_world.world_rows(str(world), fleet)
+    return [(row.what, row.found, row.works, row.advice) for row in rows]
+
+
+def test_a_world_and_a_fleet_without_mistakes(cli, quiet):
+    Path("pair.yaml").write_text("usv_count: 2\nlayout: line\nspacing: 12\n", encoding="utf-8")
+    said = cli("doctor", "ocean", "--fleet", "pair.yaml", "--json", "d.json")
+    assert said.code == 0, said.out
+    assert said.out.endswith("ocean with pair.yaml: no mistakes found\n")
+    rows = {row["what"]: (row["found"], row["works"]) for row in json.loads(Path("d.json").read_text(encoding="utf-8"))}
+    assert rows["world"] == ("ocean, 2 boats: wamv1, wamv2", "yes")
+    assert rows["boats on land"] == rows["overlaps"] == ("none", "yes")
+    assert rows["sensor frames"] == ("each is of one boat", "yes")
+    assert rows["command topics"] == ("no publisher", "not needed")
+    assert {"extra ros1", "extra rosbridge", "ROS master", "ROS_IP", "port 9090 (rosbridge)"} <= rows.keys()
+
+
+def test_one_that_does_not_compile_fails_with_its_error(cli, quiet):
+    Path("bad.yaml").write_text("extends: ocean\nsea: {gian: 1.0}\n", encoding="utf-8")
+    said = cli("doctor", "bad.yaml")
+    assert said.code == 1
+    assert "world: bad.yaml" in said.out
+    assert "did you mean 'gain'?" in said.out
+    assert said.out.endswith("bad.yaml: see above\n")
+
+
+def test_a_fleet_without_a_world_is_refused(cli):
+    said = cli("doctor", "--fleet", "trio")
+    assert (said.code, said.err) == (2, "--fleet trio needs a world: vrx-mj doctor WORLD --fleet trio\n")
+
+
+def test_a_boat_on_land_is_told(tmp_path):
+    world = tmp_path / "inland.yaml"
+    world.write_text("extends: sydney_regatta\nspawn: {pose: [-300, 100, 3, 0, 0, 0]}\n", encoding="utf-8")
+    (row,) = [row for row in rows_of(world) if row[0] == "boats on land"]
+    place = "(-300, 100), 32.8 m inside the shore"
+    assert row == ("boats on land", f"wamv starts on land, at {place}", "no", "give it another pose, or --nudge")
+
+
+def test_models_that_overlap_are_told(tmp_path):
+    world = tmp_path / "crash.yaml"
+    world.write_text(
+        "extends: ocean\nobjects:\n"
+        "  - {name: one, model: robotx_light_buoy, pose: [9, 0, 0.25, 0, 0, 0]}\n"
+        "  - {name: two, model: robotx_light_buoy, pose: [9.4, 0, 0.25, 0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    (row,) = [row for row in rows_of(world) if row[0] == "overlaps"]
+    assert row == ("overlaps", "one and two overlap by 0.40 m", "no", "move one of them")
+
+
+def test_frames_that_two_boats_share_are_told():
+    fake = SimpleNamespace(
+        boats=("wamv1", "wamv2"), mounted=lambda _boat: [SimpleNamespace(frame="cam_link", name="cam")]
+    )
+    (row,) = doctor_world._mistakes("sensor frames", shared_frames(fake), "none")
+    assert row == Row(
+        "sensor frames",
+        "the frame cam_link is that of cam of wamv2 and of wamv1: their readings cannot be told apart",
+        "no",
+        "take the namespace out of the frame's name",
+    )
+    assert not doctor_world.sound([row])
+    assert doctor_world.sound([Row("port 9090 (rosbridge)", "held", "no", "stop it")])
+
+
+def test_publishers_of_commands_without_a_boat_are_told():
+    sim = Simulation(compile_world("ocean", fleet={"usv_count": 2, "layout": "line", "spacing": 12}))
+    lost = [("/wamv/thrusters/left_thrust_cmd", ["/rostopic_1"]), ("/clock", ["/gazebo"]), ("/chatter", ["/talker"])]
+    heard = [("/wamv2/cmd_vel", ["/pilot"])]
+    meant = "did you mean /wamv1/thrusters/left_thrust_cmd?"
+    advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no boat: {meant}"
+    assert doctor_world.command_row(sim, lost + heard) == Row(
+        "command topics", "1 published, but nobody listens", "no", advice
+    )
+    assert doctor_world.command_row(sim, heard) == Row("command topics", "1 have a publisher", "yes")
+    assert doctor_world.command_row(sim, lost[1:]) == Row("command topics", "no publisher", "not needed")
+
+
+def test_a_master_that_answers_tells_who_publishes():
+    port = free_port()
+    with Served(port, small_table("wamv")) as served:
+        row, publishers = doctor_world.master_row(served.uri)
+    assert row == Row("ROS master", f"answers at {served.uri}", "yes")
+    assert dict(publishers)["/wamv/imu"] == ["/gazebo"]
+    row, publishers = doctor_world.master_row(served.uri)
+    advice = "vrx-mj serve --ros1 is then the master itself"
+    assert (row, publishers) == (Row("ROS master", f"none at {served.uri}", "not needed", advice), ())
+
+
+def test_what_is_no_master_is_told():
+    row, _ = doctor_world.master_row("robot:11311")
+    advice = "ROS_MASTER_URI: 'robot:11311' is no URI like http://host:port"
+    assert row == Row("ROS master", "robot:11311", "no", advice)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        uri = f"http://127.0.0.1:{server.getsockname()[1]}"
+        row, _ = doctor_world.master_row(uri, patience=0.05)
+    assert row == Row("ROS master", f"what is at {uri} is none: no answer", "no", "correct ROS_MASTER_URI, or unset it")
+
+
+@pytest.mark.parametrize(
+    ("environment", "uri", "row"),
+    [
+        ({}, HERE, Row("ROS_IP", "not set", "not needed")),
+        ({"ROS_IP": "127.0.0.1"}, HERE, Row("ROS_IP", "127.0.0.1", "yes")),
+        ({"ROS_IP": "192.0.2.7"}, HERE, Row("ROS_IP", "192.0.2.7: no address of this machine", "no", UNSET)),
+        (
+            {"ROS_IP": "127.0.0.1", "ROS_HOSTNAME": "localhost"}, HERE,
+            Row("ROS_HOSTNAME", "localhost, which goes before ROS_IP", "yes"),
+        ),
+        (
+            {"ROS_HOSTNAME": "nowhere.invalid"}, HERE,
+            Row("ROS_HOSTNAME", "nowhere.invalid: no address is known of that name", "no",
+                "unset ROS_HOSTNAME, or set ROS_IP instead"),
+        ),
+        (
+            {"ROS_IP": "127.0.0.1"}, "http://192.0.2.9:11311",
+            Row("ROS_IP", "127.0.0.1, but the master is on 192.0.2.9", "no",
+                "nodes on other machines cannot reach it: set ROS_IP to this machine's address towards 192.0.2.9"),
+        ),
+    ],
+)  # fmt: skip
+def test_the_address_that_nodes_are_told(environment, uri, row):
+    assert doctor_world.address_row(environment, uri) == row
+
+
+def test_ports():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        held = doctor_world.port_row("rosbridge", port, who=lambda _: "process 7 (x); to stop it: kill 7")
+        joined = doctor_world.port_row("ROS master", port, serves=True, who=lambda _: None)
+    name = f"port {port} (rosbridge)"
+    advice = f"stop that, or take --rosbridge {port + 1}"
+    assert held == Row(name, "held by process 7 (x); to stop it: kill 7", "no", advice)
+    assert joined.found == "the master that answers: a process that cannot be found"
+    assert doctor_world.port_row("rosbridge", port) == Row(name, "free", "yes")
+
+
+def test_extras():
+    there = {"rosbags", "lz4", "cbor2"}
+    find = lambda module: module in there or None  # noqa: E731
+    assert doctor_world.extra_row("ros1", ("rosbags", "lz4"), find) == Row("extra ros1", "installed", "yes")
+    assert doctor_world.extra_row("rosbridge", ("rosbags", "websockets", "cbor2"), find) == Row(
+        "extra rosbridge", "without websockets", "not needed", "pip install 'vrx-mj[rosbridge]'"
+    )
