@@ -106,11 +106,12 @@ class Helmsman:
             ("boat", self.pilot.boat or "none"),
             ("power", f"{wheel.power:+.2f}{units[0]}"),
             ("turn", f"{wheel.turn:+.2f}{units[1]}"),
-            ("angle", f"{math.degrees(wheel.angle):+.0f} deg"),
         ]
+        if not scene.keeps_velocity:
+            rows.append(("angle", f"{math.degrees(wheel.angle):+.0f} deg"))
         motion = scene.motions.get(self.pilot.boat)
         if motion is not None:
-            rows += [("speed", f"{motion.speed:.2f} m/s"), ("heading", f"{math.degrees(motion.heading):.0f} deg")]
+            rows += [("speed", f"{motion.speed:.2f} m/s"), ("heading", f"{round(math.degrees(motion.heading))} deg")]
         if scene.wind_speed is not None and scene.wind_direction is not None:
             rows.append(("wind", f"{scene.wind_speed:.1f} m/s to {scene.wind_direction:.0f} deg"))
         if scene.time is not None:

@@ -18,6 +18,7 @@ export const isRest = (wheel) => wheel.power === 0 && wheel.turn === 0 && wheel.
 export const keyName = (event) => NAMES[event.key] ?? event.key.toLowerCase();
 
 const within = (value, limit) => Math.min(Math.max(value, -limit), limit);
+const sign = (value) => (value < 0 || Object.is(value, -0) ? -1 : 1);
 const share = (value) => Math.round(within(value, 1) * 1e6) / 1e6;
 
 // Commands of engines: thrusts by name, steering angles by name with `_angle`.
@@ -28,7 +29,7 @@ export function engineCommands(engines, wheel) {
     const byAngle = engine.rudder || reach <= SHORT_ARM;
     if (!engine.rudder) {
       const turn = byAngle ? 0 : (wheel.turn * engine.arm) / reach;
-      const thrust = within((engine.forward < 0 ? -1 : 1) * wheel.power + turn, 1);
+      const thrust = within(sign(engine.forward) * wheel.power + turn, 1);
       commands[engine.name] = thrust * (thrust > 0 ? engine.ahead : engine.astern);
     }
     if (engine.max_angle > 0) {
