@@ -9,9 +9,9 @@ from pathlib import Path
 __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
-    "IPython", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "markupsafe", "matplotlib", "mujoco", "numba",
-    "numpy", "pettingzoo", "pyarrow", "pydantic", "pymap3d", "ray", "rerun", "rerun_notebook", "rich", "scipy",
-    "shapely", "trimesh", "typer", "xacro", "yaml",
+    "IPython", "PIL", "cbor2", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "lz4", "markupsafe",
+    "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "pyarrow", "pydantic", "pymap3d", "ray", "rerun",
+    "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "xacro", "yaml",
 })  # fmt: skip
 """What we import, by the names of the modules."""
 

@@ -29,7 +29,9 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     They are gazebo_msgs, geographic_msgs, usv_msgs, vrx_gazebo and vrx_mj_msgs, each with those of its types that we
     speak: rosservice, rostopic, rosmsg, rosbag and rospy need them. Only the lines go to stdout.
 
-    Example: eval "$(vrx-mj ros messages -o ~/vrx_messages)"
+    In bash, eval "$(...)" takes them at once.
+
+    Example: vrx-mj ros messages -o ~/vrx_messages
     """
     with needing_rosbags():
         from vrx_mj.adapters.ros.packages import write_packages

@@ -89,8 +89,6 @@ def serve(
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, _told(ending):
             loud = _Loud(sim, transports, tell)
-            for line in lines:
-                tell("INFO", line)
             station = Station(
                 sim,
                 transports,
@@ -101,6 +99,8 @@ def serve(
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
+            for line in lines:
+                tell("INFO", line)
             _greet(station, wanted, tell)
             try:
                 ready(transports)

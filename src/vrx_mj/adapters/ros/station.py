@@ -301,6 +301,7 @@ class Station:
         self._held.bind()
         self._starts.bind()
         self._offer()
+        self.announce()  # what is latched, even while time stands still
 
     def _offer(self) -> None:
         table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.inbox import Inbox, Stranger
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.offer import Output, Sent
 from vrx_mj.adapters.ros.ros1 import Ros1
@@ -153,7 +153,7 @@ def test_publishers_that_nobody_hears_are_strangers(notices, publications, monke
         {},
     ]
     found = watched(notices, publications, [state, state], monkeypatch)
-    assert found == [("/typo", "std_msgs/Float32", "/pub")]
+    assert found == [Stranger("/typo", "std_msgs/Float32", "/pub")]
 
 
 def test_levels_of_rosout():
