@@ -1,12 +1,16 @@
 """The pages on ROS: every command that they show is executed, and both languages show the same."""
 
 import collections
+import re
 import shutil
 
 import pytest
 
+import vrx_mj
+
 pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1,rosbridge]'")
 
+from ros_scene import served
 from tutorial_pages import REPO, Reader, blocks, pieces
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
@@ -19,6 +23,7 @@ NOT_RUN = {
     "needs a display and rqt": 1,
     "needs a display and RViz": 1,
     "it changes the machine; .ci/run does it": 1,
+    "tries the whole machine for 10 s; tests/unit/cli/test_doctor_world.py holds what it says of worlds": 1,
 }
 """All reasons for which a command is not run here, and how many commands have each."""
 
@@ -49,3 +54,27 @@ def test_both_languages_show_the_same_blocks(name):
         [(block.kind, block.text) for block in blocks(path)] for path in (DOCS / name, DOCS / "zh" / name)
     )
     assert chinese == english
+
+
+def named(page):
+    """Patterns of the topics and services in the first cells of a page's tables; what has no slash is a sibling."""
+    for row in re.findall(r"^\| (?:< )?`(/[^|]*)", page.read_text("utf-8"), re.MULTILINE):
+        first, *others = re.findall(r"`([^`]+)`", f"`{row}")
+        names = [
+            first,
+            *(other if other.startswith("/") else f"{first.rpartition('/')[0]}/{other}" for other in others),
+        ]
+        for name in names:
+            yield re.sub(r"BOAT|NAME|PLACARD|LIGHT_BUOY", "[^/]+", name)
+
+
+def test_the_reference_names_every_topic_and_service():
+    two = {"usv_count": 2, "layout": "line", "origin": "spawn", "sensors": "none"}
+    offered = set()
+    for world, fleet in (("example_course", None), ("stationkeeping_task", two), ("wayfinding_task", None)):
+        table = served(vrx_mj.compile_world(world, fleet=fleet)).network.table
+        offered |= {*table.outputs, *table.inputs, *table.services}
+    assert len(offered) > 60
+    for page in (DOCS / "ros.md", DOCS / "zh" / "ros.md"):
+        known = [re.compile(pattern) for pattern in named(page)]
+        assert sorted(name for name in offered if not any(pattern.fullmatch(name) for pattern in known)) == []
