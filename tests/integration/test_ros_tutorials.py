@@ -23,10 +23,6 @@ NOT_RUN = {
     "needs a display and rqt": 1,
     "needs a display and RViz": 1,
     "it changes the machine; .ci/run does it": 1,
-    "tries the whole machine for 10 s; tests/unit/cli/test_doctor_world.py holds what it says of worlds": 1,
-    "takes 7 s of a core; tests/integration/test_ros_bags.py runs it": 1,
-    "takes 6 s of a core; tests/unit/adapters/test_map.py draws such maps, and the world is served below": 1,
-    "takes 9 s of a core; tests/unit/adapters/ros/test_table.py holds its topics": 2,
 }
 """All reasons for which a command is not run here, and how many commands have each."""
 

@@ -37,8 +37,14 @@ class Diagnosis:
         self._times: dict[tuple[str, str], deque[float]] = {}
         self._ashore: dict[str, int] = {}
         self._number = -1
-        for line in (*overlaps(sim), *shared_frames(sim)):
-            tell("WARN", line)
+        self.moved()
+        for line in shared_frames(sim):
+            self._once(line, line)
+
+    def moved(self) -> None:
+        """Something was put somewhere: see whether it stands in something else."""
+        for line in overlaps(self._sim):
+            self._once(line.partition(" by ")[0], line)
 
     def stranger(self, stranger: "Stranger", table: "Table") -> None:
         """Somebody publishes where nobody listens."""

@@ -260,6 +260,11 @@ class Station:
         self._changed()
         self._tell("INFO", f"{name} leaves")
 
+    def moved(self) -> None:
+        """Something was put somewhere."""
+        self._seen = None
+        self.diagnosis.moved()
+
     def reset_world(self) -> None:
         """Put boats and floating objects back where they started; time goes on."""
         self._starts.put_back()

@@ -1,6 +1,7 @@
 """What goes wrong for users of VRX is told, once."""
 
 import math
+import re
 
 import pytest
 
@@ -8,7 +9,7 @@ import vrx_mj
 
 pytest.importorskip("rosbags")
 
-from ros_scene import run, served
+from ros_scene import call, run, served
 from vrx_mj.adapters.ros.messages import new
 
 
@@ -60,3 +61,13 @@ def test_a_held_boat_says_until_when(course):
     scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
     scene.station.receive()
     assert scene.told == ["wamv is held by its task until t = 10 s: thrust moves it afterwards"]
+
+
+def test_a_boat_that_is_put_into_another_is_told(scene):
+    place = scene.sim.observe()["wamv1"].position
+    pose = {"position": {"x": place[0] + 0.5, "y": place[1], "z": place[2]}}
+    call(
+        scene, "/gazebo/set_model_state", "gazebo_msgs/SetModelState", model_state={"model_name": "wamv2", "pose": pose}
+    )
+    assert len(scene.told) == 1
+    assert re.fullmatch(r"wamv1 and wamv2 overlap by \d\.\d\d m: move one of them", scene.told[0])

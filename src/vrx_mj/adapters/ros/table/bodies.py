@@ -45,7 +45,7 @@ class Bodies:
         self._then = -1.0
         boats = {name: str(hull["body"]) for name, hull in zip(self._sim.boats, parameters["hulls"], strict=True)}
         objects = {row["name"]: row["body"] for row in parameters["objects"]}
-        docks = {row["name"].partition("/")[0]: row["name"] for row in parameters["docks"]}
+        docks = {row["name"].partition("/")[0]: row["bodies"][0] for row in parameters["docks"]}
         known = {str(model.body(index).name): index for index in range(1, model.nbody)}
         named = {**boats, **objects, **docks}
         self._models = {name: known[body] for name, body in named.items() if body in known}

@@ -204,6 +204,7 @@ def _put(host: Host, name: str, pose: Message, twist: Message, frame: str) -> No
         host.sim.set_boat(name, pose=where, velocity=velocity)
     else:
         host.sim.set_object(name, pose=where, velocity=velocity)
+    host.moved()
 
 
 def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:

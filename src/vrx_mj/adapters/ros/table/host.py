@@ -56,6 +56,9 @@ class Host(Protocol):
     def remove(self, name: str) -> None:
         """Take a boat out of it."""
 
+    def moved(self) -> None:
+        """Something was put somewhere."""
+
     def reset_world(self) -> None:
         """Put everything back where it started; time goes on."""
 
