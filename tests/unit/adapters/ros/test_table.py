@@ -56,7 +56,16 @@ def test_every_exception_and_every_addition_has_a_reason_and_is_one(course):
         ("perception_task", ["perception/landmark"]),
         ("wildlife_task", ["wildlife/animals/poses"]),
         ("scan_dock_deliver", ["scan_dock_deliver/color_sequence", "scan_dock/placard_symbol"]),
-        ("gymkhana", ["gymkhana_channel/task/info", "gymkhana_blackbox/goal", "gymkhana_blackbox/mean_pose_error"]),
+        (
+            "gymkhana",
+            [
+                "gymkhana_channel/task/info",
+                "gymkhana_blackbox/goal",
+                "gymkhana_blackbox/mean_pose_error",
+                "gymkhana_blackbox/task/info",
+                "gymkhana_channel/debug/contact",
+            ],
+        ),
     ],
 )
 def test_tasks_have_vrxs_topics(world, names):

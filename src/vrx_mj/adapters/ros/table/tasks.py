@@ -36,10 +36,9 @@ def task_outputs(host: Host) -> Iterator[Output]:
     if task is None:
         return
     yield Output("/vrx/task/info", "vrx_gazebo/Task", lambda: _info(_told(host)), RATE)
-    if os.environ.get("VRX_DEBUG") != "false":
-        yield Output("/vrx/debug/contact", "vrx_gazebo/Contact", lambda: _contact(host), CONTACT_RATE)
+    yield from _contacts(host, "/vrx")
     if "channel" in task:
-        yield Output("/vrx/gymkhana_channel/task/info", "vrx_gazebo/Task", lambda: _info(_told(host)["channel"]), RATE)
+        yield from _gymkhana(host)
     stem = STEMS.get(task["type"])
     if task["type"] == "wayfinding":
         yield from _waypoints(host, f"{stem}")
@@ -82,6 +81,26 @@ def task_services(host: Host) -> Iterator[Service]:
 
     for name in ("scan_dock", "scan_dock_deliver"):
         yield Service(f"/vrx/{name}/color_sequence", "vrx_gazebo/ColorSequence", colors)
+
+
+def _contacts(host: Host, stem: str) -> Iterator[Output]:
+    """What the boat touches, unless VRX_DEBUG=false silences it."""
+    if os.environ.get("VRX_DEBUG") != "false":
+        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", lambda: _contact(host), CONTACT_RATE)
+
+
+def _gymkhana(host: Host) -> Iterator[Output]:
+    """Its two parts, each with a task of its own as in VRX; the black box's score is its mean error."""
+
+    def blackbox() -> Message:
+        task = _told(host)
+        return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
+
+    channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
+    yield Output(f"{channel}/task/info", "vrx_gazebo/Task", lambda: _info(_told(host)["channel"]), RATE)
+    yield Output(f"{box}/task/info", "vrx_gazebo/Task", blackbox, RATE)
+    yield from _contacts(host, channel)
+    yield from _contacts(host, box)
 
 
 def _told(host: Host) -> Mapping[str, Any]:
