@@ -16,12 +16,12 @@ from vrx_mj.adapters.ros.inbox import Call, Command, Inbox
 from vrx_mj.adapters.ros.lockstep import Lockstep
 from vrx_mj.adapters.ros.offer import Dialect, Table, Transport, dialect_of
 from vrx_mj.adapters.ros.post import Post
+from vrx_mj.adapters.ros.starts import Starts
 from vrx_mj.adapters.ros.table import make_table
 from vrx_mj.adapters.ros.table.boats import description
 from vrx_mj.adapters.ros.table.bodies import Bodies
 from vrx_mj.adapters.ros.table.host import CmdVel
 from vrx_mj.adapters.ros.table.vrx3 import make_vrx3_table
-from vrx_mj.adapters.ros.whereabouts import Starts
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
