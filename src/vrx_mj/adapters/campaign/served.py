@@ -20,6 +20,7 @@ from vrx_mj.adapters.ros.serve import Wanted, serve
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.frame import EARLY
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.campaign.trial import Stopwatch
@@ -29,8 +30,6 @@ __all__ = ["claimed_port", "sail_by_program", "surroundings"]
 LOOPBACK = "127.0.0.1"
 PORTS = range(21311, 29311)
 """Of masters and rosbridges: below those that systems give to whoever asks for any."""
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 
 
 def sail_by_program(

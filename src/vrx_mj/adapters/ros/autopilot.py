@@ -12,12 +12,12 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["Autopilot", "parse_formation"]
 
 TIMEOUT = 1.0
 """For how long a `cmd_vel` is kept [s], as thrusts are."""
-EARLY = 1e-6
 KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")
 NUMBERS = ("spacing", "speed", "radius", "apart")
 OFF = ("off", "none", "stop")

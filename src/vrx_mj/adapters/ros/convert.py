@@ -25,12 +25,11 @@ from vrx_mj.adapters.ros.table.host import Host
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
+from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["convert"]
 
 FloatArray = npt.NDArray[np.float64]
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 ANGLE = "_angle"
 """Ends the name of a command that turns an engine."""
 ROW_RATE = 1e3

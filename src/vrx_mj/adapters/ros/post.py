@@ -10,11 +10,10 @@ from vrx_mj.errors import SensorError
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.sensors.readings import Reading
+from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["Post"]
 
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
 

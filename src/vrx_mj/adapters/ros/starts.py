@@ -3,7 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.ros.table.bodies import angles
 from vrx_mj.errors import VrxError
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
@@ -54,4 +53,4 @@ class Starts:
 
 
 def _pose(seen: BoatObservation) -> npt.NDArray[np.float64]:
-    return np.array([*seen.position, *angles(seen.quaternion)])
+    return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])

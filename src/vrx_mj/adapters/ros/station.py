@@ -25,6 +25,7 @@ from vrx_mj.adapters.ros.table.vrx3 import make_vrx3_table
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["CLOCK_RATE", "Level", "Station", "Tell"]
 
@@ -35,8 +36,6 @@ CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is told, and commands are taken."""
 TASK_INFO = "/vrx/task/info"
 """Whose last message is a trial's score."""
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 ALL = 1 << 62
 """Steps."""
 LONGEST_STEP = 3600.0

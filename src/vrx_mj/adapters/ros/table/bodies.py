@@ -11,7 +11,7 @@ from vrx_mj.adapters.ros.messages import Message, kind, new, stamp
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Bodies", "Placed", "angles", "header", "pose_message", "turned", "twist_message", "vector"]
+__all__ = ["Bodies", "Placed", "header", "link_name", "pose_message", "turned", "twist_message", "vector"]
 
 FloatArray = npt.NDArray[np.float64]
 WORLD = frozenset({"", "world", "map", "/map"})
@@ -49,7 +49,7 @@ class Bodies:
         known = {str(model.body(index).name): index for index in range(1, model.nbody)}
         named = {**boats, **objects, **docks}
         self._models = {name: known[body] for name, body in named.items() if body in known}
-        self._links = {_link_name(body, boats): index for body, index in known.items()}
+        self._links = {link_name(body, boats): index for body, index in known.items()}
 
     @property
     def models(self) -> Sequence[str]:
@@ -116,7 +116,7 @@ class Bodies:
         mujoco.mj_comVel(model, data)
 
 
-def _link_name(body: str, boats: Collection[str]) -> str:
+def link_name(body: str, boats: Collection[str]) -> str:
     """`wamv::wamv/base_link` for a boat's link, `gate::red::link` for the others."""
     owner = body.partition("/")[0]
     return f"{owner}::{body}" if owner in boats else body.replace("/", "::")
@@ -150,12 +150,3 @@ def twist_message(placed: Placed) -> Message:
 def header(time: float, frame: str = "") -> Message:
     """std_msgs/Header of a moment [s]."""
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
-
-
-def angles(quaternion: Sequence[float] | FloatArray) -> tuple[float, float, float]:
-    """Roll, pitch and yaw [rad] of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in quaternion)
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return float(roll), float(pitch), float(yaw)

@@ -4,13 +4,13 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from vrx_mj.adapters.ros.messages import Message, new
 from vrx_mj.adapters.ros.offer import Input, Output, Service
-from vrx_mj.adapters.ros.table.bodies import Placed, angles, header, pose_message, twist_message
+from vrx_mj.adapters.ros.table.bodies import Placed, header, pose_message, twist_message
 from vrx_mj.adapters.ros.table.host import Host
+from vrx_mj.config.poses import angles, rotation
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.sensors.places import conjugate, product
@@ -196,9 +196,7 @@ def _put(host: Host, name: str, pose: Message, twist: Message, frame: str) -> No
     if base is not None:
         to_world = rotation_matrix(base.quaternion)
         linear, angular = to_world @ linear, to_world @ angular
-    turn = np.empty(4)
-    mujoco.mju_euler2Quat(turn, np.array(where[3:]), "XYZ")  # capitals: about fixed axes
-    to_body = rotation_matrix(turn).T
+    to_body = np.array(rotation(*where[3:])).T
     velocity = (*(to_body @ linear).tolist(), *(to_body @ angular).tolist())
     if name in host.sim.boats:
         host.sim.set_boat(name, pose=where, velocity=velocity)
@@ -220,7 +218,7 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
     if base is not None:
         position = base.position + rotation_matrix(base.quaternion) @ position
         quaternion = product(base.quaternion, quaternion)
-    return (*position.tolist(), *angles(quaternion))
+    return (*position.tolist(), *angles(rotation_matrix(quaternion).tolist()))
 
 
 def _three(what: str, given: Message) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vrx_mj.adapters.ros.messages import Message, duration, new, stamp
 from vrx_mj.adapters.ros.offer import Input, Output, Service
-from vrx_mj.adapters.ros.table.bodies import header, turned
+from vrx_mj.adapters.ros.table.bodies import header, link_name, turned
 from vrx_mj.adapters.ros.table.host import Host
 
 __all__ = ["collision_name", "task_inputs", "task_outputs", "task_services"]
@@ -200,7 +200,5 @@ def _contact(host: Host) -> Message | None:
 
 def collision_name(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
     """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
-    body = model.body(int(model.geom_bodyid[geom])).name
-    owner = body.partition("/")[0]
-    link = f"{owner}::{body}" if owner in boats else body.replace("/", "::")
+    link = link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
     return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"

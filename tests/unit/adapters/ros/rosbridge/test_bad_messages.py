@@ -8,23 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bridged import Bridged
-from rosbridge_client import Talk
 from vrx_mj.adapters.ros import messages
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
-
-
-@pytest.fixture(scope="module")
-def bridged():
-    with Bridged() as made:
-        yield made
-
-
-@pytest.fixture
-def talk(bridged):
-    with Talk(bridged) as made:
-        yield made
 
 
 TRUE_NUMBER = "/n.data: True is wrong; allowed: "

@@ -11,24 +11,12 @@ import pytest
 from PIL import Image
 from websockets.exceptions import ConnectionClosed
 
-from bridged import COVARIANCE, PIXELS, Bridged, image, imu
+from bridged import COVARIANCE, PIXELS, image, imu
 from rosbridge_client import WAIT, Talk
 from vrx_mj.adapters.ros import messages
 
 IMU, CAMERA, INFO = "/wamv/sensors/imu/data", "/wamv/sensors/camera/image_raw", "/vrx/task/info"
 THRUST = "/wamv/thrusters/left_thrust_cmd"
-
-
-@pytest.fixture(scope="module")
-def bridged():
-    with Bridged() as made:
-        yield made
-
-
-@pytest.fixture
-def talk(bridged):
-    with Talk(bridged) as made:
-        yield made
 
 
 @pytest.fixture
