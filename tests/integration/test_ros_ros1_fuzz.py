@@ -151,6 +151,10 @@ class Attack:
             async with asyncio.timeout(20.0):
                 await self.ended.wait()
             await asyncio.to_thread(self.register, "unregisterPublisher", LEFT, uri)
+            while self.served.ros._node.subscriptions[LEFT].sources:
+                await asyncio.sleep(0.01)
+            for _ in range(20):  # what it has still dialled is accepted, and so in `writers`
+                await asyncio.sleep(0)
         for writer in self.writers:  # ours: what is left over is to be the simulation's
             writer.transport.abort()
         await asyncio.sleep(0.05)
