@@ -145,6 +145,7 @@ for folder in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_runs_continue_in_another_process(tmp_path):
     """All in one, which takes as long to start as all of them to sail."""
     after = {}

@@ -23,6 +23,7 @@ def test_there_are_examples():
     assert EXAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs(path, tmp_path):
     assert loaded(path).main(tmp_path / "out.rrd", 20.0)
@@ -39,6 +40,7 @@ def test_the_skiff_of_the_third_example_holds_its_course(tmp_path):
     assert summary.boats["skiff"].heading == pytest.approx(math.radians(60.0), abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_boats_of_the_eleventh_example_keep_their_places_and_pass_the_gate(tmp_path, capsys):
     (path,) = (path for path in EXAMPLES if path.stem.startswith("11"))
     summary = loaded(path).main(tmp_path / "out.rrd")

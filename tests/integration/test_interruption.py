@@ -52,6 +52,7 @@ def seconds_in(file):
     return float(rows[-1]) if len(rows) else 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
 def test_ctrl_c_leaves_a_whole_recording_and_the_summary(sailing, folder):
     sailing.send_signal(signal.SIGINT)
@@ -67,6 +68,7 @@ def test_ctrl_c_leaves_a_whole_recording_and_the_summary(sailing, folder):
     assert record.events[-1].text == "interrupted"
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_a_readable_recording(sailing, folder):
     seconds = 2.0
     time.sleep(seconds)

@@ -204,6 +204,7 @@ def has_grown(before: list[object], after: list[object]) -> bool:
     return after[0] > before[0] or after[1:] != before[1:]
 
 
+@pytest.mark.slow
 def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
     monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.FIRST_PAUSE", 0.0)
     monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.LONGEST_PAUSE", 0.001)

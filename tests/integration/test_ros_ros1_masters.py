@@ -47,6 +47,7 @@ def parameters(uri):
         return set(master.getParamNames("/test")[2])
 
 
+@pytest.mark.slow
 @needs_tools
 def test_on_a_roscore_that_is_killed_and_started_again_everything_returns(tmp_path, caplog):
     caplog.set_level("INFO", "vrx_mj.ros")

@@ -27,6 +27,7 @@ NOT_RUN = {
 """All reasons for which a command is not run here, and how many commands have each."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL)
 @pytest.mark.parametrize("name", PAGES)
 def test_every_command_of_a_page_does_what_the_page_says(name, tmp_path):
