@@ -1,10 +1,11 @@
 """Kernels compile at their first call, which is no reason to fail an example for being slow.
 
 Slow tests come first in what each worker is given, which is a block of the list: at the end no worker then waits for a
-slow one that another has begun. The others stay in their order, for those of a module share what is made for it.
+slow one that another has begun. Those of a module stay together, for they share what is made for it.
 """
 
 import os
+from itertools import groupby
 
 from hypothesis import settings
 
@@ -18,8 +19,9 @@ def pytest_collection_modifyitems(items):
     others = [item for item in items if not item.get_closest_marker("slow")]
     left = len(items)
     items.clear()
+    modules = [list(group) for _, group in groupby(slow, key=lambda item: item.path)]
     for worker in range(workers):
-        own = slow[worker::workers]
+        own = [item for module in modules[worker::workers] for item in module]
         rest = left // (workers - worker) - len(own)
         items += own + others[:rest]
         left -= len(own) + len(others[:rest])
