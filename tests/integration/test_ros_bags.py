@@ -1,5 +1,6 @@
 """`vrx-mj run --bag` and `vrx-mj convert`: two ways from a run to the same messages."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -129,7 +130,19 @@ def test_a_recording_gives_the_messages_that_the_run_gave(bags, topic):
     assert len(common) >= {"/vrx/task/info": 2, "/wamv/sensors/pingers/pinger/range_bearing": 2}.get(topic, 20)
     kind = live[topic][common[0]].__msgtype__
     for time in common:
-        assert encode(converted[topic][time], kind) == encode(live[topic][time], kind), time
+        assert encode(bladeless(converted[topic][time]), kind) == encode(bladeless(live[topic][time]), kind), time
+
+
+def bladeless(message):
+    """A message without the angles of propellers, which a recording's rows are too far apart to tell."""
+    if message.__msgtype__ == "tf2_msgs/msg/TFMessage":
+        frames = [frame for frame in message.transforms if not frame.child_frame_id.endswith("propeller_link")]
+        return dataclasses.replace(message, transforms=frames)
+    if message.__msgtype__ == "sensor_msgs/msg/JointState":
+        kept = [i for i, name in enumerate(message.name) if not name.endswith("propeller_joint")]
+        rows = {field: np.take(getattr(message, field), kept) for field in ("position", "velocity", "effort")}
+        return dataclasses.replace(message, name=[message.name[i] for i in kept], **rows)
+    return message
 
 
 def test_a_recording_gives_odometry_of_a_boat_without_such_a_sensor(bags):

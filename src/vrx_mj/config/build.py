@@ -19,6 +19,7 @@ from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
+from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.urdf.xacro_limits import ExpressionError
@@ -135,10 +136,15 @@ def robot_urdf(
 
 
 def boat_urdf(order: Order, namespace: str) -> str:
-    """The URDF of the boat that `build_boat` makes of an order, with its names in a namespace; the same errors."""
+    """The URDF of the boat that `build_boat` makes of an order, for programs that read it elsewhere; the same errors.
+
+    Its names are in a namespace, and its meshes are named by where their files are.
+    """
     config = load_robot(order.robot, order.folder)
     arguments, _ = _equipment(order, config)
-    return robot_urdf(config, order, namespace=namespace, arguments=arguments)
+    text = robot_urdf(config, order, namespace=namespace, arguments=arguments)
+    folder = config.description_file.absolute().parent
+    return with_file_uris(text, MeshFiles(folder, own_packages(), package_paths()))
 
 
 def _plain_urdf(file: Path) -> str | None:

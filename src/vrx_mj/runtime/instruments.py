@@ -65,9 +65,11 @@ class Instruments:
 
     def steering(self, boat: str) -> dict[str, float]:
         """How far each of a boat's engines and rudders is turned now [rad]; UnknownNameError: no such boat."""
-        check_name("boat", boat, self._sensing.boats)
-        angles = self._rig.thruster_state["angle"]
-        return {name: float(angles[row]) for name, row in self._helm.thrusters[boat].items()}
+        return self._of_thrusters(boat, "angle")
+
+    def thrust(self, boat: str) -> dict[str, float]:
+        """Force of each of a boat's thrusters now [N], rudders too; UnknownNameError: no such boat."""
+        return self._of_thrusters(boat, "thrust")
 
     @property
     def reading_times(self) -> Mapping[tuple[str, str], float]:
@@ -105,6 +107,11 @@ class Instruments:
         fired = fire(self._sensing, self._rig, self._sea, boat, sensor)
         self._derive()
         return fired
+
+    def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
+        check_name("boat", boat, self._sensing.boats)
+        values = self._rig.thruster_state[column]
+        return {name: float(values[row]) for name, row in self._helm.thrusters[boat].items()}
 
     def _derive(self) -> None:
         """Make what follows from the state follow it."""

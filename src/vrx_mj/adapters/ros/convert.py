@@ -19,7 +19,7 @@ from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.messages import Message, encode, new
 from vrx_mj.adapters.ros.offer import Output
 from vrx_mj.adapters.ros.table import make_table
-from vrx_mj.adapters.ros.table.boats import command_topic
+from vrx_mj.adapters.ros.table.boats import command_topic, description
 from vrx_mj.adapters.ros.table.bodies import Bodies, header, turned, vector
 from vrx_mj.adapters.ros.table.host import Host
 from vrx_mj.runtime.simulation import Simulation
@@ -93,9 +93,13 @@ class Moment:
         """How far each of a boat's engines and rudders is turned [rad]."""
         return self._engines(boat, self.layout.angle)
 
+    def thrust(self, boat: str) -> dict[str, float]:
+        """Force of each of a boat's engines and rudders [N]."""
+        return self._engines(boat, self.layout.thrust)
+
     def commands(self, boat: str) -> Iterator[tuple[str, float]]:
         """Commands that would have made a boat's engines push and turn as they did."""
-        thrust, angle = self._engines(boat, self.layout.thrust), self.steering(boat)
+        thrust, angle = self.thrust(boat), self.steering(boat)
         for name in self._sim.command_names(boat):
             if name.endswith(ANGLE):
                 yield name, angle[name.removesuffix(ANGLE)]
@@ -121,9 +125,9 @@ class Past:
 
         return never
 
-    def description(self, _boat: str) -> str:
-        """A bag has no parameters."""
-        return ""
+    def description(self, boat: str) -> str:
+        """A boat's URDF; a VrxError where the files that it was made of are not here."""
+        return description(self.sim.world, boat)
 
 
 class Told(NamedTuple):

@@ -37,7 +37,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     )
 
 
-def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
+def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str, Joint], findings: Findings) -> str:
     """The one link that is no joint's child, if the links hang together as a tree under it."""
     above: dict[str, Joint] = {}
     for joint in joints.values():
@@ -59,7 +59,7 @@ def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Fi
     return roots[0] if roots else ""
 
 
-def _loop(links: Mapping[str, Link], above: Mapping[str, Joint]) -> list[str]:
+def _loop(links: Collection[str], above: Mapping[str, Joint]) -> list[str]:
     """Links, parents first, that are each other's ancestors; empty if there are none."""
     safe: set[str] = set()
     for start in links:

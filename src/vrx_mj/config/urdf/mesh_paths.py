@@ -8,16 +8,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
+from xml.sax.saxutils import quoteattr, unescape
 
 from vrx_mj.config.search import display
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError
 
-__all__ = ["MeshFiles", "MissingMeshError"]
+__all__ = ["MeshFiles", "MissingMeshError", "with_file_uris"]
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
+_MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")
 _PACKAGE_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
+_QUOTES = {"&quot;": '"', "&apos;": "'"}
 
 
 class MissingMeshError(VrxError):
@@ -84,6 +87,19 @@ class MeshFiles:
 
     def _shown_bases(self) -> str:
         return ", ".join(dict.fromkeys(display(base) for base in self._bases()))
+
+
+def with_file_uris(text: str, files: MeshFiles) -> str:
+    """A URDF's text that says of each mesh that is found where it is, as `file:///...`; the others stay as they are."""
+
+    def told(found: re.Match[str]) -> str:
+        try:
+            folder, name = files.find(unescape(found[2][1:-1], _QUOTES))
+        except VrxError:
+            return found[0]
+        return found[1] + quoteattr((folder / name).resolve().as_uri())
+
+    return _MESH.sub(told, text)
 
 
 def _contains(base: Path, file: Path) -> bool:

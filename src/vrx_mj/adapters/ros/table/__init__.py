@@ -5,10 +5,11 @@ from itertools import chain
 from typing import Any
 
 from vrx_mj.adapters.ros.offer import Table
-from vrx_mj.adapters.ros.table.boats import boat_inputs, boat_outputs, cmd_vel
+from vrx_mj.adapters.ros.table.boats import boat_inputs, cmd_vel
 from vrx_mj.adapters.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.adapters.ros.table.host import Host
 from vrx_mj.adapters.ros.table.sensing import sensor_inputs, sensor_outputs
+from vrx_mj.adapters.ros.table.skeleton import Skeleton
 from vrx_mj.adapters.ros.table.tasks import task_inputs, task_outputs, task_services
 from vrx_mj.adapters.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 from vrx_mj.errors import VrxError
@@ -22,11 +23,13 @@ def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> Table:
     Where time `waits` for answers, who comes late gets the last clock.
     """
     boats = host.sim.boats
+    skeletons = [Skeleton(host, boat) for boat in boats]
     outputs = chain(
-        world_outputs(host, clock_rate, waits=waits),
+        world_outputs(host, skeletons, clock_rate, waits=waits),
         gazebo_outputs(host),
         task_outputs(host),
-        *(chain(boat_outputs(host, boat), sensor_outputs(host, boat)) for boat in boats),
+        *(skeleton.outputs() for skeleton in skeletons),
+        *(sensor_outputs(host, boat) for boat in boats),
     )
     inputs = chain(
         world_inputs(host),

@@ -10,10 +10,11 @@ import numpy as np
 from vrx_mj.adapters.ros.cdr import kind
 from vrx_mj.adapters.ros.messages import Message, new
 from vrx_mj.adapters.ros.offer import Input, Output, Table
-from vrx_mj.adapters.ros.table.boats import ANGLE, moving_frames, still_frames
+from vrx_mj.adapters.ros.table.boats import ANGLE
 from vrx_mj.adapters.ros.table.bodies import header, vector
 from vrx_mj.adapters.ros.table.host import Host
 from vrx_mj.adapters.ros.table.parameters import parameters
+from vrx_mj.adapters.ros.table.skeleton import Skeleton
 from vrx_mj.adapters.ros.table.tasks import collision_name
 from vrx_mj.adapters.ros.table.vrx3_sensors import vrx3_sensor_inputs, vrx3_sensor_outputs
 from vrx_mj.errors import CommandError
@@ -75,11 +76,13 @@ def _retold(output: Output, row: Retold, rate: float | None = None) -> Output:
 
 
 def _boat_outputs(host: Host, table: Table, boat: str) -> Iterator[Output]:
+    skeleton = Skeleton(host, boat)
+
     def moving() -> Message:
-        return new("tf2_msgs/TFMessage", transforms=moving_frames(host, boat))
+        return new("tf2_msgs/TFMessage", transforms=skeleton.moving())
 
     def still() -> Message:
-        return new("tf2_msgs/TFMessage", transforms=still_frames(host, boat))
+        return new("tf2_msgs/TFMessage", transforms=skeleton.still())
 
     yield table.outputs[f"/{boat}/joint_states"]
     yield Output(f"/{boat}/pose", "tf2_msgs/TFMessage", moving, FRAME_RATE)

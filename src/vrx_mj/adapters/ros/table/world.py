@@ -2,14 +2,14 @@
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 
 from vrx_mj.adapters.ros.messages import Message, new, stamp
 from vrx_mj.adapters.ros.offer import Input, Output, Service
-from vrx_mj.adapters.ros.table.boats import moving_frames, still_frames
 from vrx_mj.adapters.ros.table.chart import chart_output
 from vrx_mj.adapters.ros.table.host import Host
+from vrx_mj.adapters.ros.table.skeleton import Skeleton
 
 __all__ = ["CLOCK", "world_inputs", "world_outputs", "world_services"]
 
@@ -19,7 +19,7 @@ TF_RATE = 50.0
 WIND_RATE = 10.0
 
 
-def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Output]:
+def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, *, waits: bool) -> Iterator[Output]:
     """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, and VRX's wind.
 
     VRX_DEBUG=false in the environment silences the wind.
@@ -29,15 +29,11 @@ def world_outputs(host: Host, clock_rate: float, *, waits: bool) -> Iterator[Out
         return new("rosgraph_msgs/Clock", clock=stamp(host.sim.time))
 
     def moving() -> Message:
-        return new(
-            "tf2_msgs/TFMessage", transforms=[frame for boat in host.sim.boats for frame in moving_frames(host, boat)]
-        )
+        return new("tf2_msgs/TFMessage", transforms=[frame for one in skeletons for frame in one.moving()])
 
     @cache
     def still() -> Message:
-        return new(
-            "tf2_msgs/TFMessage", transforms=[frame for boat in host.sim.boats for frame in still_frames(host, boat)]
-        )
+        return new("tf2_msgs/TFMessage", transforms=[frame for one in skeletons for frame in one.still()])
 
     yield Output(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
     yield Output("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
