@@ -97,9 +97,9 @@ def test_the_sdist_holds_what_the_tests_need(published):
     assert {"pyproject.toml", "README.md", "LICENSE", "tests/vrx_command.py", "tests/golden/objects.csv"} <= names
 
 
-def start_installed(commands, *words, cwd):
-    """Start the installed `vrx-mj`, which must not see the sources; the process."""
-    return subprocess.Popen(
+def installed(commands, *words, cwd):
+    """The code, stdout and stderr of the installed `vrx-mj`, which must not see the sources."""
+    process = subprocess.Popen(
         [str(commands / "vrx-mj"), *words],
         cwd=cwd,
         env=environment(PYTHONPATH=None, VRX_MJ_CACHE=cwd / "kernels"),
@@ -107,25 +107,20 @@ def start_installed(commands, *words, cwd):
         stderr=subprocess.PIPE,
         encoding="utf-8",
     )
+    return ended(process)
 
 
-def installed(commands, *words, cwd):
-    """The code, stdout and stderr of the installed `vrx-mj`."""
-    return ended(start_installed(commands, *words, cwd=cwd))
-
-
-def test_the_installed_wheel_runs_from_another_folder_and_is_first_used_twice_at_once(commands, tmp_path):
+def test_the_installed_wheel_runs_from_another_folder_and_keeps_what_it_compiled(commands, tmp_path):
+    """That two first uses at once share a cache is in tests/unit/physics/test_kernel.py, with fewer kernels."""
     boats = tmp_path / "测试 boats"
     boats.mkdir()
     assert installed(commands, "list", "worlds", cwd=boats)[:2] == vrx("list", "worlds", cwd=boats)[:2]
-    started = [start_installed(commands, *RUN, cwd=boats) for _ in range(2)]
-    results = [ended(process) for process in started]
-    results.append(installed(commands, *RUN, "--record", "船.rrd", cwd=boats))
+    first = installed(commands, *RUN, cwd=boats)
+    again = installed(commands, *RUN, "--record", "船.rrd", cwd=boats)
+    assert first[2].startswith("vrx_mj: compiling the physics for this machine, once; it takes about ")
+    assert again[2] == ""
+    results = [first, again, vrx(*RUN, cwd=boats)]
     assert [(code, err) for code, _, err in results if code != 0] == []
-    for _, _, err in results[:2]:
-        assert err.startswith("vrx_mj: compiling the physics for this machine, once; it takes about ")
-    assert results[2][2] == ""  # what was compiled is kept
-    results.append(vrx(*RUN, cwd=boats))
     assert len({state_in(out) for _, out, _ in results}) == 1
     assert {file.name for file in boats.iterdir()} == {"kernels", "船.rrd"}
 

@@ -17,16 +17,8 @@ WORLDS = list(catalogue("worlds"))
 SERIES = [name for name in WORLDS if "/phase2/" in name]
 """The worlds of competitions: like the others in kind, and many. Those for practice are theirs, with other weather."""
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
-ROOMS = [
-    "example_course",
-    "my_course",
-    "ocean",
-    "ocean_buoys",
-    "sand_island",
-    "stationkeeping_task",
-    "vrx2023/sydney_regatta",
-]
-"""Worlds into which fleets are put."""
+ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
+"""Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""
 PAIRS = [*((world, None) for world in SINGLE), *itertools.product(ROOMS, catalogue("fleets"))]
 
 WILD = {"no_gravity", "vrx2019/wind_test"}

@@ -66,7 +66,7 @@ class Written(NamedTuple):
 
 
 def write_packages(folder: str | Path) -> Written:
-    """Write the packages into a folder: `python` has them for Python, `share` their definitions.
+    """Write the packages into a folder: `python` has them for Python, `share` as sources for catkin.
 
     What an earlier call wrote there is replaced.
 
@@ -152,7 +152,9 @@ def _generate(python: str, packages: Sequence[str], used: Mapping[str, Mapping[s
         for file in sorted((DEFINITIONS / package).iterdir()):
             _write(made / "share" / package / file.suffix[1:] / file.name, file.read_bytes())
         depends = sorted({kind.partition("/")[0] for kind in used[package]})
-        _write(made / "share" / package / "package.xml", _manifest(package, depends).encode())
+        share = made / "share" / package
+        _write(share / "package.xml", _manifest(package, depends).encode())
+        _write(share / "CMakeLists.txt", _build(share, depends).encode())
         for kind, text in used[package].items():
             name, _, stem = kind.partition("/")
             _write(others / name / "msg" / f"{stem}.msg", text.encode())
@@ -175,6 +177,22 @@ def _manifest(package: str, depends: Sequence[str]) -> str:
   <build_depend>message_generation</build_depend>
   <exec_depend>message_runtime</exec_depend>
 {uses}</package>
+"""
+
+
+def _build(share: Path, depends: Sequence[str]) -> str:
+    """A CMakeLists.txt, by which catkin makes C++ headers of a package's definitions."""
+    uses = " ".join(depends)
+    adds = [
+        f"add_{kind}_files(FILES {' '.join(file.name for file in files)})\n"
+        for kind, suffix in (("message", "msg"), ("service", "srv"))
+        if (files := sorted(share.glob(f"{suffix}/*.{suffix}")))
+    ]
+    return f"""cmake_minimum_required(VERSION 3.5)
+project({share.name})
+find_package(catkin REQUIRED COMPONENTS message_generation {uses})
+{"".join(adds)}generate_messages(DEPENDENCIES {uses})
+catkin_package(CATKIN_DEPENDS message_runtime {uses})
 """
 
 

@@ -1,8 +1,10 @@
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -110,6 +112,22 @@ def test_catkin_reads_their_manifests(written):
     if subprocess.run([PYTHON, "-c", "import catkin_pkg"], capture_output=True, check=False).returncode:
         pytest.skip("apt-get install python3-catkin-pkg")
     assert told([PYTHON, "-c", script, str(folder / "share")], environment).split() == list(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_catkin_is_told_to_build_every_definition_and_what_it_needs(written, name):
+    share = written[0] / "share" / name
+    text = (share / "CMakeLists.txt").read_text("utf-8")
+    listed = re.findall(r"^add_(message|service)_files\(FILES (.*)\)$", text, re.M)
+    folders = {"message": "msg", "service": "srv"}
+    files = {f"{folders[kind]}/{file}" for kind, words in listed for file in words.split()}
+    assert files == {f"{file.suffix[1:]}/{file.name}" for file in share.glob("*/*.*")}
+    manifest = ET.parse(share / "package.xml").getroot()
+    uses = [one.text for one in manifest.findall("depend")]
+    assert f"find_package(catkin REQUIRED COMPONENTS message_generation {' '.join(uses)})" in text
+    assert f"project({name})" in text
+    assert f"generate_messages(DEPENDENCIES {' '.join(uses)})" in text
+    assert f"catkin_package(CATKIN_DEPENDS message_runtime {' '.join(uses)})" in text
 
 
 def test_writing_again_changes_nothing_and_what_we_no_longer_write_goes(written, tmp_path):
