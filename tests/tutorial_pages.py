@@ -2,8 +2,9 @@
 
 Comments stand before their block. `file: NAME`: save it so. `not run: REASON`. `needs: pictures`: only where cameras
 can be drawn. `expect: REGEX` in what it prints, `server says: REGEX` in what the server prints meanwhile, `moves: BOAT
-METRES`: how far the boat gets from where it was. `Ctrl-C`: it goes on until all that has come, for `Ctrl-C: N s` at
-least so long; `beside`: until the next heading. A block with `vrx-mj serve` is the page's server until the next one.
+METRES`: how far the boat gets from where it was, `writes: FILE`. `Ctrl-C`: it goes on until all that has come, `Ctrl-C:
+N s`: and so long after that; `beside`: until the next heading. A block with `vrx-mj serve` is the page's server until
+the next one.
 """
 
 import os
@@ -25,7 +26,7 @@ REPO = Path(__file__).resolve().parents[1]
 PIECE = re.compile(
     r"^<!-- (?P<note>.*?) -->$|^(?P<heading>#+ [^\n]*)$|^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S
 )
-NOTE = re.compile(r"(file|not run|needs|expect|server says|moves|Ctrl-C|beside)(?:: (.*))?", re.S)
+NOTE = re.compile(r"(file|not run|needs|expect|server says|moves|writes|Ctrl-C|beside)(?:: (.*))?", re.S)
 SERVED = "cmd_vel is "
 """In a line that a server prints when it listens."""
 ADDRESSES = {"192.168.1.20": "127.0.0.2", "192.168.1.30": "127.0.0.1"}
@@ -149,10 +150,9 @@ class Reader:
         if least is not None or block.note("beside") is not None:
             running = Running(self._script(text), self._variables, self._folder)
             self._beside.append(running)
-            begun = time.monotonic()
             self._check(block, running, boats, heard, PATIENCE)
             if least is not None:
-                time.sleep(max(0.0, begun + float((least or "0").split()[0]) - time.monotonic()))
+                time.sleep(float((least or "0").split()[0]))
                 self._beside.remove(running)
                 running.stop()
             return
@@ -171,6 +171,8 @@ class Reader:
                 met = lambda value=value: re.search(value, running.said, re.M | re.S)  # noqa: E731
             elif key == "server says":
                 met = lambda value=value: re.search(value, self._said()[heard:])  # noqa: E731
+            elif key == "writes":
+                met = (self._folder / value).exists
             elif key == "moves":
                 boat, metres = value.split()
                 met = lambda boat=boat, metres=metres: self._gone(boats[boat], boat) > float(metres)  # noqa: E731
