@@ -4,15 +4,14 @@ import base64
 import contextlib
 import itertools
 import json
-import shutil
 import subprocess
 import time
 import urllib.request
 
 from websockets.sync.client import connect
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-INSTALL = "no Chromium: apt-get install chromium"
+from needs import CHROMIUM_PROGRAM
+
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
     "--disable-extensions", "--disable-sync", "--disable-dev-shm-usage", "--remote-debugging-port=0",
@@ -87,7 +86,7 @@ class Page:
 @contextlib.contextmanager
 def browsing(folder, url):
     """A page of a Chromium with a profile of its own."""
-    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
+    command = [CHROMIUM_PROGRAM, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         with connect(_tab(folder / "DevToolsActivePort"), max_size=None, proxy=None) as socket:

@@ -1,19 +1,126 @@
-"""Kernels compile at their first call, which is no reason to fail an example for being slow.
+"""Tiers, a home of the tests' own, and what was skipped.
 
-Slow tests come first in what each worker is given, which is a block of the list: at the end no worker then waits for a
-slow one that another has begun. Those of a module stay together, for they share what is made for it.
+`pytest` runs all that is not marked `slow`; `-m quick` physics, config, compiler and runtime; `-m slow` the rest.
+
+Kernels compile at their first call, which is no reason to fail an example for being slow.
 """
 
 import os
+import shutil
+import signal
+import site
+import tempfile
+import time
+from collections import Counter
 from itertools import groupby
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
-settings.register_profile("kernels", deadline=None)
+settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
+
+QUICK = tuple(Path(__file__).parent / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
+SANDBOX = pytest.StashKey[Path]()
+SANDBOX_VARIABLE = "VRX_MJ_TESTS"
+"""Names the sandbox; whatever the tests start inherits it."""
+
+
+def pytest_configure(config):
+    """Give the tests, and all that they start, a home and a temporary folder that are removed at the end."""
+    if hasattr(signal, "SIGINT"):  # a shell's background jobs ignore it, and so would what they start
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if os.environ.get(SANDBOX_VARIABLE):  # a worker's are its parent's
+        return
+    sandbox = Path(tempfile.mkdtemp(prefix="vrx_mj-tests-")).resolve()
+    config.stash[SANDBOX] = sandbox
+    os.environ.update(_variables(config, sandbox))
+    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_RUNTIME_DIR"):
+        os.environ.pop(name, None)
+    tempfile.tempdir = None  # read TMPDIR anew
+
+
+def _variables(config, sandbox):
+    """The environment of the tests; what is kept between runs stays where it is."""
+    home, temporary = sandbox / "home", sandbox / "tmp"
+    for folder in (home, temporary):
+        folder.mkdir()
+    made = {
+        SANDBOX_VARIABLE: sandbox,
+        "HOME": home,
+        "USERPROFILE": home,
+        "LOCALAPPDATA": home,
+        "TMPDIR": temporary,
+        "TEMP": temporary,
+        "TMP": temporary,
+        "RAY_TMPDIR": temporary,
+        "PYTHONUSERBASE": site.getuserbase(),
+        "NPM_CONFIG_USERCONFIG": Path.home() / ".npmrc",
+        "VRX_MJ_ROS2": os.environ.get("VRX_MJ_ROS2") or Path.home() / ".cache" / "vrx_mj_ros2",
+        "VRX_MJ_CACHE": os.environ.get("VRX_MJ_CACHE") or _kernels(config),
+    }
+    return {name: str(value) for name, value in made.items() if value}
+
+
+def _kernels(config):
+    """Where compiled kernels are kept: the user's cache if they are in it, else pytest's; None: the tests' own home."""
+    from vrx_mj.physics.kernel import source_hash, user_cache
+
+    kept = user_cache(Path.home())
+    if any((kept / source_hash()).rglob("*.nbc")):
+        return kept
+    return config.cache.mkdir("kernels") if hasattr(config, "cache") else None
+
+
+def pytest_unconfigure(config):
+    """Remove the sandbox, and see that nothing that the tests started goes on."""
+    sandbox = config.stash.get(SANDBOX, None)
+    if sandbox is None:
+        return
+    left = _left_running(sandbox)
+    shutil.rmtree(sandbox, ignore_errors=True)
+    if left:
+        pytest.exit("tests left processes running:\n" + "\n".join(left), returncode=1)
+
+
+def _left_running(sandbox, seconds=10.0):
+    """Command lines of processes that were started by tests and do not end; Linux alone says."""
+    until = time.monotonic() + seconds
+    while (left := _inheritors(sandbox)) and time.monotonic() < until:
+        time.sleep(0.1)
+    return left
+
+
+def _inheritors(sandbox):
+    mark, found = f"{SANDBOX_VARIABLE}={sandbox}".encode(), []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if int(process.name) != os.getpid() and mark in (process / "environ").read_bytes().split(b"\0"):
+                found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+        except OSError:  # it ended meanwhile, or is another user's
+            continue
+    return found
+
+
+def pytest_itemcollected(item):
+    """Put tests into the quick tier by their folder."""
+    if item.get_closest_marker("slow") is None and any(item.path.is_relative_to(folder) for folder in QUICK):
+        item.add_marker("quick")
 
 
 def pytest_collection_modifyitems(items):
+    """Skip what draws where nothing can be drawn, and deal out slow modules.
+
+    Slow tests come first in what each worker is given, which is a block of the list: at the end no worker then waits
+    for a slow one that another has begun. Those of a module stay together, for they share what is made for it.
+    """
+    if any(item.get_closest_marker("render") for item in items):
+        from needs import EGL, needs
+
+        for item in items:
+            if item.get_closest_marker("render"):
+                item.add_marker(needs(EGL))
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     slow = [item for item in items if item.get_closest_marker("slow")]
     others = [item for item in items if not item.get_closest_marker("slow")]
@@ -26,3 +133,14 @@ def pytest_collection_modifyitems(items):
         items += own + others[:rest]
         left -= len(own) + len(others[:rest])
         del others[:rest]
+
+
+def pytest_terminal_summary(terminalreporter):
+    """How many tests were skipped, why, and what to install to run them."""
+    reports = terminalreporter.stats.get("skipped", [])
+    if not reports:
+        return
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
+    terminalreporter.write_sep("=", f"{len(reports)} tests skipped")
+    for reason, number in reasons.most_common():
+        terminalreporter.write_line(f"{number:4d} {reason}")

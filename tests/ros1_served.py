@@ -1,7 +1,6 @@
 """A small table served over ROS 1 without a simulation, and Debian's tools run against it."""
 
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -12,8 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Self
 
-import pytest
-
+from needs import ROS1_TOOLS, needs
 from vrx_mj.adapters.ros.inbox import Command, Inbox, Stranger
 from vrx_mj.adapters.ros.messages import new, stamp
 from vrx_mj.adapters.ros.network import Network
@@ -22,11 +20,7 @@ from vrx_mj.adapters.ros.ros1 import Ros1
 from vrx_mj.errors import CommandError
 
 LEFT = "/wamv/thrusters/left_thrust_cmd"
-INSTALL = (
-    "apt-get install -y --no-install-recommends python3-rostopic python3-rosservice python3-rosnode python3-rosparam "
-    "python3-roslaunch python3-rosmaster python3-rosbag python3-rospy python3-std-srvs python3-sensor-msgs"
-)
-needs_tools = pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL)
+needs_tools = needs(ROS1_TOOLS)
 
 
 def empty(_request):

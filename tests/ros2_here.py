@@ -5,22 +5,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from needs import ROS2_HOME, ROS2_SITE
 
-HOME = Path(os.environ.get("VRX_MJ_ROS2") or Path.home() / ".cache/vrx_mj_ros2")
-SITE = HOME / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
-PACKAGES = "ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-common-interfaces"
-INSTALL = f"{sys.executable} -m venv {HOME} && {HOME}/bin/pip install {PACKAGES}"
-
-needs_ros2 = pytest.mark.skipif(not (SITE / "rclpy").is_dir(), reason=INSTALL)
-
-BEGIN = f"import sys; sys.path.append({str(SITE)!r}); "
+BEGIN = f"import sys; sys.path.append({str(ROS2_SITE)!r}); "
 """At the end: numpy stays our own."""
 
 
 def environment(tmp_path):
     """Of a program: this machine alone, a domain of this test process, and logs in a folder of the test's own."""
-    libraries = [HOME / "lib", *sorted(SITE.glob("ros_*.libs"))]
+    libraries = [ROS2_HOME / "lib", *sorted(ROS2_SITE.glob("ros_*.libs"))]
     return os.environ | {
         "LD_LIBRARY_PATH": os.pathsep.join(map(str, libraries)),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",

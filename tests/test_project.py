@@ -6,9 +6,12 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 REPO = Path(__file__).resolve().parents[1]
 SOURCES = sorted((REPO / "src").rglob("*.py"))
@@ -18,6 +21,8 @@ MODULE_LINES = 400
 FUNCTION_LINES = 40
 UNFINISHED = re.compile(r"\b(TODO|FIXME)\b")
 PHYSICS_IMPORTS = {"numpy", "numba", "vrx_mj", "__future__"} | set(sys.stdlib_module_names)
+ROS = {"genpy", "geometry_msgs", "nav_msgs", "rclpy", "rosgraph_msgs", "rospy", "sensor_msgs", "std_msgs"}
+"""Imported by programs that tests start where ROS is installed."""
 LIGHT = "import sys, vrx_mj; print([m for m in sys.modules if m.split('.')[0] in set(sys.argv[1:])])"
 HEAVY = (
     "IPython",
@@ -113,12 +118,41 @@ def test_importing_the_package_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
-def test_ci_runs_the_readmes_test_command():
-    readme = (REPO / "README.md").read_text(encoding="utf-8")
-    script = (REPO / ".ci" / "run").read_text(encoding="utf-8")
-    command = re.search(r"\.venv/bin/pytest.*?(?=\s*(?:#|$))", script, re.MULTILINE)
-    assert command is not None
-    assert command.group() in readme
+def blocks_of_shell(file: str) -> list[str]:
+    return re.findall(r"^```sh\n(.*?)^```$", (REPO / file).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_ci_and_the_documents_have_the_readmes_test_command():
+    _, command = blocks_of_shell("README.md")[:2]
+    printed = subprocess.run([REPO / ".ci" / "test-command"], capture_output=True, encoding="utf-8", check=True).stdout
+    assert printed == command
+    assert 'bash -c "$(.ci/test-command)"' in (REPO / ".ci" / "run").read_text(encoding="utf-8")
+    assert command in blocks_of_shell("CONTRIBUTING.md")
+    assert command in blocks_of_shell("README.zh-CN.md")
+
+
+def test_the_readme_is_one_screen():
+    assert len((REPO / "README.md").read_text(encoding="utf-8").split()) <= 450
+
+
+def distributions_of(requirements: list[str], extras: dict[str, list[str]]) -> set[str]:
+    """Names of distributions in a list of requirements, with what our extras stand for."""
+    found = set()
+    for each in map(Requirement, requirements):
+        found |= set().union(*(distributions_of(extras[name], extras) for name in each.extras if each.name == "vrx-mj"))
+        found.add(canonicalize_name(each.name))
+    return found
+
+
+def test_the_extra_test_brings_what_tests_and_examples_import():
+    project = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    brought = distributions_of([*project["dependencies"], "vrx-mj[test]"], project["optional-dependencies"])
+    own = {"vrx_mj", "integration", "unit", "some_crew", *(path.stem for path in REPO.glob("tests/*.py"))}
+    files = [*TESTS, *(REPO / "examples").glob("[0-9]*.py")]
+    names = {name.split(".")[0] for file in files for name in imported(parsed(file))} - own - ROS
+    names -= set(sys.stdlib_module_names)
+    homes = metadata.packages_distributions()
+    assert {name for name in names if brought.isdisjoint(map(canonicalize_name, homes.get(name, ())))} == set()
 
 
 def test_the_version_is_one():

@@ -13,6 +13,8 @@ from vrx_mj.adapters.campaign.plan import Cell
 from vrx_mj.adapters.campaign.pool import sail_all
 from vrx_mj.adapters.campaign.trial import Trial
 
+pytestmark = pytest.mark.slow
+
 WORLD = """
 extends: ocean
 task: {type: stationkeeping, goal_cart: [8, 0, 0], initial_state_duration: 0.5, ready_state_duration: 0.5,
@@ -143,7 +145,6 @@ def test_the_page_and_the_table_are_there(sailed, folder):
     assert len(table) == 1 + 2 + len(FAILURES)
 
 
-@pytest.mark.slow
 def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypatch):
     monkeypatch.chdir(folder)
     trials = [Trial(Cell("crew:counting", "bay.yaml", seed)) for seed in range(3)]
@@ -156,7 +157,6 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
 
 
-@pytest.mark.slow
 @POSIX
 def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..2", "--jobs", "1", "-o", "stopped")
@@ -182,7 +182,6 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     assert {key: after[key]["wall_time"] for key in before} == {key: each["wall_time"] for key, each in before.items()}
 
 
-@pytest.mark.slow
 def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):
     (folder / "pilot.py").write_text("def go(obs, t):\n    return None\n", encoding="utf-8")
     words = ("campaign", "pilot:go", "--worlds", "bay.yaml", "--seeds", "0..1")

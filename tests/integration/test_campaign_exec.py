@@ -3,11 +3,10 @@
 import json
 import os
 import re
-import shutil
 
 import pytest
 
-from ros1_served import INSTALL
+from needs import ROS1_TOOLS, needs
 from vrx_command import vrx
 from vrx_mj import Simulation, compile_world
 from vrx_mj.adapters.campaign.plan import Cell, Serving
@@ -16,7 +15,7 @@ from vrx_mj.adapters.campaign.track import Tracks
 from vrx_mj.errors import VrxError
 
 pytestmark = [
-    pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL),
+    needs(ROS1_TOOLS),
     pytest.mark.slow,
 ]
 

@@ -1,11 +1,11 @@
 """The same trials on a real Ray cluster of this machine give the same results."""
 
 import dataclasses
-import importlib.util
 import sys
 
 import pytest
 
+from needs import RAY, needs
 from vrx_mj.adapters.campaign.plan import Cell
 from vrx_mj.adapters.campaign.pool import sail_all
 from vrx_mj.adapters.campaign.ray_pool import sail_on_ray
@@ -28,7 +28,6 @@ def steady(obs, t):
 def leaves(obs, t):
     os._exit(3)
 """
-NEEDS_RAY = pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="Ray is not installed")
 
 
 @pytest.fixture
@@ -39,7 +38,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@NEEDS_RAY
+@needs(RAY)
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # Ray's own
 def test_a_cluster_gives_what_this_machine_gives(folder):

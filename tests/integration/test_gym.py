@@ -1,19 +1,17 @@
 """The Gymnasium environments: what Gymnasium checks, one row against many, seeds, episodes, rewards, bad input."""
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-gymnasium = pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
-from gymnasium.utils.env_checker import check_env  # noqa: E402
-from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
-
-import vrx_mj.adapters.gym  # noqa: E402
-from vrx_mj.adapters.gym import Env, VectorEnv  # noqa: E402
-from vrx_mj.adapters.gym.picture import Picture  # noqa: E402
-from vrx_mj.adapters.gym.problem import open_water  # noqa: E402
-from vrx_mj.adapters.gym.problems import PROBLEMS  # noqa: E402
-from vrx_mj.compiler.compile import compile_world  # noqa: E402
+import vrx_mj.adapters.gym
+from vrx_mj.adapters.gym import Env, VectorEnv
+from vrx_mj.adapters.gym.picture import Picture
+from vrx_mj.adapters.gym.problem import open_water
+from vrx_mj.adapters.gym.problems import PROBLEMS
+from vrx_mj.compiler.compile import compile_world
 
 ROWS = 3
 STEPS = 12

@@ -44,7 +44,9 @@ def test_its_code_compiles(stored):
 
 @pytest.mark.slow
 def test_a_kernel_shows_what_is_stored(stored, tmp_path, monkeypatch):
-    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    import nbclient
+    import nbformat
+
     for name, value in environment().items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path))

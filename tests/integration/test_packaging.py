@@ -1,6 +1,5 @@
 """What is published: an sdist that builds, and a wheel that is whole, installed where nothing else of ours is."""
 
-import importlib.util
 import subprocess
 import sys
 import sysconfig
@@ -17,20 +16,14 @@ REPO = Path(__file__).resolve().parents[2]
 RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7", "--thrust", "left=0.6,right=0.4")
 DEPENDENCIES = "import site; site.addsitedir({!r})\n"
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        importlib.util.find_spec("build") is None, reason="the `test` extra, with build, is not installed"
-    ),
-]
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
 def published(tmp_path_factory):
     """Folder with the sdist, and the wheel that was built from it."""
     folder = tmp_path_factory.mktemp("dist")
-    alone = [] if importlib.util.find_spec("hatchling") is None else ["--no-isolation"]
-    command = [sys.executable, "-m", "build", *alone, "--outdir", str(folder), str(REPO)]
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(REPO)]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, cwd=folder)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder

@@ -8,6 +8,8 @@ from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 from vrx_command import environment, state_in, vrx
 
+pytestmark = pytest.mark.slow
+
 RUN = ("run", "ocean_buoys", "--duration", "2", "--seed", "7", "--thrust", "left=0.6,right=0.4")
 SEA = {"extends": "sand_island", "sea": {"gain": 1.0}, "wind": {"mean_velocity": 6.0, "var_gain": 2.0, "var_time": 2.0}}
 CHILD = """
@@ -77,7 +79,6 @@ def homeless(place, **more):
 NOWHERE = "import sys, tempfile; tempfile.tempdir = sys.argv.pop(1); from vrx_mj.cli import main; main()"
 
 
-@pytest.mark.slow
 def test_where_nothing_can_be_kept_a_run_is_the_same(usual, tmp_path):
     """Compiled for this process only; tests/integration/test_packaging.py has first uses that keep it."""
     place = below_a_file(tmp_path)

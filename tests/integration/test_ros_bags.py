@@ -5,18 +5,15 @@ import json
 import re
 import subprocess
 from dataclasses import astuple
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from rosbags.highlevel import AnyReader
 from typer.testing import CliRunner
 
 from integration.sailing import GUSTY, ROUGH
 from integration.sensing import SYDNEY
+from needs import ROSBAG, needs
 from vrx_mj.adapters.record import read_record, record
 from vrx_mj.adapters.ros.bagging import bagged
 from vrx_mj.adapters.ros.convert import convert
@@ -43,7 +40,6 @@ BAY = {
 SECONDS = 2.13
 SENSED = ("gps/gps/fix", "gps/gps/fix_velocity", "imu/imu/data", "pingers/pinger/range_bearing")
 COMMANDS = {"wamv": {"left": 0.6, "right": -0.4, "left_angle": 0.3, "lateral": 0.2}}
-ROSBAG = Path("/usr/bin/rosbag")
 
 
 def steer(_seen, time):
@@ -171,11 +167,12 @@ def test_a_recordings_commands_are_those_that_were_given(bags):
     assert early == pytest.approx([0.0] * len(early), abs=1e-3)
 
 
-@pytest.mark.skipif(not ROSBAG.exists(), reason="apt-get install python3-rosbag")
+@pytest.mark.slow
+@needs(ROSBAG)
 @pytest.mark.parametrize("name", ["run.bag", "converted.bag"])
 def test_rosbag_tells_what_is_in_them(sailed, name):
     done = subprocess.run(
-        [ROSBAG, "info", sailed[0] / name], env={"PATH": "/usr/bin"}, capture_output=True, encoding="utf-8",
+        ["/usr/bin/rosbag", "info", sailed[0] / name], env={"PATH": "/usr/bin"}, capture_output=True, encoding="utf-8",
         timeout=60, check=True,
     )  # fmt: skip
     assert re.search(r"vrx_gazebo/Task +\[8b3267cadc02a4d8846adeb79baa09a1\]", done.stdout)

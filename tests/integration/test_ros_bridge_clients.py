@@ -5,7 +5,6 @@ import fcntl
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from bridged import COVARIANCE, PIXELS, Bridged, image, imu, publishing
+from needs import NODE, require
 from vrx_mj.adapters.ros import messages
 
 SCRIPTS = Path(__file__).parent / "rosbridge"
@@ -67,7 +67,6 @@ def check_services(seen):
 
 
 def test_roslibpy_does_everything():
-    pytest.importorskip("roslibpy", reason="pip install roslibpy")
     seen, bridged = run([sys.executable, SCRIPTS / "everything.py"])
     assert seen["imu"]["orientation_covariance"] == NULLED
     assert seen["imu"]["header"]["frame_id"] == seen["relative"] == "wamv/imu_link"
@@ -99,8 +98,7 @@ def test_roslibpy_does_everything():
 def roslibjs():
     """The folder with roslibjs, installed once for this user."""
     line = " ".join(NPM)
-    if shutil.which("node") is None or shutil.which("npm") is None:
-        pytest.skip(f"apt-get install nodejs npm && {line}")
+    require(NODE)
     NODE_FOLDER.mkdir(parents=True, exist_ok=True)
     with (NODE_FOLDER / "lock").open("w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -111,6 +109,7 @@ def roslibjs():
     return NODE_FOLDER
 
 
+@pytest.mark.slow
 def test_roslibjs_does_everything(roslibjs):
     seen, bridged = run(["node", SCRIPTS / "everything.mjs", roslibjs])
     assert seen["none"]["orientation_covariance"] == seen["png"]["orientation_covariance"] == NULLED

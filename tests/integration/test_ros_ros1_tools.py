@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 
-pytestmark = needs_tools
+pytestmark = [pytest.mark.slow, needs_tools]
 
 
 @pytest.fixture(scope="module")

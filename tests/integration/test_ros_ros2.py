@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from ros2_here import needs_ros2, started
+from needs import RCLPY, needs
+from ros2_here import started
 
-pytestmark = [needs_ros2, pytest.mark.slow]
+pytestmark = [needs(RCLPY), pytest.mark.slow]
 
 HERE = Path(__file__).parent / "ros2"
 LONGEST = 240

@@ -13,14 +13,12 @@ import time
 from types import SimpleNamespace
 
 import pytest
-
-pytest.importorskip("websockets", reason="pip install 'vrx-mj[rosbridge]'")
-
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridged import Bridged
-from browser import CHROMIUM, INSTALL, browsing
+from browser import browsing
+from needs import CHROMIUM, require
 from vrx_command import environment, start
 from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands
 from vrx_mj.adapters.helm.keys import OURS
@@ -184,8 +182,7 @@ def serving(url):
 
 @pytest.fixture(scope="module")
 def page(world, tmp_path_factory):
-    if CHROMIUM is None:
-        pytest.skip(INSTALL)
+    require(CHROMIUM)
     with serving(world.url) as server, browsing(tmp_path_factory.mktemp("profile"), server.page) as made:
         made.size(1280, 800)
         made.wait("document.querySelector('#boat')?.textContent === 'wamv1'")
@@ -197,6 +194,7 @@ def number(page, selector):
     return f"parseFloat(document.querySelector('{selector}').textContent.replace('−', '-'))"
 
 
+@pytest.mark.slow
 def test_the_joystick_drives_until_it_is_let_go(world, page):
     begun = place(world, "wamv1")
     x, y = page.middle("#stick")
@@ -209,6 +207,7 @@ def test_the_joystick_drives_until_it_is_let_go(world, page):
     assert page.wait(f"{number(page, '#power')} === 0")
 
 
+@pytest.mark.slow
 def test_the_slider_and_the_keys_drive_too(world, page):
     heard = overheard(world, "wamv1")
     page.key(",", ",")
@@ -223,6 +222,7 @@ def test_the_slider_and_the_keys_drive_too(world, page):
     reached(lambda: world.bridge.listen(0.02) or turned[-1] == 0.0)
 
 
+@pytest.mark.slow
 def test_pause_stops_the_clock_and_boats_may_come_and_go_meanwhile(world, page):
     page.click("#pause")
     page.wait("document.querySelector('#pause').textContent === 'Resume'")
@@ -268,12 +268,14 @@ WHEELS = st.builds(Wheel, st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(
 
 @settings(max_examples=40, deadline=None)
 @given(engines=ENGINES, wheel=WHEELS)
+@pytest.mark.slow
 def test_the_page_drives_engines_as_the_terminal_does(page, engines, wheel):
     given = json.dumps([[vars(engine) for engine in engines], vars(wheel)])
     told = page.look(f"import('/helm.js').then((h) => h.engineCommands(...{given}))")
     assert told == pytest.approx(engine_commands(engines, wheel), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_pages_keys_ask_for_what_the_terminals_do(page):
     engines = {boat: [Engine("left", 1.0, -1.0, True, 1.5)] for boat in ("a", "b")}
     keys = sorted(OURS - {"tab"}) * 3
@@ -303,12 +305,14 @@ def test_the_pages_keys_ask_for_what_the_terminals_do(page):
         ('<link name="wamv_hulls"/>', '<link name="wamv_hulls"/>'),
     ],
 )
+@pytest.mark.slow
 def test_a_urdf_is_renamed_but_for_its_files(page, text, renamed):
     assert page.look(f"import('/helm.js').then((h) => h.renamed({json.dumps(text)}, 'wamv', 'b2'))") == renamed
 
 
 @pytest.mark.parametrize("width", [390, 1600])
 @pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.slow
 def test_nothing_is_wider_than_the_screen_and_colours_follow_it(page, width, dark):
     page.size(width, 844, dark=dark)
     assert page.look("document.documentElement.scrollWidth <= innerWidth")
@@ -318,6 +322,7 @@ def test_nothing_is_wider_than_the_screen_and_colours_follow_it(page, width, dar
     assert min(box) > 250
 
 
+@pytest.mark.slow
 def test_a_service_that_refuses_is_told_in_words(world, page):
     page.size(1280, 800)
     asked(world, "/rosapi/set_param", name="/wamv1/robot_description", value='"no boat"')
@@ -329,6 +334,7 @@ def test_a_service_that_refuses_is_told_in_words(world, page):
     page.wait("!document.querySelector('#add').disabled")
 
 
+@pytest.mark.slow
 def test_the_last_boat_may_go_and_one_like_it_come(world, page):
     for boat in ("wamv1", "wamv2"):
         page.wait(f"document.querySelector('#boat').textContent === '{boat}'")
@@ -343,6 +349,7 @@ def test_the_last_boat_may_go_and_one_like_it_come(world, page):
 
 
 @pytest.mark.parametrize("url", ["http://127.0.0.1:9/", "ws://127.0.0.1:9/", "https://example.org/"])
+@pytest.mark.slow
 def test_the_policy_lets_the_page_talk_to_nobody_else(page, url):
     how = f"new WebSocket('{url}')" if url.startswith("ws") else f"await fetch('{url}')"
     page.look(f"(async () => {{ try {{ {how} }} catch {{ }} }})()")
@@ -350,6 +357,7 @@ def test_the_policy_lets_the_page_talk_to_nobody_else(page, url):
     assert "Content Security Policy" in page.said.pop()["entry"]["text"]
 
 
+@pytest.mark.slow
 def test_a_connection_that_is_not_there_is_told_until_it_is(page):
     with Bridged() as gone:
         url = gone.url

@@ -2,21 +2,17 @@
 
 import collections
 import re
-import shutil
 
 import pytest
 
 import vrx_mj
-
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1,rosbridge]'")
-
+from needs import ROS1_TOOLS, needs
 from ros_scene import served
 from tutorial_pages import REPO, Reader, blocks, pieces
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
 DOCS = REPO / "docs"
 PAGES = ("tutorial_one_boat.md", "tutorial_many_boats.md", "ros.md")
-INSTALL = "ROS 1's tools: apt-get install python3-rospy python3-rostopic ..., the whole line is in docs/ros.md"
 NOT_RUN = {
     "what the test runs in is installed": 1,
     "needs a keyboard; tests/integration/test_ros_teleop.py drives it": 1,
@@ -28,7 +24,7 @@ NOT_RUN = {
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("rostopic", path="/usr/bin") is None, reason=INSTALL)
+@needs(ROS1_TOOLS)
 @pytest.mark.parametrize("name", PAGES)
 def test_every_command_of_a_page_does_what_the_page_says(name, tmp_path):
     with Reader(tmp_path, pictures=any(problem_of(backend) is None for backend in BACKENDS)) as reader:

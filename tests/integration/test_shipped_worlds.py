@@ -16,6 +16,8 @@ from vrx_mj.errors import VrxWarning
 WORLDS = list(catalogue("worlds"))
 SERIES = [name for name in WORLDS if "/phase2/" in name]
 """The worlds of competitions: like the others in kind, and many. Those for practice are theirs, with other weather."""
+FIRST = {re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values()
+"""The first world of each series, which is sailed by the everyday tests; all are by the slow ones."""
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
 ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
 """Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""
@@ -88,7 +90,9 @@ def test_no_boat_starts_inside_of_something(world):
     assert touched_by_boats(sim) == KNOWN.get(pair, set())
 
 
-@pytest.mark.parametrize("name", SERIES)
+@pytest.mark.parametrize(
+    "name", [name if name in FIRST else pytest.param(name, marks=pytest.mark.slow) for name in SERIES]
+)
 def test_every_world_of_a_competition_compiles_and_runs(name):
     world = vrx_mj.compile_world(name)
     sim = vrx_mj.Simulation(world)

@@ -20,9 +20,11 @@ def sim():
 @pytest.fixture
 def shell(monkeypatch):
     """IPython's own formatters, as `register` finds them in a kernel."""
-    package, formatters = pytest.importorskip("IPython"), pytest.importorskip("IPython.core.formatters")
+    import IPython
+    from IPython.core import formatters
+
     own = SimpleNamespace(display_formatter=formatters.DisplayFormatter(), kernel=object())
-    monkeypatch.setattr(package, "get_ipython", lambda: own)
+    monkeypatch.setattr(IPython, "get_ipython", lambda: own)
     return own
 
 
@@ -116,7 +118,7 @@ def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):
 def drawn(shell, monkeypatch):
     """What the notebook's bar looked like, drawing after drawing."""
     pictures = []
-    display = pytest.importorskip("IPython.display")
+    from IPython import display
 
     def begin(picture, *, display_id):
         assert display_id is True

@@ -61,7 +61,8 @@ def test_tracks_are_columns_of_the_rows(record):
 
 def test_velocity_is_in_the_body_axes(record):
     """Rotating it back with MuJoCo's own function gives the row's world velocity."""
-    mujoco = pytest.importorskip("mujoco")
+    import mujoco
+
     boat = record.boats["wamv1"]
     start = record.layout.qvel.start
     for i in (0, 37, -1):
@@ -143,6 +144,7 @@ def test_writer_leaves_no_threads(tmp_path):
     assert (len(list(tasks.iterdir())), threading.active_count()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.slow
 def test_recording_of_a_killed_run_reads_up_to_its_last_second(tmp_path):
     path = tmp_path / "killed.rrd"

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -30,7 +29,8 @@ def test_rows_are_not_changed_by_packing():
 
 def test_rows_of_a_run_take_less_than_three_quarters_of_their_space():
     """With the compression of the file, LZ4; raw rows do not compress at all."""
-    pyarrow = pytest.importorskip("pyarrow")
+    import pyarrow as pa
+
     rows = np.concatenate(list(recorded_run.blocks(20.0)))
-    packed = pyarrow.compress(pack_rows(rows), codec="lz4", asbytes=True)
+    packed = pa.compress(pack_rows(rows), codec="lz4", asbytes=True)
     assert len(packed) < 0.75 * rows.nbytes

@@ -82,6 +82,7 @@ def test_threads_and_processes_are_both_timed(monkeypatch):
     assert all(rate > 0.0 for rate in two_threads_and_two_processes(rounds=1, window=0.05))
 
 
+@pytest.mark.slow
 def test_a_row_weighs_more_than_its_state():
     process = [sys.executable, "-c", bench_batch.WEIGHING, "200"]  # a used process may have room for rows already
     weight = float(subprocess.run(process, check=True, capture_output=True, text=True, timeout=240).stdout)

@@ -7,8 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("rosbags")
-
 from ros1_served import Served, free_port, small_table
 from vrx_mj import Simulation, compile_world
 from vrx_mj.adapters.ros.diagnosis import shared_frames

@@ -17,19 +17,8 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RenderError
 from vrx_mj.sensors import canvas
 from vrx_mj.sensors.camera import Cameras
-from vrx_mj.sensors.gl import choose_backend
 
-
-def _no_gl():
-    try:
-        choose_backend()
-    except RenderError as error:
-        return str(error)
-    return None
-
-
-NO_GL = _no_gl()
-pytestmark = [pytest.mark.render, pytest.mark.skipif(NO_GL is not None, reason=f"{NO_GL}")]
+pytestmark = pytest.mark.render
 
 ASIDE = {"spawn": {"pose": [-60, 0, 0.1, 0, 0, 0]}}
 CALM = {**ASIDE, "sea": {"model": "pms", "gain": 0.0, "period": 5.0}}

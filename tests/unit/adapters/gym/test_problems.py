@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
 from vrx_mj.adapters.gym.docking import Docking
 from vrx_mj.adapters.gym.follow_path import COUNT, FollowPath
 from vrx_mj.adapters.gym.problem import open_water

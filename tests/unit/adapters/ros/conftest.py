@@ -1,10 +1,9 @@
 """Worlds that are served."""
 
-import importlib.util
-
 import pytest
 
 import vrx_mj
+from ros_scene import STATIONS, served
 
 SENSORS = ["gps", "imu", "pinger"]
 
@@ -13,10 +12,6 @@ SENSORS = ["gps", "imu", "pinger"]
 def _closed():
     """Close what a test served."""
     yield
-    if importlib.util.find_spec("rosbags") is None:
-        return
-    from ros_scene import STATIONS
-
     while STATIONS:
         STATIONS.pop().close()
 
@@ -43,6 +38,4 @@ def bay():
 
 @pytest.fixture
 def scene(bay):
-    from ros_scene import served
-
     return served(bay)

@@ -11,11 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from rosbags.highlevel import AnyReader, AnyReaderError
 
+from needs import ROSBAG, needs
 from vrx_mj.adapters.ros.bag_files import KINDS
 from vrx_mj.adapters.ros.bags import HEAVY, Bag
 from vrx_mj.adapters.ros.messages import new, stamp
@@ -23,7 +21,6 @@ from vrx_mj.adapters.ros.offer import Output, Sent, Table, Transport
 from vrx_mj.errors import RecordError, UnknownNameError
 
 PYTHON = "/usr/bin/python3"
-HAS_ROSBAG = Path("/usr/bin/rosbag").exists()
 NAMES = ("out.bag", "out.mcap", "out_dir")
 IMAGE = "/wamv/sensors/cameras/front/image_raw"
 TYPES = {
@@ -148,7 +145,8 @@ def test_what_people_are_told_is_on_rosout(tmp_path):
     ]
 
 
-@pytest.mark.skipif(not HAS_ROSBAG, reason="apt-get install python3-rosbag")
+@pytest.mark.slow
+@needs(ROSBAG)
 def test_debians_rosbag_reads_a_bag_of_several_chunks(tmp_path):
     path = tmp_path / "out.bag"
     rng = np.random.default_rng(1)
@@ -182,7 +180,8 @@ def debian(command):
 
 
 def test_mcaps_own_reader_reads_the_messages(tmp_path):
-    reader = pytest.importorskip("mcap.reader", reason="pip install mcap")
+    from mcap import reader
+
     written(tmp_path / "out.mcap")
     with (tmp_path / "out.mcap").open("rb") as file:
         found = [(schema.name, channel.topic, message.log_time) for schema, channel, message in
@@ -224,7 +223,8 @@ def test_a_killed_process_leaves_a_bag_that_is_clearly_broken(killed, name):
         read(killed / name)
 
 
-@pytest.mark.skipif(not HAS_ROSBAG, reason="apt-get install python3-rosbag")
+@pytest.mark.slow
+@needs(ROSBAG)
 def test_rosbag_mends_what_a_killed_process_leaves(killed, tmp_path):
     shutil.copy(killed / "out.bag", tmp_path)
     debian(["/usr/bin/rosbag", "reindex", "-q", str(tmp_path / "out.bag")])
@@ -237,8 +237,9 @@ def test_the_database_of_a_killed_process_is_whole(killed):
 
 
 def test_the_chunks_of_a_killed_mcap_are_whole(killed):
-    stream = pytest.importorskip("mcap.stream_reader", reason="pip install mcap")
-    exceptions = pytest.importorskip("mcap.exceptions")
+    from mcap import exceptions
+    from mcap import stream_reader as stream
+
     found = 0
     with (killed / "out.mcap").open("rb") as file, suppress(exceptions.EndOfFile):
         for record in stream.StreamReader(file).records:

@@ -8,8 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from vrx_mj.adapters.ros import cdr
 from vrx_mj.adapters.ros.messages import decode, encode, is_known, new, stamp
 from vrx_mj.adapters.ros.table.bodies import header

@@ -6,9 +6,6 @@ import re
 import pytest
 
 import vrx_mj
-
-pytest.importorskip("rosbags")
-
 from ros_scene import call, run, served
 from vrx_mj.adapters.ros.messages import new
 

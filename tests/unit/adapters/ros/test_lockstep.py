@@ -8,8 +8,6 @@ import time
 
 import pytest
 
-pytest.importorskip("rosbags")
-
 from ros_scene import Fake, call, served
 from vrx_mj import Simulation
 from vrx_mj.adapters.ros import serve as serving

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from rosbags.interfaces import Nodetype
 
+from needs import ROS1_MESSAGES, require
 from vrx_mj.adapters.ros.messages import (
     PADDING,
     decode,
@@ -121,10 +119,7 @@ def plain(value):
 @pytest.fixture(scope="module")
 def theirs():
     """What Debian's classes make of a random message of every type: values, bytes, md5; and of services, md5."""
-    found = Path(DEBIAN).exists() and subprocess.run([DEBIAN, "-c", "import genpy, std_msgs.msg"], check=False,
-                                                     capture_output=True).returncode == 0  # fmt: skip
-    if not found:
-        pytest.skip("apt-get install python3-genpy python3-std-msgs python3-sensor-msgs python3-geometry-msgs")
+    require(ROS1_MESSAGES)
     sent = {name: filled(name, random.Random(name)) for name in KNOWN}
     raw = json.dumps({name: encode(message, name).hex() for name, message in sent.items()})
     done = subprocess.run([DEBIAN, "-c", THEIRS], input=raw, capture_output=True, encoding="utf-8", timeout=60,
@@ -145,12 +140,14 @@ def test_md5_sums_of_services_are_those_of_ros(name):
     assert service_md5sum(name) == GOLDEN["services"][name]
 
 
+@pytest.mark.slow
 def test_md5_sums_are_those_of_debians_classes(theirs):
     told, _ = theirs
     assert len(told["messages"]) > 60
     assert {name: md5sum(name) for name in told["messages"]} == {n: one["md5"] for n, one in told["messages"].items()}
 
 
+@pytest.mark.slow
 def test_md5_sums_of_services_are_those_of_debians_classes(theirs):
     told, _ = theirs
     ours = {name: md5 for name, md5 in told["services"].items() if is_known(f"{name}Request")}
@@ -158,6 +155,7 @@ def test_md5_sums_of_services_are_those_of_debians_classes(theirs):
     assert {name: service_md5sum(name) for name in ours} == ours
 
 
+@pytest.mark.slow
 def test_debians_classes_read_every_field_of_what_is_written(theirs):
     told, sent = theirs
     assert {name: one["values"] for name, one in told["messages"].items()} == {
@@ -165,6 +163,7 @@ def test_debians_classes_read_every_field_of_what_is_written(theirs):
     }
 
 
+@pytest.mark.slow
 def test_debians_classes_write_the_same_bytes_and_they_are_read(theirs):
     told, sent = theirs
     for name, one in told["messages"].items():
@@ -173,6 +172,7 @@ def test_debians_classes_write_the_same_bytes_and_they_are_read(theirs):
         assert plain(decode(raw, name)) == plain(sent[name]), name
 
 
+@pytest.mark.slow
 def test_what_is_not_given_is_as_in_debians_classes(theirs):
     told, _ = theirs
     assert {name: encode(new(name), name).hex() for name in told["messages"]} == {

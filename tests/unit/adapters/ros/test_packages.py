@@ -8,11 +8,9 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from typer.testing import CliRunner
 
+from needs import CATKIN, ROS1_MESSAGES, needs, require
 from vrx_mj.adapters.ros import packages
 from vrx_mj.adapters.ros.messages import DEFINITIONS, encode, md5sum, new, service_md5sum
 from vrx_mj.adapters.ros.packages import PYTHON, write_packages
@@ -20,12 +18,7 @@ from vrx_mj.cli.app import app
 from vrx_mj.errors import NetworkError, VrxError
 
 NAMES = ("gazebo_msgs", "geographic_msgs", "usv_msgs", "vrx_gazebo", "vrx_mj_msgs")
-HAS_GENPY = Path(PYTHON).exists() and not subprocess.run(
-    [PYTHON, "-c", "import genpy, geometry_msgs"], capture_output=True, check=False
-).returncode  # fmt: skip
-pytestmark = pytest.mark.skipif(
-    not HAS_GENPY, reason="apt-get install python3-genpy python3-rospy python3-geometry-msgs python3-rosmsg"
-)
+pytestmark = [pytest.mark.slow, needs(ROS1_MESSAGES)]
 
 THEIRS = """
 import glob, importlib, io, json, os, sys
@@ -59,8 +52,7 @@ def written(tmp_path_factory):
 
 def told(command, environment):
     tool = shutil.which(command[0], path="/usr/bin")
-    if tool is None:
-        pytest.skip("apt-get install python3-rosmsg")
+    assert tool is not None
     done = subprocess.run(
         [tool, *command[1:]], env=environment, capture_output=True, encoding="utf-8", timeout=30, check=False
     )
@@ -109,8 +101,7 @@ def test_the_pasted_lines_leave_vrx_mj_itself_importable(written):
 def test_catkin_reads_their_manifests(written):
     folder, environment = written
     script = "import sys\nfrom catkin_pkg.packages import find_packages\nprint(*sorted(find_packages(sys.argv[1])))"
-    if subprocess.run([PYTHON, "-c", "import catkin_pkg"], capture_output=True, check=False).returncode:
-        pytest.skip("apt-get install python3-catkin-pkg")
+    require(CATKIN)
     assert told([PYTHON, "-c", script, str(folder / "share")], environment).split() == list(NAMES)
 
 

@@ -7,8 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from vrx_mj.adapters.ros.cdr import fields
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import new

@@ -10,9 +10,6 @@ import numpy as np
 import pytest
 
 import vrx_mj
-
-pytest.importorskip("rosbags")
-
 from ros_scene import run, served
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.table.skeleton import Spin

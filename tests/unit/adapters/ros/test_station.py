@@ -4,8 +4,6 @@ import math
 
 import pytest
 
-pytest.importorskip("rosbags")
-
 from ros_scene import call, run, served
 from vrx_mj.adapters.ros.messages import new
 

@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 
 import vrx_mj
-
-pytest.importorskip("rosbags")
-
 from ros_scene import run, served
 from vrx_mj.adapters.ros.messages import is_known, new
 

@@ -6,8 +6,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("websockets", reason="pip install 'vrx-mj[rosbridge]'")
-
 from bridged import Bridged, nothing
 from vrx_mj import compile_world
 from vrx_mj.adapters.helm.engines import Engine, Wheel, engines_of

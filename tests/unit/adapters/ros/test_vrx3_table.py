@@ -6,8 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 import vrx_mj
 from integration.sailing import CALM
 from vrx_mj.adapters.ros import cdr

@@ -5,8 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1]'")
-
 from vrx_mj.adapters.ros import cdr
 from vrx_mj.adapters.ros.messages import new, stamp
 from vrx_mj.adapters.ros.offer import Input, Output, Service, Table

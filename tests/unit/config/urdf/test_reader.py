@@ -116,7 +116,8 @@ def test_links_are_where_vrx_puts_them(wamv, name, place):
 
 def test_links_are_where_yourdfpy_finds_them(wamv):
     """A second implementation of the tree, the masses and the inertias."""
-    yourdfpy = pytest.importorskip("yourdfpy")
+    import yourdfpy
+
     other = yourdfpy.URDF.load(io.BytesIO(GOLDEN.read_bytes()), load_meshes=False)
     assert other.base_link == wamv.root
     for name, part in wamv.links.items():

@@ -2,8 +2,6 @@
 
 import pytest
 
-pytest.importorskip("websockets")
-
 from bridged import Bridged
 from rosbridge_client import Talk
 

@@ -1,0 +1,107 @@
+"""What some tests need beyond the README's test command: one record each, with the line that installs it.
+
+A test that needs one carries `needs(ROS1_TOOLS)` as a mark, or calls `require(CHROMIUM)` where a mark comes too early.
+tests/conftest.py lists at the end of a run what was missing.
+"""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from vrx_mj.errors import RenderError
+from vrx_mj.sensors.gl import choose_backend
+
+DEBIAN_PYTHON = "/usr/bin/python3"
+"""The interpreter that Debian's ROS packages are installed for."""
+ROS2_HOME = Path(os.environ.get("VRX_MJ_ROS2") or Path.home() / ".cache/vrx_mj_ros2")
+"""The virtual environment with ROS 2's wheels."""
+ROS2_SITE = ROS2_HOME / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+_ROS2_WHEELS = "ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-common-interfaces"
+
+
+@dataclass(frozen=True)
+class Need:
+    """A program or package that a machine may lack."""
+
+    name: str
+    install: str
+    is_here: Callable[[], bool]
+
+    @property
+    def reason(self) -> str:
+        """One line: what is missing, and what installs it."""
+        return f"needs {self.name}: {self.install}"
+
+
+def needs(need: Need) -> pytest.MarkDecorator:
+    """The mark of a test that is skipped where `need` is missing."""
+    return pytest.mark.skipif(not need.is_here(), reason=need.reason)
+
+
+def require(need: Need) -> None:
+    """Skip the running test, or the tests of the running fixture, where `need` is missing."""
+    if not need.is_here():
+        pytest.skip(need.reason)
+
+
+def _debian_package(*names: str) -> Callable[[], bool]:
+    """Whether Debian's Python imports these."""
+
+    @cache
+    def is_here() -> bool:
+        if not Path(DEBIAN_PYTHON).exists():
+            return False
+        command = [DEBIAN_PYTHON, "-c", f"import {', '.join(names)}"]
+        return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+    return is_here
+
+
+def _chromium() -> str | None:
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+CHROMIUM_PROGRAM = _chromium()
+
+
+@cache
+def _can_draw() -> bool:
+    try:
+        choose_backend()
+    except RenderError:
+        return False
+    return True
+
+
+ROS1_TOOLS = Need(
+    "the tools of ROS 1",
+    "apt-get install -y --no-install-recommends python3-rostopic python3-rosservice python3-rosnode python3-rosparam "
+    "python3-roslaunch python3-rosmaster python3-rosbag python3-rospy python3-rosmsg python3-std-srvs "
+    "python3-sensor-msgs",
+    lambda: shutil.which("rostopic", path="/usr/bin") is not None,
+)
+ROS1_MESSAGES = Need(
+    "the message classes of ROS 1",
+    "apt-get install -y --no-install-recommends python3-genpy python3-rospy python3-std-msgs python3-sensor-msgs "
+    "python3-geometry-msgs python3-rosmsg",
+    _debian_package("genpy", "std_msgs.msg", "sensor_msgs.msg", "geometry_msgs.msg"),
+)
+ROSBAG = Need("rosbag", "apt-get install -y python3-rosbag", lambda: Path("/usr/bin/rosbag").exists())
+CATKIN = Need("catkin_pkg", "apt-get install -y python3-catkin-pkg", _debian_package("catkin_pkg"))
+RCLPY = Need(
+    "rclpy",
+    f"{sys.executable} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",
+    (ROS2_SITE / "rclpy").is_dir,
+)
+RAY = Need("Ray", "pip install 'vrx-mj[ray]'", lambda: importlib.util.find_spec("ray") is not None)
+CHROMIUM = Need("Chromium", "apt-get install -y chromium", lambda: CHROMIUM_PROGRAM is not None)
+NODE = Need("Node.js", "apt-get install -y nodejs npm", lambda: None not in {shutil.which("node"), shutil.which("npm")})
+EGL = Need("EGL or OSMesa", "apt-get install -y libegl1 libgl1-mesa-dri libopengl0", _can_draw)
