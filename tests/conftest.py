@@ -21,7 +21,9 @@ from hypothesis import settings
 settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
 
-QUICK = tuple(Path(__file__).parent / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
+TESTS = Path(__file__).parent
+QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
+CONFIG = TESTS / "unit" / "config"
 SANDBOX = pytest.StashKey[Path]()
 SANDBOX_VARIABLE = "VRX_MJ_TESTS"
 """Names the sandbox; whatever the tests start inherits it."""
@@ -110,29 +112,42 @@ def pytest_itemcollected(item):
 
 
 def pytest_collection_modifyitems(items):
-    """Skip what draws where nothing can be drawn, and deal out slow modules.
-
-    Slow tests come first in what each worker is given, which is a block of the list: at the end no worker then waits
-    for a slow one that another has begun. Those of a module stay together, for they share what is made for it.
-    """
+    """Skip what draws where nothing can be drawn, and deal the tests out to the workers."""
     if any(item.get_closest_marker("render") for item in items):
         from needs import EGL, needs
 
         for item in items:
             if item.get_closest_marker("render"):
                 item.add_marker(needs(EGL))
-    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-    slow = [item for item in items if item.get_closest_marker("slow")]
-    others = [item for item in items if not item.get_closest_marker("slow")]
+    _deal(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+
+
+def _deal(items, workers):
+    """Sort tests into the blocks that workers begin with, of equal numbers.
+
+    Slow modules come first, each as a whole, for its tests share what is made for it. Of the others, only the first
+    worker begins with tests that need kernels: while it compiles them, the others have those of files.
+    """
+    slow, others = _split(items, lambda item: item.get_closest_marker("slow") is not None)
+    light, others = _split(others, lambda item: item.path == TESTS / "test_project.py" or CONFIG in item.path.parents)
+    modules = [list(group) for _, group in groupby(slow, key=lambda item: item.path)]
     left = len(items)
     items.clear()
-    modules = [list(group) for _, group in groupby(slow, key=lambda item: item.path)]
     for worker in range(workers):
         own = [item for module in modules[worker::workers] for item in module]
         rest = left // (workers - worker) - len(own)
-        items += own + others[:rest]
-        left -= len(own) + len(others[:rest])
-        del others[:rest]
+        for pool in (light, others) if worker else (others, light):
+            taken = pool[: max(rest, 0)]
+            own += taken
+            rest -= len(taken)
+            del pool[: len(taken)]
+        items += own
+        left -= len(own)
+
+
+def _split(items, condition):
+    """Those that meet a condition, and the others."""
+    return [item for item in items if condition(item)], [item for item in items if not condition(item)]
 
 
 def pytest_terminal_summary(terminalreporter):

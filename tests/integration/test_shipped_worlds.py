@@ -21,7 +21,11 @@ FIRST = {re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values()
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
 ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
 """Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""
-PAIRS = [*((world, None) for world in SINGLE), *itertools.product(ROOMS, catalogue("fleets"))]
+ALONE = [(world, None) for world in SINGLE]
+WITH_FLEET = [
+    pytest.param(pair, marks=() if pair[0] == ROOMS[0] else pytest.mark.slow)
+    for pair in itertools.product(ROOMS, catalogue("fleets"))
+]
 
 WILD = {"no_gravity", "vrx2019/wind_test"}
 """Worlds in which nothing floats, or in gusts of 100 m/s."""
@@ -35,7 +39,7 @@ KNOWN = {
 """The positions of usv_config are a published guide's, and those of the buoys VRX's: one boat lies across a buoy."""
 
 
-@pytest.fixture(scope="module", params=PAIRS, ids=lambda pair: f"{pair[0]}-{pair[1] or 'alone'}")
+@pytest.fixture(scope="module", params=[*ALONE, *WITH_FLEET], ids=lambda pair: f"{pair[0]}-{pair[1] or 'alone'}")
 def world(request):
     name, fleet = request.param
     with warnings.catch_warnings():

@@ -193,7 +193,7 @@ def test_mcaps_own_reader_reads_the_messages(tmp_path):
 BROKEN = {"out.bag": "not indexed", "out.mcap": "magic|footer|end", "out_dir": r"metadata file '.*' does not exist"}
 KILLED = """
 import os, sys
-sys.path[:0] = [sys.argv[2]]
+sys.path[:0] = sys.argv[2:]
 import vrx_mj.adapters.ros.bags as bags
 import test_bags
 made = [bags.Bag(os.path.join(sys.argv[1], name)) for name in test_bags.NAMES]
@@ -211,8 +211,9 @@ os.kill(os.getpid(), 9)
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
     """A folder of bags whose process was killed after 100 moments, and one more that had not reached the disk."""
-    folder, here = tmp_path_factory.mktemp("killed"), str(Path(__file__).parent)
-    done = subprocess.run([sys.executable, "-c", KILLED, str(folder), here], check=False, timeout=60)
+    folder, here = tmp_path_factory.mktemp("killed"), Path(__file__)
+    paths = map(str, (folder, here.parent, here.parents[3]))
+    done = subprocess.run([sys.executable, "-c", KILLED, *paths], check=False, timeout=60)
     assert done.returncode == -signal.SIGKILL
     return folder
 
