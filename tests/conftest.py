@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from hypothesis.configuration import set_hypothesis_home_dir
 
 settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
@@ -33,14 +34,14 @@ def pytest_configure(config):
     """Give the tests, and all that they start, a home and a temporary folder that are removed at the end."""
     if hasattr(signal, "SIGINT"):  # a shell's background jobs ignore it, and so would what they start
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if os.environ.get(SANDBOX_VARIABLE):  # a worker's are its parent's
-        return
-    sandbox = Path(tempfile.mkdtemp(prefix="vrx_mj-tests-")).resolve()
-    config.stash[SANDBOX] = sandbox
-    os.environ.update(_variables(config, sandbox))
-    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_RUNTIME_DIR"):
-        os.environ.pop(name, None)
-    tempfile.tempdir = None  # read TMPDIR anew
+    if SANDBOX_VARIABLE not in os.environ:  # a worker's are its parent's
+        sandbox = Path(tempfile.mkdtemp(prefix="vrx_mj-tests-")).resolve()
+        config.stash[SANDBOX] = sandbox
+        os.environ.update(_variables(config, sandbox))
+        for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_RUNTIME_DIR"):
+            os.environ.pop(name, None)
+        tempfile.tempdir = None  # read TMPDIR anew
+    set_hypothesis_home_dir(os.environ[SANDBOX_VARIABLE])
 
 
 def _variables(config, sandbox):
@@ -66,11 +67,9 @@ def _variables(config, sandbox):
 
 
 def _kernels(config):
-    """Where compiled kernels are kept: the user's cache if they are in it, else pytest's; None: the tests' own home."""
-    from vrx_mj.physics.kernel import source_hash, user_cache
-
-    kept = user_cache(Path.home())
-    if any((kept / source_hash()).rglob("*.nbc")):
+    """Where compiled kernels are kept: the user's cache where there is one, else pytest's."""
+    kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vrx_mj"
+    if kept.is_dir():
         return kept
     return config.cache.mkdir("kernels") if hasattr(config, "cache") else None
 

@@ -138,6 +138,7 @@ def test_wind_comes_from_where_it_was_drawn():
     assert np.ptp(np.arctan2(*observation[:, 7:9].T)) > 3
 
 
+@pytest.mark.render
 def test_pictures_show_something():
     env = Env("StationKeeping", render_mode="rgb_array", width=64, height=48)
     env.reset(seed=1)
@@ -147,6 +148,7 @@ def test_pictures_show_something():
     assert Env("StationKeeping").render_mode is None
 
 
+@pytest.mark.render
 def test_pictures_show_the_waves_of_their_rows():
     calm = Picture(
         compile_world(open_water(sea={"model": "pms", "gain": 0, "period": 5}), fleet={"sensors": "none"}), 64, 48

@@ -45,6 +45,7 @@ def test_pettingzoo_s_checkers_have_nothing_to_say(problem):
         parallel_seed_test(lambda: ParallelEnv(problem, **more), num_cycles=30)
 
 
+@pytest.mark.render
 def test_pettingzoo_s_render_test_has_nothing_to_say():
     render_test(
         lambda render_mode: parallel_to_aec(ParallelEnv("Formation", render_mode=render_mode, width=64, height=48))
@@ -215,6 +216,7 @@ def test_a_goal_takes_one_boat_out():
 # What it shows and tells
 
 
+@pytest.mark.render
 def test_pictures_show_the_team():
     env = ParallelEnv("Formation", render_mode="rgb_array", width=160, height=96)
     env.reset(seed=1)

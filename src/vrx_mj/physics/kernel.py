@@ -51,7 +51,7 @@ def _candidates() -> Iterator[Path]:
     if chosen:
         yield Path(chosen)
     with contextlib.suppress(RuntimeError, KeyError):  # no home folder is known
-        yield user_cache(Path.home())
+        yield _user_cache(Path.home())
     with contextlib.suppress(OSError):  # there is no usable temporary folder
         shared = Path(tempfile.gettempdir()) / f"vrx_mj-{_user_name()}"
         shared.mkdir(mode=0o700, exist_ok=True)
@@ -59,7 +59,7 @@ def _candidates() -> Iterator[Path]:
             yield shared
 
 
-def user_cache(home: Path) -> Path:
+def _user_cache(home: Path) -> Path:
     """Return the platform's folder for caches of one user."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
