@@ -6,6 +6,7 @@ tests/conftest.py lists at the end of a run what was missing.
 
 import importlib.util
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -98,7 +99,7 @@ ROSBAG = Need("rosbag", "apt-get install -y python3-rosbag", lambda: Path("/usr/
 CATKIN = Need("catkin_pkg", "apt-get install -y python3-catkin-pkg", _debian_package("catkin_pkg"))
 RCLPY = Need(
     "rclpy",
-    f"{sys.executable} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",
+    f"{shlex.quote(sys.executable)} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",
     (ROS2_SITE / "rclpy").is_dir,
 )
 RAY = Need("Ray", "pip install 'vrx-mj[ray]'", lambda: importlib.util.find_spec("ray") is not None)

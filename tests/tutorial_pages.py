@@ -9,6 +9,7 @@ the next one.
 
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -287,7 +288,7 @@ def _variables(folder: Path, port: int) -> dict[str, str]:
     for name, words in (("vrx-mj", "-m vrx_mj"), ("python", "")):
         path = f'PYTHONPATH="{REPO / "src"}${{PYTHONPATH:+:$PYTHONPATH}}"'
         program = programs / name
-        program.write_text(f'#!/bin/sh\n{path} exec {sys.executable} {words} "$@"\n', encoding="utf-8")
+        program.write_text(f'#!/bin/sh\n{path} exec {shlex.quote(sys.executable)} {words} "$@"\n', encoding="utf-8")
         program.chmod(0o755)
     mine = environment(port, folder)
     cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")

@@ -30,12 +30,12 @@ print("pid", os.getpid(), flush=True)
 time.sleep(60)
 """
 ENDS_A_STUBBORN_ONE = f"""
-import os, sys, time
+import os, shlex, sys, time
 from io import BytesIO
 from vrx_mj.adapters.campaign.program import Program, adopt_orphans
 adopt_orphans()
 said = BytesIO()
-program = Program(sys.executable + " stubborn.py; echo it went on", os.environ, said)
+program = Program(shlex.quote(sys.executable) + " stubborn.py; echo it went on", os.environ, said)
 give_up = time.monotonic() + 30.0
 while said.getvalue().count(b"pid") < 2 and time.monotonic() < give_up:
     time.sleep(0.01)

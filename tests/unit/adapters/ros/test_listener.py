@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import socket
 import subprocess
 import sys
@@ -37,7 +38,7 @@ def test_another_process_is_told_with_its_command_and_since_when():
         finally:
             process.kill()
     assert int(told[1]) == process.pid
-    assert told[2].startswith(f"{sys.executable} -c 'import socket")
+    assert told[2].startswith(f"{shlex.quote(sys.executable)} -c 'import socket")
     assert len(told[2]) == 120
     assert told[2].endswith("...")
     started = time.mktime(time.strptime(told[3], "%Y-%m-%d %H:%M:%S"))
