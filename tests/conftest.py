@@ -24,6 +24,8 @@ settings.load_profile("kernels")
 
 TESTS = Path(__file__).parent
 QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
+LENGTHY = {"test_xacro_bombs.py", "test_text.py"}
+"""Files in those folders that take a quarter of their time."""
 CONFIG = TESTS / "unit" / "config"
 SANDBOX = pytest.StashKey[Path]()
 SANDBOX_VARIABLE = "VRX_MJ_TESTS"
@@ -104,10 +106,19 @@ def _inheritors(sandbox):
     return found
 
 
+def pytest_ignore_collect(collection_path, config):
+    """Leave files unread that have no test of the quick tier, where only that is wanted."""
+    return (config.option.markexpr == "quick" and collection_path.is_file() and not _is_quick(collection_path)) or None
+
+
 def pytest_itemcollected(item):
     """Put tests into the quick tier by their folder."""
-    if item.get_closest_marker("slow") is None and any(item.path.is_relative_to(folder) for folder in QUICK):
+    if item.get_closest_marker("slow") is None and _is_quick(item.path):
         item.add_marker("quick")
+
+
+def _is_quick(path):
+    return path.name not in LENGTHY and any(path.is_relative_to(folder) for folder in QUICK)
 
 
 def pytest_collection_modifyitems(items):

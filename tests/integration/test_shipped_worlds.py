@@ -62,11 +62,12 @@ def test_plain_mujoco_opens_it_and_has_the_same_bodies(world, tmp_path):
 
 def test_its_boats_lie_still_and_then_sail(world):
     task = world.parameters["task"] or {"durations": [0.0, 0.0, 0.0], "held": False}
-    if world.name in WILD:
-        pytest.skip("no boat lies still there")
     sim = vrx_mj.Simulation(world)
     start = {boat: seen.position for boat, seen in sim.observe().items()}
     sim.step(duration=10.0)
+    assert np.isfinite(sim.data.qpos).all()
+    if world.name in WILD:
+        return
     for boat, seen in sim.observe().items():
         assert abs(seen.position[2]) < 0.6
         assert max(abs(seen.roll), abs(seen.pitch)) < 0.2
