@@ -24,7 +24,7 @@ settings.load_profile("kernels")
 
 TESTS = Path(__file__).parent
 QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
-LENGTHY = {"test_xacro_bombs.py", "test_text.py"}
+LENGTHY = {"test_kernel.py", "test_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
 """Files in those folders that take a quarter of their time."""
 CONFIG = TESTS / "unit" / "config"
 SANDBOX = pytest.StashKey[Path]()
