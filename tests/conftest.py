@@ -76,15 +76,21 @@ def _kernels(config):
     return config.cache.mkdir("kernels") if hasattr(config, "cache") else None
 
 
-def pytest_unconfigure(config):
-    """Remove the sandbox, and see that nothing that the tests started goes on."""
-    sandbox = config.stash.get(SANDBOX, None)
-    if sandbox is None:
-        return
-    left = _left_running(sandbox)
-    shutil.rmtree(sandbox, ignore_errors=True)
+@pytest.hookimpl(wrapper=True)
+def pytest_sessionfinish(session):
+    """Fail a run whose tests have left processes behind."""
+    result = yield
+    left = _left_running(session.config.stash[SANDBOX]) if SANDBOX in session.config.stash else []
     if left:
-        pytest.exit("tests left processes running:\n" + "\n".join(left), returncode=1)
+        session.config.get_terminal_writer().line("\ntests left processes running:\n" + "\n".join(left), red=True)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+    return result
+
+
+def pytest_unconfigure(config):
+    """Remove the home and the temporary folder of the tests."""
+    if SANDBOX in config.stash:
+        shutil.rmtree(config.stash[SANDBOX], ignore_errors=True)
 
 
 def _left_running(sandbox, seconds=10.0):
