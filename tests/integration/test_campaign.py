@@ -70,7 +70,7 @@ def line(text):
 FAILURES = {
     "raises": r"^at t = 2 s the controller raised ZeroDivisionError: division by zero \(crew\.py, line "
     rf"{line('1 / 0')}\)$",
-    "nan": r"^the command left of wamv is nan: a finite number is needed$",
+    "nan": r"^invalid command nan for left of wamv: a finite number is needed$",
     "stranger": r"^no boat named 'wamv7'; did you mean 'wamv'\?$",
     "leaves": r"^at t = 1\.1 s: the process ended with exit code 3: the controller, or a library it uses, ended it$",
     "crashes": r"^at t = 0 s: the process was ended by SIGSEGV$",

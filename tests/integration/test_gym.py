@@ -228,7 +228,7 @@ def test_options_that_are_none(options, message):
 def test_a_number_of_rows_that_is_none():
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 0)
-    assert str(caught.value) == "num_envs is 0: a whole number above 0 is needed"
+    assert str(caught.value) == "invalid num_envs 0: a whole number above 0 is needed"
 
 
 def test_a_problem_that_is_none():

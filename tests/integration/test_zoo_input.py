@@ -95,7 +95,7 @@ def test_order_of_calls_of_many():
         ("Encounter", {"boats": 3}, "Encounter is for 2 boats: 3 are too many"),
         ("Encounter", {"boats": 1}, "Encounter is for 2 boats: 1 are too few"),
         ("Encounter", {"leaving": 0.5}, "Encounter needs its 2 boats all the time: no joining, no leaving"),
-        ("Formation", {"boats": 0}, "boats is 0: a whole number above 0 is needed"),
+        ("Formation", {"boats": 0}, "invalid boats 0: a whole number above 0 is needed"),
         ("Formation", {"boats": 2, "fleet": THREE}, "boats is 2, and the fleet has 3: give one of both"),
         ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
         ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),

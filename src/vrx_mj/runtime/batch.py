@@ -57,14 +57,14 @@ class Batch:
         Raises:
             CommandError: `world` is none, no rows, no threads, or the world has a task.
         """
-        check_kind("Batch", world, World, "what compile_world gives")
+        check_kind("Batch", world, World, "a World, as compile_world returns it")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
         for name, count in counts.items():
             if not isinstance(count, Real) or count < 1 or count % 1 != 0:
-                raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
+                raise CommandError(f"invalid {name} {count!r}: a whole number above 0 is needed")
         if world.parameters.get("task"):
-            text = 'compile it without, {"extends": name, "task": None}'
-            raise CommandError(f"the world {world.name} has a task, and in a batch nobody officiates: {text}")
+            text = 'compile it without one, {"extends": name, "task": None}'
+            raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
         self.world, self.n = world, int(n)
         self._world_id = world.sha256
         self._model, quiet = stepping_models(world)
@@ -218,7 +218,7 @@ class Batch:
             more = f" and {len(new) - 5} more" if len(new) > 5 else ""
             raise DivergedError(
                 f"rows {', '.join(map(str, new[:5]))}{more} have a state that is not finite, or huge, at about t = "
-                f"{self._time[new[0]]:g} s; they stand until reset(rows)"
+                f"{self._time[new[0]]:g} s; they do not move until reset(rows)"
             )
 
     def set_boat(
@@ -247,10 +247,10 @@ class Batch:
         hull = self._rig.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
-            for row, place in zip(which, row_vectors(f"the pose of {boat}", pose, len(which)), strict=True):
+            for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
                 self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
         if velocity is not None:
-            moving = row_vectors(f"the velocity of {boat}", velocity, len(which))
+            moving = row_vectors(f"velocity of {boat}", velocity, len(which))
             turns = self._qpos[which, qpos + 3 : qpos + 7]
             self._qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
@@ -370,7 +370,8 @@ class Batch:
         if not np.isfinite(given).all():
             at = np.argwhere(~np.isfinite(given))[0]
             boat, name = self.channels[at[1]]
-            raise CommandError(f"the command {name} of {boat} in row {which[at[0]]} is {given[tuple(at)]}")
+            value, row = given[tuple(at)], which[at[0]]
+            raise CommandError(f"invalid command {value} for {name} of {boat} in row {row}: a finite number is needed")
         state = self._stacks["thruster_state"]
         for number, channel in enumerate(self._channels):
             state[channel.column][which, channel.row] = given[:, number]

@@ -87,7 +87,9 @@ class Company:
     def _check_standing(self, what: str) -> None:
         self._subscriptions.check_idle(what)
         if self._advancing:
-            raise CommandError(f"{what} cannot be called while the run advances, as by a recorder: call it afterwards")
+            raise CommandError(
+                f"{what} cannot be called while the run advances, as from a recorder: call it afterwards"
+            )
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""
@@ -123,7 +125,7 @@ def _check_place(rig: Rig, world: World, name: str) -> None:
     what = model.body(other).name.rpartition("/")[0] or "the terrain"
     apart = float(np.hypot(*(data.xpos[other][:2] - (x, y))))
     where = f", whose origin is {apart:.2f} m away" if other else ""
-    raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would stand {-depth:.2f} m inside {what}{where}")
+    raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would be {-depth:.2f} m inside {what}{where}")
 
 
 def _start(rig: Rig, world: World, name: str) -> slice:

@@ -166,7 +166,7 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     found = getattr(module, attribute, None)
     if found is None:
-        raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'")
+        raise VrxError(f"the module '{module_name}' has no attribute '{attribute}'")
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
@@ -178,7 +178,7 @@ def split_name(name: str) -> tuple[str, str]:
     """Module and attribute of a controller's name; VrxError: it is not `module:function`."""
     module, _, attribute = name.partition(":")
     if not (attribute.isidentifier() and all(part.isidentifier() or part[:1].isdigit() for part in module.split("."))):
-        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+        raise VrxError(f"invalid controller '{name}': module:function is needed, as in my_boat:controller")
     return module, attribute
 
 
@@ -187,13 +187,13 @@ def _check_control(controller: Any, rate: Any) -> None:
     if controller is not None:
         _check_callable(getattr(controller, "__name__", repr(controller).strip("'")), controller)
     if not isinstance(rate, int | float | np.number) or not 0.0 < rate < math.inf:
-        raise CommandError(f"control_rate is {rate!r}: a number of calls per second above 0 is needed")
+        raise CommandError(f"invalid control_rate {rate!r}: a number of calls per second above 0 is needed")
 
 
 def _check_callable(name: str, controller: Any) -> None:
     """Whether it can be called with the observations and the time."""
     if not callable(controller):
-        raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
+        raise VrxError(f"invalid controller '{name}': a function, or a class with __call__, is needed")
     try:
         takes = inspect.signature(controller)
     except (TypeError, ValueError):  # of something compiled
@@ -202,7 +202,7 @@ def _check_callable(name: str, controller: Any) -> None:
         takes.bind({}, 0.0)
     except TypeError:
         raise VrxError(
-            f"'{name}' takes {takes}: a controller takes two arguments, the observations by boat and the time [s]"
+            f"invalid controller '{name}{takes}': two arguments are needed, the observations by boat and the time [s]"
         ) from None
 
 
@@ -251,7 +251,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
     if commands is None:
         return
     if not isinstance(commands, Mapping):
-        raise CommandError(f"the controller returned {commands!r}: a mapping of boats is needed, or None")
+        raise CommandError(f"the controller returned {commands!r}: a mapping by boat, or None, is needed")
     for boat, values in commands.items():
         if boat == TASK:
             _send(sim, values)
@@ -266,7 +266,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
 def _send(sim: Simulation, messages: Any) -> None:
     """Send a controller's messages to the task, each topic with a content or a list of them."""
     if not isinstance(messages, Mapping):
-        raise CommandError(f"the controller sent {messages!r} to the task: a mapping of topics is needed")
+        raise CommandError(f"the controller sent {messages!r} to the task: a mapping by topic is needed")
     for topic, content in messages.items():
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:

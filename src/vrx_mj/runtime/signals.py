@@ -45,7 +45,7 @@ class Signals:
         display = self._display("light", name, ("light",))
         if isinstance(colors, str) or len(colors) != 3 or not {*colors} <= {*LIGHT_COLORS, OFF}:
             known = ", ".join((*LIGHT_COLORS, OFF))
-            raise CommandError(f"the colours of {name} are {colors!r}: three of {known} are needed")
+            raise CommandError(f"invalid colours {colors!r} of {name}: three of {known} are needed")
         new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
         self._sensing.renew()
 

@@ -54,7 +54,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
-        check_kind("Simulation", world, World, "what compile_world gives")
+        check_kind("Simulation", world, World, "a World, as compile_world returns it")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
         self._stepping = Stepping()
@@ -144,7 +144,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._first.seed if seed is None else whole("the seed", seed)
+        self._seed = self._first.seed if seed is None else whole("seed", seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
             self._bind(self._first, rig_of(self._first, self._stepping))
@@ -206,7 +206,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         self._subscriptions.check_idle("advance")
         self._advancing = True
         try:
-            self._advance(whole("the number of steps", steps))
+            self._advance(whole("number of steps", steps))
         finally:
             self._advancing = False
 
@@ -265,12 +265,12 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        check_kind("set_state", state, State, "what get_state gave, or State.load(path)", StateError)
+        check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
         if state.world == self._first.sha256 != self._world.sha256:
             boats = ", ".join(self._first.boats)
             raise StateError(
-                f"the state at t = {state.time:g} s is from before boats came or went: reset() brings back {boats}; "
-                "then it can be set"
+                f"the state at t = {state.time:g} s has other boats than the simulation: call reset(), which restores "
+                f"{boats}, then set_state"
             )
         state.check(self._world.sha256)
         self._rig.check(state.ours)

@@ -85,10 +85,10 @@ class State:
             fields = (header["world"], header["seed"], float.fromhex(header["time"]))
             moving, task = int(header["moving"]), str(header["task"])
         except (ValueError, TypeError, KeyError) as error:
-            raise StateError(f"these {len(block)} bytes are no saved state: {error}") from error
+            raise StateError(f"these {len(block)} bytes are not a saved state: {error}") from error
         check_version(version)
         if len(body) < size:
-            raise StateError(f"the saved state is cut off: {len(body)} of {size} bytes")
+            raise StateError(f"the saved state is truncated: {len(body)} of {size} bytes")
         return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving, task)
 
     def save(self, path: str | Path) -> None:
