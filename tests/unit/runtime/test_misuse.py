@@ -14,9 +14,9 @@ def sim():
     return simulation(boats((0.0, 0.0, 0.0), engines="fixed"), sea=CALM, wind=None, timestep=0.01)
 
 
-TAKES = "it takes left, right, left_angle, right_angle"
-WRITE = "write each command with its name, as command('a', left=0.5)"
-AS_IN = 'a mapping of boats is needed, as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+TAKES = "known: left, right, left_angle, right_angle"
+WRITE = "each needs its name, as in command('a', left=0.5)"
+AS_IN = 'a mapping by boat is needed, as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
 
 
 def no_arguments():
@@ -31,12 +31,16 @@ def recorded(sim):
 @pytest.mark.parametrize(
     ("ask", "error", "message"),
     [
-        (lambda sim: sim.command("a", {"left": 1}), CommandError, f"a was given {{'left': 1}}: {WRITE}; {TAKES}"),
-        (lambda sim: sim.command("a", 0.5, 0.4), CommandError, f"a was given 0.5, 0.4: {WRITE}; {TAKES}"),
+        (
+            lambda sim: sim.command("a", {"left": 1}),
+            CommandError,
+            f"invalid commands {{'left': 1}} for a: {WRITE}; {TAKES}",
+        ),
+        (lambda sim: sim.command("a", 0.5, 0.4), CommandError, f"invalid commands 0.5, 0.4 for a: {WRITE}; {TAKES}"),
         (lambda sim: sim.command("b", 0.5), UnknownNameError, "no boat named 'b'; known: a"),
         (lambda sim: sim.command({"a": {}}), CommandError, "command takes the name of a boat first, not {'a': {}}"),
         (lambda sim: sim.command_all({3: {}}), UnknownNameError, "no boat named '3'; known: a"),
-        (lambda sim: sim.step(0.1), CommandError, f"commands are 0.1: {AS_IN}"),
+        (lambda sim: sim.step(0.1), CommandError, f"invalid commands 0.1: {AS_IN}"),
         (lambda sim: sim.step(duration="1"), CommandError, "invalid duration '1': a number of seconds is needed"),
         (lambda sim: sim.advance(0.1), CommandError, "invalid number of steps 0.1: a whole number is needed"),
         (lambda sim: sim.reset(1.5), CommandError, "invalid seed 1.5: a whole number is needed"),

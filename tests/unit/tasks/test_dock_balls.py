@@ -185,7 +185,7 @@ def test_without_the_colour_checker_no_message_is_taken():
     assert not run.referee.outputs["color_sequence_open"]
     with pytest.raises(CommandError) as caught:
         run.referee.accept("color_sequence", ["red", "green", "blue"])
-    assert str(caught.value) == "docking takes no message 'color_sequence'; it takes none at all"
+    assert str(caught.value) == "docking takes no message 'color_sequence'; known: none"
     assert run.go(messages=[("color_sequence", ["red", "green", "blue"])]).score == 0.0
 
 

@@ -324,7 +324,7 @@ def test_animals_are_told_at_their_rate(rate, times):
 def test_no_message_is_taken():
     with pytest.raises(CommandError) as caught:
         wildlife().accept("animals", [])
-    assert str(caught.value) == "wildlife takes no message 'animals'; it takes none at all"
+    assert str(caught.value) == "wildlife takes no message 'animals'; known: none"
 
 
 # State

@@ -204,12 +204,12 @@ def test_a_light_part_may_have_an_impossible_inertia():
             [link("frame", '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0"/></inertial>')],
             "links with mass 0; they count as links without mass: frame",
         ),
-        ([link("frame", "<visual/>")], "visuals without a geometry; they are left out: frame"),
+        ([link("frame", "<visual/>")], "visuals without a geometry; they are ignored: frame"),
         (
             [link("frame", '<visual><geometry><mesh filename="package://a/b.dae"/></geometry></visual>')],
-            "meshes that are not found in the folders that may be read; they are not drawn: package://a/b.dae",
+            "meshes not found in the folders that may be read; they are not drawn: package://a/b.dae",
         ),
-        ([link("frame", "<colision/>")], ("unknown elements; they are left out: <colision> in line 1 "
+        ([link("frame", "<colision/>")], ("unknown elements; they are ignored: <colision> in line 1 "
                                          "(did you mean 'collision'?)")),
     ],
 )  # fmt: skip
@@ -220,7 +220,7 @@ def test_what_is_odd_is_said_once(parts, message):
 
 
 def test_a_mimicking_joint_is_free():
-    with pytest.warns(VrxWarning, match=r"^boat.urdf: joints that mimic another; they are free of it: hull_arm$"):
+    with pytest.warns(VrxWarning, match=r"^boat.urdf: joints that mimic another; the mimic is ignored: hull_arm$"):
         read(link(), link("arm", ""), joint("hull", "arm", "continuous", '<mimic joint="other"/>'))
 
 
