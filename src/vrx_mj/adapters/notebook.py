@@ -92,7 +92,7 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
     record = read_record(recording)
     if not in_notebook():
-        raise VrxError(f"show('{recording}') needs a notebook to show it in; elsewhere: vrx-mj replay {recording}")
+        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: vrx-mj replay {recording}")
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:

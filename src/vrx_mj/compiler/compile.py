@@ -116,7 +116,7 @@ class _Assembly:
         try:
             mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
         except ValueError as error:
-            raise CompileError(f"MuJoCo refuses the world {self.config.name}: {error}") from error
+            raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
         return world
 
     def _text(self) -> str:
@@ -254,8 +254,8 @@ class _Assembly:
 def _warn_if_stiff(boat: Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
     if share > STIFF:
-        text = f"robot {boat.name}: its linear drag takes {share:.3g} times its velocity in a step of {timestep:g} s"
-        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or take a shorter step"
+        text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
+        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 

@@ -85,7 +85,7 @@ class World:
         scene = _scene(Path(source))
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
-            raise StateError(f"no saved world at {source}: it takes {scene.name} and {path.name} in {scene.parent}")
+            raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
         try:
             parameters = json.loads(path.read_text(encoding="utf-8"))
             saved_format = parameters["format"]

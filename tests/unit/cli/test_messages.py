@@ -42,7 +42,7 @@ MESSAGES = {
     "list world": "no kind of file named 'world'; did you mean 'worlds'?",
     "new worl bay": "no start file named 'worl'; did you mean 'world'?",
     "new world no/bay": "cannot write the start file 'no/bay.yaml': No such file or directory",
-    "map ocean -o map.xyz": "a map cannot be written as 'map.xyz'; its name ends in .png, .pdf, .svg",
+    "map ocean -o map.xyz": "invalid file name 'map.xyz' for a map: it must end in .png, .pdf, .svg",
 }
 
 

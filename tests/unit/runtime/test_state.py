@@ -112,5 +112,7 @@ def test_a_saved_world_of_another_version_is_refused(sim, tmp_path):
 
 def test_a_folder_without_a_world_is_refused(tmp_path):
     place = re.escape(str(tmp_path))
-    with pytest.raises(StateError, match=f"^no saved world at {place}: it takes scene.xml and scene.json in {place}$"):
+    with pytest.raises(
+        StateError, match=f"^no saved world at {place}: scene.xml and scene.json are needed in {place}$"
+    ):
         vrx_mj.Simulation.load(tmp_path)

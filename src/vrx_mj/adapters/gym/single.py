@@ -51,9 +51,9 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         try:
             given = np.asarray(action, np.float32)
         except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("the action is no array of numbers") from None
+            raise gymnasium.error.InvalidAction("invalid action: an array of numbers is needed") from None
         if given.shape != self.action_space.shape:
-            text = f"the action has shape {given.shape} instead of {self.action_space.shape}"
+            text = f"invalid action of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)
         observation, reward, done, cut, info = self._rows.step(given[None])
         self._ended = bool(done[0] or cut[0])

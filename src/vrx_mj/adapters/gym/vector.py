@@ -169,7 +169,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """A picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
         self._check_open()
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         self._random.check_begun()
         waves = self._variety.waves.tolist()
@@ -229,20 +229,20 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             ended = np.flatnonzero(self._over)
             text = "reset them with options={'reset_mask': ...}"
             raise gymnasium.error.ResetNeeded(
-                f"the episodes of rows {ended[:5].tolist()} have ended or never began: {text}"
+                f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
             )
         try:
             given = np.asarray(actions, np.float32)
         except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("actions are no array of numbers") from None
+            raise gymnasium.error.InvalidAction("invalid actions: an array of numbers is needed") from None
         if given.shape != self.action_space.shape:
-            text = f"actions have shape {given.shape} instead of {self.action_space.shape}"
+            text = f"invalid actions of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)
         wrong = ~(np.abs(given) <= 1.0)
         if wrong.any():
             row, channel = np.argwhere(wrong)[0]
             name = self._batch.channels[channel][1]
-            text = f"the action {name} of row {row} is {given[row, channel]}: it must be within -1 and 1"
+            text = f"invalid action {given[row, channel]} for {name} of row {row}: a number from -1 to 1 is needed"
             raise gymnasium.error.InvalidAction(text)
         return given
 
@@ -251,20 +251,20 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             return np.arange(self.num_envs)
         given = np.asarray(mask)
         if given.shape != (self.num_envs,) or given.dtype != bool:
-            text = f"reset_mask has shape {given.shape} and type {given.dtype}: ({self.num_envs},) of bool is needed"
-            raise gymnasium.error.Error(text)
+            text = f"invalid reset_mask of shape {given.shape} and type {given.dtype}"
+            raise gymnasium.error.Error(f"{text}: ({self.num_envs},) of bool is needed")
         return np.flatnonzero(given)
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
 def _compiled(world: Source, fleet: Source | None) -> World:
     """The world with one boat."""
     compiled = compile_world(world, fleet={"sensors": "none"} if fleet is None else fleet)
     if len(compiled.boats) != 1:
-        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
+        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: this problem needs one")
     return compiled
 
 

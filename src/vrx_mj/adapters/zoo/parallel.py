@@ -106,7 +106,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         """A picture (height, width, 3) with the whole team in it; with `human` it is drawn in the terminal."""
         self._check_begun(EnvLogger.error_render_before_reset)
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         (picture,) = self._rows.render()
         if self.render_mode == "rgb_array":
@@ -144,13 +144,17 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def _array(self, actions: Mapping[str, npt.ArrayLike]) -> Floats32:
         """Actions by boat as an array (1, boats, channels)."""
         if not isinstance(actions, Mapping):
-            raise ActionError(f"actions are a {type(actions).__name__}: a mapping of boats to actions is needed")
+            raise ActionError(
+                f"invalid actions of type {type(actions).__name__}: a mapping of boats to actions is needed"
+            )
         strange, missing = [set(actions) - set(self.possible_agents), set(self.agents) - set(actions)]
         if strange:
-            text = f"the boats are {', '.join(self.possible_agents)}"
-            raise ActionError(f"an action is for {sorted(map(str, strange))[0]}: {text}")
+            text = f"known: {', '.join(self.possible_agents)}"
+            raise ActionError(f"invalid actions: no boat named '{sorted(map(str, strange))[0]}'; {text}")
         if missing:
-            raise ActionError(f"no action for {min(missing, key=self.possible_agents.index)}, which is in the water")
+            raise ActionError(
+                f"invalid actions: none for {min(missing, key=self.possible_agents.index)}, which is present"
+            )
         whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
         for boat in self.agents:
             own = self._one(boat, actions[boat])
@@ -162,14 +166,14 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         try:
             given = np.asarray(action, np.float32)
         except (TypeError, ValueError):
-            raise ActionError(f"the action of {boat} is no array of numbers") from None
+            raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
         if given.shape != (len(names),):
-            raise ActionError(f"the action of {boat} has shape {given.shape} instead of {(len(names),)}")
+            raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")
         wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
         if len(wrong):
             name, value = names[wrong[0]], given[wrong[0]]
             why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
-            raise ActionError(f"{why}: {name} of {boat} is {value:g}, and must be within -1 and 1")
+            raise ActionError(f"{why}: {value:g} for {name} of {boat}; a number from -1 to 1 is needed")
         return given
 
     def _show(self) -> None:
@@ -178,7 +182,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     def _check_begun(self, complain: Any) -> None:
         if self._rows.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
         if not self._begun:
             complain()
 

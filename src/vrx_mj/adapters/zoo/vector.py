@@ -159,7 +159,7 @@ class TeamVectorEnv:
         mask = np.ones(self.num_envs, np.bool_) if rows is None else np.asarray(rows)
         if mask.shape != (self.num_envs,) or mask.dtype != bool:
             text = f"({self.num_envs},) of bool is needed"
-            raise gymnasium.error.Error(f"rows has shape {mask.shape} and type {mask.dtype}: {text}")
+            raise gymnasium.error.Error(f"invalid rows of shape {mask.shape} and type {mask.dtype}: {text}")
         which = np.flatnonzero(mask)
         self._random.seed(which, seed)
         self._begin(which)
@@ -262,7 +262,7 @@ class TeamVectorEnv:
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
 def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
@@ -270,5 +270,5 @@ def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
     strange = [name for name in given if name not in VARIED or problem == SCORE]
     if strange:
         text = f"{problem} has no option {strange[0]}"
-        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world is as it is")
+        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world cannot be varied")
     return Variety(n, **(dict.fromkeys(VARIED) | given))

@@ -64,7 +64,7 @@ def test_a_formation_is_kept_and_told(scene):
         ),
         ('{"shape": "wedge", "path": [[0]]}', "formation: path is [[0]]: pairs of numbers, as [[0, 0], [50, 20]]"),
         ('{"shape": "wedge", "leader": "boat"}', "no boat named 'boat'; known: wamv1, wamv2"),
-        ("wedge spacing=2", "spacing 2 m: must be above 7 m, which boats keep apart"),
+        ("wedge spacing=2", "invalid spacing 2 m: more than the 7 m that boats keep apart is needed"),
     ],
 )
 def test_a_wrong_formation_is_told(scene, text, message):

@@ -221,8 +221,10 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
     found = gazebo(tags, "eye_link")
     assert [item.name for item in found.sensors] == ["eye", "second", "second_2"]
     assert found.warnings == (
-        "boat.urdf:4: gazebo 'eye_link' / sensor 'second': duplicate name 'second'; "
-        "this sensor is renamed to 'second_2'",
+        (
+            "boat.urdf:4: gazebo 'eye_link' / sensor 'second': duplicate name 'second'; "
+            "this sensor is renamed to 'second_2'"
+        ),
     )
 
 
