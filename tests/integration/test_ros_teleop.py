@@ -325,7 +325,7 @@ def test_a_service_that_refuses_is_told_in_words(world, page):
     page.click("#add")
     page.wait("document.querySelector('#notices .bad') !== null")
     told = page.look("document.querySelector('#notices .bad').textContent")
-    assert told == "spawn_urdf_model: wamv3: what came is no URDF, which has a <robot> element"
+    assert told == "spawn_urdf_model: wamv3: invalid URDF: a <robot> element is needed"
     page.wait("!document.querySelector('#add').disabled")
 
 
