@@ -357,7 +357,7 @@ def test_a_connection_that_is_not_there_is_told_until_it_is(page):
         page("Page.navigate", url=server.page)
         page.wait("document.querySelector('#banner')?.hidden === false")
         told = page.look("document.querySelector('#banner').textContent")
-        assert told == f"Nothing answers at {url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…"
+        assert told == f"No rosbridge answers at {url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…"
         assert page.look("['pause', 'reset', 'add', 'remove'].every((id) => document.getElementById(id).disabled)")
         with Bridged(gone.bridge.port):
             page.wait("document.querySelector('#banner').hidden")

@@ -111,9 +111,9 @@ def test_a_boat_joins_with_its_topics_and_leaves_with_them(scene):
 
 SDF = (
     "'buoy' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); buoys, docks and other "
-    "objects belong into the world's file"
+    "objects belong in the world's file"
 )
-ITS_OWN = "give both the same, or leave the namespace empty"
+ITS_OWN = "make both the same, or leave the namespace empty"
 NAMESPACE = f"model 'x' in the namespace 'y': a boat's name is its namespace; {ITS_OWN}"
 NOWHERE = {"model_name": "wamv1", "pose": {"position": {"x": math.nan}}}
 NOT_FINITE = "invalid pose.position [nan, 0.0, 0.0]: finite numbers are needed"
