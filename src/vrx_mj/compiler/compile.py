@@ -44,18 +44,18 @@ Source = str | Path | Mapping[str, Any]
 
 
 def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None, nudge: bool = False) -> World:
-    """Compile a world, with a fleet in it, to MJCF and parameters.
+    """Compile a world with a fleet to MJCF and parameters.
 
     Args:
         world: name, path of a YAML file, or the file's contents as a mapping.
-        fleet: likewise; without one there is a single boat, `wamv`, at the world's spawn pose.
-        seed: replaces the world's seed, from which everything random comes.
-        nudge: move boats that would start on land, on a dock or on another boat to the nearest free place, each with
-            a warning.
+        fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose.
+        seed: seed of everything random; by default that of the world.
+        nudge: whether boats that would start on land, on a dock or on another boat are moved to the nearest free
+            place, each with a warning.
 
     Raises:
-        ConfigError: a file is wrong; the error lists every problem with its place.
-        CompileError: MuJoCo refuses what the files describe.
+        ConfigError: a file is invalid; the error lists every mistake with file, line and key.
+        CompileError: MuJoCo cannot compile what the files describe.
     """
     config = load_world(world)
     assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)

@@ -33,39 +33,39 @@ CONTROL_RATE = 10.0
 
 @dataclass(frozen=True)
 class BoatSummary:
-    """Where a boat ended."""
+    """Position, heading and distance of a boat at the end of a run."""
 
     position: tuple[float, float, float]
-    """[m, ENU]."""
+    """Position (x, y, z) [m, ENU]."""
     heading: float
-    """[rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from east."""
     distance: float
-    """Way over ground [m], sampled at the control rate."""
+    """Distance over ground [m], sampled at the control rate."""
 
 
 @dataclass(frozen=True)
 class TaskSummary:
-    """How a task went."""
+    """Result of a task."""
 
     type: str
     name: str
     state: str
-    """initial, ready, running or finished."""
+    """Phase of the task: initial, ready, running or finished."""
     score: float
     unit: str
     better: str
-    """lower or higher: which scores are the better ones."""
+    """Whether a `lower` or a `higher` score is better."""
     elapsed: float
-    """Since it began to run [s]."""
+    """Time since the task began to run [s]."""
     timed_out: bool
     num_collisions: int
     events: tuple[tuple[float, str, str], ...]
-    """What the referee said: simulated time [s], text and level."""
+    """Messages of the referee: simulated time [s], text and level."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run was and how it ended; two equal runs on one platform have one `state_sha256`."""
+    """Settings and result of a run; equal runs on one platform have the same `state_sha256`."""
 
     world: str
     fleet: str
@@ -79,10 +79,10 @@ class Summary:
     interrupted: bool
     boats: dict[str, BoatSummary]
     task: TaskSummary | None = None
-    """How the world's task went; None where there is none."""
+    """Result of the world's task; None if it has none."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as plain data, ready for JSON."""
+        """The summary as plain data for JSON."""
         return asdict(self)
 
 
@@ -95,20 +95,20 @@ def run(
     progress: Callable[[float], None] | None = None,
     advance: Callable[[int], None] | None = None,
 ) -> Summary:
-    """Run for `duration` [s] of simulated time, or until the world's task is finished, and tell how it ended.
+    """Run for `duration` [s] of simulated time, or until the world's task is finished, and return a summary.
 
-    Without a duration a task ends the run, at its time-out at the latest; a world without a task runs for a minute.
-    With one the run goes on after the task's end.
+    Without a duration the run ends with the task, at its time-out at the latest, or after one minute in a world
+    without a task. With a duration the run continues after the task's end.
 
-    The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
-    as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
-    `advance` stands for `Simulation.advance`: it calls that, and may look at the simulation on the way.
+    The controller is called `control_rate` times per simulated second, at the nearest step; its commands act
+    as in `Simulation.command`. Ctrl-C ends the run early and sets `interrupted` in the summary. `advance` replaces
+    `Simulation.advance`: it has to call it, and may inspect the simulation in between.
 
     Raises:
-        CommandError: `sim` is no simulation, the duration no multiple of the timestep, the rate not above 0, or the
-            controller returned nonsense.
+        CommandError: `sim` is not a Simulation, the duration is not a multiple of the timestep, the rate is not above
+            0, or the controller returned invalid commands.
         VrxError: the controller cannot be called with observations and a time.
-        DivergedError: the state became NaN or huge.
+        DivergedError: the state became NaN or too large.
     """
     check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
     _check_control(controller, control_rate)

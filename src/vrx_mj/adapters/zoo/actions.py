@@ -15,7 +15,7 @@ __all__ = ["ActionError", "Actions"]
 
 
 class ActionError(gymnasium.error.InvalidAction, AssertionError):
-    """An action is none: PettingZoo asserts that they are within their space, Gymnasium has an error for it."""
+    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
 
 
 class Actions:

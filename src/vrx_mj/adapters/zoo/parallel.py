@@ -23,11 +23,10 @@ Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, b
 
 
 class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ignore[misc]
-    """A row of `TeamVectorEnv` alone: actions, observations, rewards and options are described there.
+    """One team of boats and one problem; actions, observations, rewards and options are those of `TeamVectorEnv`.
 
-    Agents are the boats. One that has not come yet, has left, or is done is in `possible_agents` alone; one that joins
-    is among what `step` returns from the step in which it came, with reward 0. After all have ended `reset` must be
-    called.
+    Agents are the boats. A boat that has not joined, has left, or is done is only in `possible_agents`; `step` returns
+    a boat that joins from the step in which it joins, with reward 0. `reset` must be called after all have ended.
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -35,7 +34,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     }  # fmt: skip
 
     def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
-        """Compile the world; `options` are those of `TeamVectorEnv`, but for `num_envs` and `autoreset`."""
+        """Compile the world; `options` are those of `TeamVectorEnv` except `num_envs` and `autoreset`."""
         self._rows = TeamVectorEnv(problem, 1, render_mode=render_mode, autoreset=False, **({"threads": 1} | options))
         self.render_mode = render_mode
         self.possible_agents = list(self._rows.boats)
@@ -51,19 +50,19 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the features are, and in which units."""
+        """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """What a boat observes: as many numbers for every boat."""
+        """Space of a boat's observations, of the same size for every boat."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """What a boat is commanded by: its own thrusts and steering angles."""
+        """Space of a boat's actions: its thrusts and steering angles."""
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:
-        """Begin an episode; there are no `options`."""
+        """Begin an episode; `options` are ignored."""
         seen, info = self._rows.reset(seed=seed)
         self._begun = True
         there = self._note(seen, info)
@@ -71,11 +70,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return {boat: self._observation(boat) for boat in there}, self._facts(there, info)
 
     def step(self, actions: Mapping[str, npt.ArrayLike]) -> Step:
-        """Act for 0.1 s; one action for each of `agents`, and those of boats that are not there do not count.
+        """Apply one action for each of `agents` for 0.1 s; actions of absent boats are ignored.
 
         Raises:
-            ActionError: an AssertionError: an action is missing, of no boat, of another shape, or not in its space.
-            AssertionError: no episode was begun.
+            ActionError: an action is missing, names an unknown boat, has the wrong shape, or is not in its space.
+            AssertionError: no episode has begun.
             gymnasium.error.ClosedEnvironmentError: after `close`.
         """
         self._check_begun(EnvLogger.error_step_before_reset)
@@ -97,13 +96,13 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         )
 
     def state(self) -> Floats32:
-        """All that is observed, boat by boat, zeros for absent ones: of `state_space`."""
+        """Observations of all boats, one after another, with zeros for absent ones, as in `state_space`."""
         self._check_begun(EnvLogger.error_state_before_reset)
         whole: Floats32 = self._seen.ravel().copy()
         return whole
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """A picture (height, width, 3) with the whole team in it; with `human` it is drawn in the terminal."""
+        """Picture (height, width, 3) of the whole team; with `human` it is drawn in the terminal."""
         self._check_begun(EnvLogger.error_render_before_reset)
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
@@ -115,7 +114,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return None
 
     def close(self) -> None:
-        """Nothing can be done any more; more than once if you like."""
+        """Close the environment; further calls have no effect."""
         self._rows.close()
         self.agents = []
 

@@ -120,7 +120,8 @@ def watched(notices, publications, states, monkeypatch, *, alive=True):
 
 WAITING = [{}, {"/a": ["/x"], "/b": ["/x"]}, {}]
 LATE = (
-    "subscriber /x on 10.0.0.7 never connected: can it reach 10.0.0.1, the address set by ROS_HOSTNAME, ROS_IP or --host?"
+    "subscriber /x on 10.0.0.7 never connected: can it reach 10.0.0.1, "
+    "the address set by ROS_HOSTNAME, ROS_IP or --host?"
 )
 
 
