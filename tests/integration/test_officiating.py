@@ -163,7 +163,7 @@ def test_a_message_that_the_task_does_not_take_is_refused(sim):
 
 def test_a_state_of_a_run_without_a_task_is_refused(sim):
     state = sim.get_state()
-    with pytest.raises(StateError, match=r"^the state is of a run with a task, and this one has none"):
+    with pytest.raises(StateError, match=r"^the state does not fit this run: only one of them has a task"):
         sim.set_state(vrx_mj.State(**{**vars(state), "task": ""}))
 
 

@@ -256,7 +256,7 @@ def test_a_propeller_does_not_hang_on_a_joint_that_steers_something_else():
     )
     assert refused(*parts) == (
         "boat.urdf:5: joint 'left_hinge': steers 'left', and the propeller 'second' of 'second', which it does not "
-        "steer, hangs on it"
+        "steer, moves with it"
     )
 
 
@@ -313,7 +313,7 @@ def test_a_rudder_needs_a_joint_that_turns(kind):
         ({"sensors": [{"type": "imu", "name": "imu", "link": "mast"}]},
          "sensors[0].link: no link named 'mast'; known: base_link, left_engine, left_propeller, blade"),
         ({"sensors": [{"type": kind, "name": "a", "link": "base_link"} for kind in ("imu", "gps")]},
-         "sensors[1].name: duplicate name of a sensor, 'a"),
+         "sensors[1].name: duplicate name of a sensor, 'a'"),
     ],
 )  # fmt: skip
 def test_what_the_yaml_gets_wrong_is_told_with_its_key(config, message):

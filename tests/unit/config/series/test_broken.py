@@ -31,7 +31,7 @@ SHAPES = {
         "bay.yaml:1:33: a.sequence.first: expected a whole number of 0 or more as step, got 'first'"
     ),
     "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected steps, as in `0:`, got [1]",
-    "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+"),
+    "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+'"),
     "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; a file may have 10000",
 }
 
@@ -100,7 +100,7 @@ CALLS = {
         "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected elements <waypoint>, got '1 2 3'"
     ),
     "wayfinding: [{/**waypoints: '<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>'}]": (
-        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; remove '<!..."
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; remove '<!...'"
     ),
     "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
         "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
