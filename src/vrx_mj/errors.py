@@ -27,11 +27,11 @@ _SHOWN_PROBLEMS = 40
 
 
 class VrxError(Exception):
-    """Whatever a user can cause; the text is all they need."""
+    """Base class of all errors that a user can cause; the message names the thing, its value and what is allowed."""
 
 
 class VrxWarning(UserWarning):
-    """Legal but suspicious input, with its numbers and the threshold."""
+    """Warning about legal but suspicious input, with its numbers and the threshold."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -42,7 +42,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 class UnknownNameError(VrxError):
-    """A name that nothing has: "no thruster named 'left'; known: port, starboard"."""
+    """An unknown name: "no thruster named 'left'; known: port, starboard"."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind = kind
@@ -64,7 +64,7 @@ class UnknownNameError(VrxError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with an input file. Lines and columns count from 1; None where none is known."""
+    """One mistake in an input file. Lines and columns count from 1, and are None where they are unknown."""
 
     file: str
     line: int | None
@@ -78,7 +78,7 @@ class Problem:
 
 
 class ConfigError(VrxError):
-    """Everything that is wrong with an input file, one problem a line."""
+    """All mistakes in an input file, one per line."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -91,11 +91,11 @@ class ConfigError(VrxError):
 
 
 class CompileError(VrxError):
-    """A valid world that cannot be made into MJCF."""
+    """A valid world that cannot be compiled to MJCF."""
 
 
 class StateError(VrxError):
-    """A state or a saved world that does not fit what it is given to."""
+    """A state or a saved world that is damaged, of another version, or does not belong to this simulation."""
 
 
 class CommandError(VrxError):
@@ -103,11 +103,11 @@ class CommandError(VrxError):
 
 
 class DivergedError(VrxError):
-    """A state that is NaN or beyond all bounds, with the step, the time and the body."""
+    """A state that became NaN or too large; the message names the step, the time and the body."""
 
 
 class NetworkError(VrxError):
-    """A network that cannot be opened or reached, with who is in the way."""
+    """A network address that cannot be opened or reached; the message names what occupies it."""
 
 
 class RecordError(VrxError):
@@ -115,11 +115,11 @@ class RecordError(VrxError):
 
 
 class SensorError(VrxError):
-    """A sensor that cannot measure in this world, or cannot do what it is told."""
+    """A sensor that cannot measure in this world, or cannot carry out a request."""
 
 
 class RenderError(VrxError):
-    """Pictures that cannot be drawn here, with what to install."""
+    """Pictures that cannot be drawn on this machine; the message names what to install."""
 
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:

@@ -172,7 +172,7 @@ def test_a_row_that_diverges_stands_until_it_is_reset(boat):
     with pytest.raises(DivergedError) as raised:
         batch.advance(400)
     assert str(raised.value).startswith("rows 1 have a state that is not finite, or huge, at about t = ")
-    assert str(raised.value).endswith(" s; they stand until reset(rows)")
+    assert str(raised.value).endswith(" s; they do not move until reset(rows)")
     assert batch.diverged.tolist() == [False, True, False]
     batch.advance(100)  # told once
     sim = vrx_mj.Simulation(boat, seed=7)
@@ -239,18 +239,21 @@ def test_the_threads_go_with_their_batch(boat):
     ("call", "message"),
     [
         (lambda b: b.command(np.zeros((2, 3))), "commands have shape (2, 3) instead of (2, 4)"),
-        (lambda b: b.command([[0, 0, 0, 0], [0, np.nan, 0, 0]]), "the command right of wamv in row 1 is nan"),
-        (lambda b: b.reset([2]), "rows are [2]: a mask of 2 truths is needed, or numbers from 0 to 1"),
-        (lambda b: b.reset(seed=[1]), "seeds are [1]: one whole number is needed, or 2 of them"),
-        (lambda b: b.vary(mass=0.0), "mass is 0.0: one finite number above 0, or 2 of them"),
-        (lambda b: b.vary(gusts=[1.0]), "gusts is [1.0]: one finite number of 0 or more, or 2 of them"),
+        (
+            lambda b: b.command([[0, 0, 0, 0], [0, np.nan, 0, 0]]),
+            "invalid command nan for right of wamv in row 1: a finite number is needed",
+        ),
+        (lambda b: b.reset([2]), "invalid rows [2]: a mask of 2 booleans, or numbers from 0 to 1, is needed"),
+        (lambda b: b.reset(seed=[1]), "invalid seed [1]: one whole number, or 2 of them, is needed"),
+        (lambda b: b.vary(mass=0.0), "invalid mass 0.0: one finite number above 0, or 2 of them, is needed"),
+        (lambda b: b.vary(gusts=[1.0]), "invalid gusts [1.0]: one finite number of 0 or more, or 2 of them, is needed"),
         (
             lambda b: b.set_boat("wamv", pose=[0.0] * 5),
-            "the pose of wamv has shape (5,): (2, 6) or (6,), of numbers below 1e+07, is needed",
+            "invalid pose of wamv of shape (5,): (2, 6) or (6,), of numbers below 1e+07, is needed",
         ),
-        (lambda b: b.set_boat("wamv", pose="here"), "the pose of wamv: an array of numbers is needed, not 'here'"),
-        (lambda b: b.vary(waves="none"), "waves: an array of numbers is needed, not 'none'"),
-        (lambda b: b.command({"left": 1}), "commands: an array of numbers is needed, not {'left': 1}"),
+        (lambda b: b.set_boat("wamv", pose="here"), "invalid pose of wamv 'here': an array of numbers is needed"),
+        (lambda b: b.vary(waves="none"), "invalid waves 'none': an array of numbers is needed"),
+        (lambda b: b.command({"left": 1}), "invalid commands {'left': 1}: an array of numbers is needed"),
     ],
 )
 def test_bad_input_is_told_and_changes_nothing(boat, call, message):
@@ -263,19 +266,19 @@ def test_bad_input_is_told_and_changes_nothing(boat, call, message):
 
 
 def test_what_cannot_be_a_batch(boat):
-    with pytest.raises(CommandError, match=r"^Batch takes what compile_world gives, not 'ocean'$"):
+    with pytest.raises(CommandError, match=r"^Batch takes a World, as compile_world returns it, not 'ocean'$"):
         vrx_mj.Batch("ocean", 1)
-    with pytest.raises(CommandError, match=r"^n is 0: a whole number above 0 is needed$"):
+    with pytest.raises(CommandError, match=r"^invalid n 0: a whole number above 0 is needed$"):
         vrx_mj.Batch(boat, 0)
     for threads in (1.5, "two", float("nan"), [2]):
         with pytest.raises(CommandError) as raised:
             vrx_mj.Batch(boat, 1, threads=threads)
-        assert str(raised.value) == f"threads is {threads!r}: a whole number above 0 is needed"
+        assert str(raised.value) == f"invalid threads {threads!r}: a whole number above 0 is needed"
     with pytest.raises(UnknownNameError, match="no boat named 'wam'"):
         vrx_mj.Batch(boat, 1).set_boat("wam", pose=[0.0] * 6)
     with pytest.raises(CommandError) as raised:
         vrx_mj.Batch(vrx_mj.compile_world("stationkeeping_task"), 1)
     assert str(raised.value) == (
-        "the world stationkeeping_task has a task, and in a batch nobody officiates: compile it without, "
+        "the world stationkeeping_task has a task, and a Batch has no referee: compile it without one, "
         '{"extends": name, "task": None}'
     )

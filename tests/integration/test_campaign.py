@@ -72,9 +72,11 @@ def line(text):
 FAILURES = {
     "raises": r"^at t = 2 s the controller raised ZeroDivisionError: division by zero \(crew\.py, line "
     rf"{line('1 / 0')}\)$",
-    "nan": r"^the command left of wamv is nan: a finite number is needed$",
+    "nan": r"^invalid command nan for left of wamv: a finite number is needed$",
     "stranger": r"^no boat named 'wamv7'; did you mean 'wamv'\?$",
-    "leaves": r"^at t = 1\.1 s: the process ended with exit code 3: the controller, or a library it uses, ended it$",
+    "leaves": (
+        r"^at t = 1\.1 s: the process ended with exit code 3: the controller, or a library that it uses, ended it$"
+    ),
     "crashes": r"^at t = 0 s: the process was ended by SIGSEGV$",
     "hangs": r"^at t = 1\.1 s: not finished after 2 s of wall time; it was in crew\.py, line "
     rf"{line('sleep(1e6)')} in hangs$",
@@ -193,16 +195,16 @@ def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):
     assert (code, err.splitlines()) == (
         2,
         [
-            "the campaign in 'before' is another one:",
+            "the campaign in 'before' is a different one:",
             "  the controller pilot:go has changed since",
-            "give another folder with -o, or --restart to do all of it anew",
+            "give another folder with -o, or --restart to run all of it again",
         ],
     )
     code, out, _ = vrx(*words, "-o", "after", "--against", "before", "--record", cwd=folder)
     assert code == 0
     assert "since before: 2 trials in both, 0 went the same way" in out
     page = (folder / "after" / "index.html").read_text(encoding="utf-8")
-    assert "too few pairs to tell: 2 differ, and at least 6 are needed" in page
+    assert "too few pairs: 2 differ, at least 6 are needed" in page
     for seed in (0, 1):
         (file,) = (folder / "after").glob(f"cells/*/*/seed_{seed}/run.rrd")
         assert f'href="{file.relative_to(folder / "after").as_posix()}"' in page

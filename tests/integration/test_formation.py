@@ -128,4 +128,4 @@ def test_boats_without_a_frame_in_common_are_told():
     world = {"georeference": {"latitude": -33.72, "longitude": 150.68, "elevation": 0, "heading": 0}, **CALM}
     with pytest.raises(SensorError) as caught:
         sailed(world, fleet, Formation([(0, 0), (9, 0)]), 1.0)
-    assert str(caught.value) == "no GPS or no inertial unit: blind; the others of the fleet have both"
+    assert str(caught.value) == "no GPS receiver or no IMU: blind; the other boats of the fleet have both"

@@ -173,9 +173,9 @@ def test_what_is_registered():
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        ([[0, 0, 0]], "actions have shape (1, 3) instead of (1, 4)"),
-        ([[0, np.nan, 0, 0]], "the action right of row 0 is nan: it must be within -1 and 1"),
-        ([[0, 0, 0, 1.5]], "the action right_angle of row 0 is 1.5: it must be within -1 and 1"),
+        ([[0, 0, 0]], "invalid actions of shape (1, 3): (1, 4) is needed"),
+        ([[0, np.nan, 0, 0]], "invalid action nan for right of row 0: a number from -1 to 1 is needed"),
+        ([[0, 0, 0, 1.5]], "invalid action 1.5 for right_angle of row 0: a number from -1 to 1 is needed"),
     ],
 )
 def test_actions_that_are_none(action, message):
@@ -194,7 +194,7 @@ def test_order_of_calls():
     env.reset(seed=0)
     env.close()
     env.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="the environment was closed"):
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="the environment is closed"):
         env.step(np.zeros((1, 4), np.float32))
 
 
@@ -203,20 +203,20 @@ def test_order_of_calls():
     [
         (
             {"wind_speed": (5, 1)},
-            "wind_speed is (5, 1): a number of 0 or more, or two, the least and the greatest, is needed",
+            "invalid wind_speed (5, 1): a number of 0 or more, or a pair (least, greatest), is needed",
         ),
-        ({"mass": 0}, "mass is 0: a number of 0.001 or more, or two, the least and the greatest, is needed"),
-        ({"render_mode": "human"}, "render_mode is 'human': None or 'rgb_array' is possible"),
-        ({"width": 0}, "width is 0: a whole number from 1 to 8192 is needed [pixels]"),
-        ({"height": 1.5}, "height is 1.5: a whole number from 1 to 8192 is needed [pixels]"),
-        ({"duration": 0.01}, "duration is 0.01: a number of 0.1 or more is needed [s]"),
-        ({"duration": float("nan")}, "duration is nan: a number of 0.1 or more is needed [s]"),
-        ({"waves": "rough"}, "waves is 'rough': a number of 0 or more, or two, the least and the greatest, is needed"),
+        ({"mass": 0}, "invalid mass 0: a number of 0.001 or more, or a pair (least, greatest), is needed"),
+        ({"render_mode": "human"}, "invalid render_mode 'human': None or 'rgb_array' is needed"),
+        ({"width": 0}, "invalid width 0: a whole number of pixels from 1 to 8192 is needed"),
+        ({"height": 1.5}, "invalid height 1.5: a whole number of pixels from 1 to 8192 is needed"),
+        ({"duration": 0.01}, "invalid duration 0.01: a number of 0.1 s or more is needed"),
+        ({"duration": float("nan")}, "invalid duration nan: a number of 0.1 s or more is needed"),
+        ({"waves": "rough"}, "invalid waves 'rough': a number of 0 or more, or a pair (least, greatest), is needed"),
         (
             {"autoreset_mode": "never"},
-            "autoreset_mode is 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",
+            "invalid autoreset_mode 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",
         ),
-        ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: these problems are for one"),
+        ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: this problem needs one"),
     ],
 )
 def test_options_that_are_none(options, message):
@@ -228,7 +228,7 @@ def test_options_that_are_none(options, message):
 def test_a_number_of_rows_that_is_none():
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 0)
-    assert str(caught.value) == "num_envs is 0: a whole number above 0 is needed"
+    assert str(caught.value) == "invalid num_envs 0: a whole number above 0 is needed"
 
 
 def test_a_problem_that_is_none():

@@ -34,21 +34,21 @@ def undisturbed(env, rows):
 
 
 ALONE = [
-    ([0, 0, 0], "the action has shape (3,) instead of (4,)"),
-    ([[0, 0, 0, 0]], "the action has shape (1, 4) instead of (4,)"),
-    (None, "the action has shape () instead of (4,)"),
-    ("ahead", "the action is no array of numbers"),
-    ({"left": 1}, "the action is no array of numbers"),
-    ([0, [0], 0, 0], "the action is no array of numbers"),
-    ([0, np.nan, 0, 0], "the action right of row 0 is nan: it must be within -1 and 1"),
-    ([0, 0, 0, -np.inf], "the action right_angle of row 0 is -inf: it must be within -1 and 1"),
-    ([1.5, 0, 0, 0], "the action left of row 0 is 1.5: it must be within -1 and 1"),
+    ([0, 0, 0], "invalid action of shape (3,): (4,) is needed"),
+    ([[0, 0, 0, 0]], "invalid action of shape (1, 4): (4,) is needed"),
+    (None, "invalid action of shape (): (4,) is needed"),
+    ("ahead", "invalid action: an array of numbers is needed"),
+    ({"left": 1}, "invalid action: an array of numbers is needed"),
+    ([0, [0], 0, 0], "invalid action: an array of numbers is needed"),
+    ([0, np.nan, 0, 0], "invalid action nan for right of row 0: a number from -1 to 1 is needed"),
+    ([0, 0, 0, -np.inf], "invalid action -inf for right_angle of row 0: a number from -1 to 1 is needed"),
+    ([1.5, 0, 0, 0], "invalid action 1.5 for left of row 0: a number from -1 to 1 is needed"),
 ]
 MANY = [
-    ([0, 0, 0, 0], "actions have shape (4,) instead of (2, 4)"),
-    ("ahead", "actions are no array of numbers"),
-    ([HALF, [0, 0, 0]], "actions are no array of numbers"),
-    ([HALF, [0, 0, np.nan, 0]], "the action left_angle of row 1 is nan: it must be within -1 and 1"),
+    ([0, 0, 0, 0], "invalid actions of shape (4,): (2, 4) is needed"),
+    ("ahead", "invalid actions: an array of numbers is needed"),
+    ([HALF, [0, 0, 0]], "invalid actions: an array of numbers is needed"),
+    ([HALF, [0, 0, np.nan, 0]], "invalid action nan for left_angle of row 1: a number from -1 to 1 is needed"),
 ]
 
 
@@ -82,11 +82,11 @@ def test_numbers_are_numbers_whatever_holds_them(env, undisturbed, given):
         (1.5, f"seed is 1.5: {SEED}, or one for each of 2 rows"),
         ("12", f"seed is '12': {SEED}, or one for each of 2 rows"),
         ({1, 2}, f"seed is {{1, 2}}: {SEED}, or one for each of 2 rows"),
-        (-1, f"the seed of row 0 is -1: {SEED}"),
-        ([5, -1], f"the seed of row 1 is -1: {SEED}"),
-        ([5, "a"], f"the seed of row 1 is 'a': {SEED}"),
-        ([5, 1.5], f"the seed of row 1 is 1.5: {SEED}"),
-        ([5], "1 seeds for 2 rows: one for each is needed, or one"),
+        (-1, f"invalid seed -1 of row 0: {SEED}"),
+        ([5, -1], f"invalid seed -1 of row 1: {SEED}"),
+        ([5, "a"], f"invalid seed 'a' of row 1: {SEED}"),
+        ([5, 1.5], f"invalid seed 1.5 of row 1: {SEED}"),
+        ([5], "1 seeds for 2 rows: one seed, or one for each row, is needed"),
     ],
 )
 def test_seeds_that_are_none(rows, undisturbed, seed, message):
@@ -115,7 +115,7 @@ def test_a_mask_that_is_none(rows, undisturbed):
     rows.reset(seed=1)
     with pytest.raises(Error) as caught:
         rows.reset(seed=9, options={"reset_mask": [1, 0]})
-    assert str(caught.value) == "reset_mask has shape (2,) and type int64: (2,) of bool is needed"
+    assert str(caught.value) == "invalid reset_mask of shape (2,) and type int64: (2,) of bool is needed"
     assert onward(rows, [HALF, HALF]) == undisturbed[1]
 
 
@@ -125,7 +125,7 @@ def test_rows_that_were_never_reset_do_not_sail(mode):
     rows = VectorEnv("StationKeeping", 2, autoreset_mode=mode)
     rows.reset(seed=1, options={"reset_mask": np.array([True, False])})
     if mode == "Disabled":
-        with pytest.raises(ResetNeeded, match=r"^the episodes of rows \[1\] have ended or never began: "):
+        with pytest.raises(ResetNeeded, match=r"^the episodes of rows \[1\] have ended or have not begun: "):
             rows.step([HALF, HALF])
         return
     seen, reward, *_ = rows.step([HALF, HALF])  # begins the episode of row 1
@@ -147,5 +147,5 @@ def test_order_of_calls():
     env.close()
     env.close()
     for call in (env.reset, lambda: env.step(HALF), env.render):
-        with pytest.raises(ClosedEnvironmentError, match=r"^the environment was closed$"):
+        with pytest.raises(ClosedEnvironmentError, match=r"^the environment is closed$"):
             call()

@@ -37,8 +37,8 @@ def test_a_recording_is_of_one_run(tmp_path):
     sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean"))
     begun = sim.get_state()
     text = (
-        "{0} while the run is recorded: a recording is of one run; call {0} before it begins, or end it and begin "
-        "another"
+        "{0} cannot be called while the run is recorded, since a recording holds one run: call it before "
+        "the recording begins, or end the recording first"
     )
     with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
         sim.step(duration=0.1)

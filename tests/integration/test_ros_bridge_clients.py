@@ -133,7 +133,7 @@ def test_roslibjs_does_everything(roslibjs):
     assert seen["imu"]["orientation_covariance"] == ["float64"]
     assert seen["actionServers"] == []
     assert seen["text"].startswith("geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n=")
-    assert seen["status"] == "auth: this server asks nobody for authentication, and checks none; leave it out"
+    assert seen["status"] == "auth: this server has no authentication; leave it out"
     check_services(seen)
     (topic, twist), = bridged.came  # fmt: skip
     assert (topic, twist.linear.x, twist.linear.y, twist.angular.z) == ("/wamv/cmd_vel", 1.0, 0.0, -0.5)

@@ -109,7 +109,7 @@ def test_a_second_simulation_on_a_master_is_told_who_is_there():
             assert other.lines[0].startswith(f"ROS 1: the master at {served.uri}, node /other at ")
             assert "/wamv2/imu" in {name for name, _ in other_topics(served.uri)}
     assert re.fullmatch(
-        rf"a simulation is served there already: node /gazebo, {SINCE}, or with: rosnode kill /gazebo", told
+        rf"a simulation is already served there: node /gazebo, {SINCE}, or with: rosnode kill /gazebo", told
     )
 
 
@@ -146,7 +146,7 @@ def test_what_is_no_master_is_named_with_its_process():
         told = refusal(f"http://127.0.0.1:{port}")
     uri = f"http://127.0.0.1:{port}"
     assert re.fullmatch(
-        rf"what answers at {uri} is no ROS master: {uri} answers 'HTTP/1\.0 405 Method Not Allowed' in place of "
+        rf"the server at {uri} is not a ROS master: {uri} answers 'HTTP/1\.0 405 Method Not Allowed' instead of "
         rf"XML-RPC; port {port} is held by {SINCE}",
         told,
     )
@@ -158,13 +158,13 @@ def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
         patch.setattr("vrx_mj.adapters.ros.ros1.graph.is_local", lambda host: False)
         assert refusal(f"http://{GONE}:{port}") == (
             f"no ROS master answers at http://{GONE}:{port}, and {GONE} is another machine: start roscore there, "
-            "or unset ROS_MASTER_URI to have a master of our own here"
+            "or unset ROS_MASTER_URI to start a master here"
         )
-    assert refusal("roscore") == "ROS_MASTER_URI: 'roscore' is no URI like http://host:port"
+    assert refusal("roscore") == "ROS_MASTER_URI: invalid URI 'roscore': http://host:port is needed"
     with monkeypatch.context() as patch:
         patch.setattr("vrx_mj.adapters.ros.ros1.graph.addresses", lambda host: ["10.9.8.7"])
         assert refusal(f"http://{GONE}:{port}") == (
-            f"no ROS master answers at http://{GONE}:{port}, and we listen at 127.0.0.1 only: "
+            f"no ROS master answers at http://{GONE}:{port}, and this server listens at 127.0.0.1 only: "
             f"give --host {GONE} or --host 0.0.0.0"
         )
     with socket.create_server(("127.0.0.1", 0)) as mute:
@@ -181,7 +181,7 @@ def test_the_master_is_where_the_uri_says(name):
     network, port = Network(), free_port()
     ros = Ros1(network, Inbox(), master_uri=f"http://{name}:{port}/")
     try:
-        assert ros.start()[0].startswith(f"ROS 1: our own master at http://{name}:{port}, node /gazebo at http://127.0")
+        assert ros.start()[0].startswith(f"ROS 1: own master at http://{name}:{port}, node /gazebo at http://127.0")
         with ServerProxy(f"http://{name}:{port}") as master:
             assert master.getUri("/test")[2] == f"http://127.0.0.1:{port}/"
     finally:
@@ -192,14 +192,14 @@ def test_the_master_is_where_the_uri_says(name):
 def test_the_address_that_others_are_told_is_that_of_ros_ip(monkeypatch):
     monkeypatch.setenv("ROS_IP", GONE)
     with Served(free_port(), small_table("wamv"), host="0.0.0.0") as served:
-        assert served.lines[0].startswith(f"ROS 1: our own master at {served.uri}, node /gazebo at http://{GONE}:")
+        assert served.lines[0].startswith(f"ROS 1: own master at {served.uri}, node /gazebo at http://{GONE}:")
         assert len(served.lines) == 1
         assert stream_of(served.uri, "/course")[0] == GONE
         connection, _ = dial(stream_of(served.uri, "/course"), topic="/course")
         connection.close()
     with Served(free_port(), small_table("wamv")) as served:
         assert served.lines[1] == (
-            f"ROS 1: nodes are told the address {GONE} (ROS_HOSTNAME or ROS_IP), but we listen at 127.0.0.1 only: "
+            f"ROS 1: nodes get the address {GONE} (ROS_HOSTNAME or ROS_IP), but this server listens at 127.0.0.1 only: "
             f"give --host {GONE} or --host 0.0.0.0"
         )
     monkeypatch.setenv("ROS_HOSTNAME", "boat.local")

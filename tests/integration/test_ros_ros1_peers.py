@@ -97,7 +97,7 @@ def test_a_service_is_called_again_and_again_on_one_connection(served):
         assert taken(connection, 3 * len(answer)) == 3 * answer
         connection.sendall(frame(b"what is this"))
         assert taken(connection, 1) == b"\x00"
-        assert frame_of(connection).startswith(b"12 bytes are no std_srvs/TriggerRequest: ")
+        assert frame_of(connection).startswith(b"12 bytes are not a std_srvs/TriggerRequest: ")
         connection.sendall(frame(b""))
         assert taken(connection, len(answer)) == answer
 
@@ -221,7 +221,7 @@ def test_a_publisher_that_drops_the_connection_is_called_again(served, impatient
         ({"md5sum": EMPTY, "type": "std_msgs/Empty"}, b"", f"it sends [std_msgs/Empty/{EMPTY}], and wanted is "),
         ({"error": "go away"}, b"", "it says: go away"),
         ({}, b"\xff\xff\xff\xff", "a frame of 4294967295 bytes, where at most 4194304 are allowed"),
-        ({}, frame(b"too long for a float"), "20 bytes are no std_msgs/Float32: "),
+        ({}, frame(b"too long for a float"), "20 bytes are not a std_msgs/Float32: "),
     ],
 )
 def test_a_publisher_that_sends_something_else_is_left(served, impatient, caplog, fields, sent, told):

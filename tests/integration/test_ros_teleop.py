@@ -330,7 +330,7 @@ def test_a_service_that_refuses_is_told_in_words(world, page):
     page.click("#add")
     page.wait("document.querySelector('#notices .bad') !== null")
     told = page.look("document.querySelector('#notices .bad').textContent")
-    assert told == "spawn_urdf_model: wamv3: what came is no URDF, which has a <robot> element"
+    assert told == "spawn_urdf_model: wamv3: invalid URDF: a <robot> element is needed"
     page.wait("!document.querySelector('#add').disabled")
 
 
@@ -365,7 +365,7 @@ def test_a_connection_that_is_not_there_is_told_until_it_is(page):
         page("Page.navigate", url=server.page)
         page.wait("document.querySelector('#banner')?.hidden === false")
         told = page.look("document.querySelector('#banner').textContent")
-        assert told == f"Nothing answers at {url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…"
+        assert told == f"No rosbridge answers at {url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…"
         assert page.look("['pause', 'reset', 'add', 'remove'].every((id) => document.getElementById(id).disabled)")
         with Bridged(gone.bridge.port):
             page.wait("document.querySelector('#banner').hidden")

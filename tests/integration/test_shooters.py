@@ -150,7 +150,7 @@ def test_a_ball_that_is_put_somewhere_is_let_go(sim):
 
 def test_a_shooter_without_a_ball_says_so():
     world = equipped(sailing({}).world, {"a": (GUN,)})
-    with pytest.raises(SensorError, match=r"^gun of a has no ball: this world was made without one$"):
+    with pytest.raises(SensorError, match=r"^gun of a has no ball: the world was compiled without one$"):
         vrx_mj.Simulation(world).fire("a")
 
 

@@ -189,7 +189,7 @@ def test_a_state_belongs_to_the_boats_that_were_there():
     with pytest.raises(StateError) as raised:
         sim.set_state(before)
     assert str(raised.value) == (
-        "the state at t = 0.1 s is from before boats came or went: reset() brings back first; then it can be set"
+        "the state at t = 0.1 s has other boats than the simulation: call reset(), which restores first, then set_state"
     )
     assert sim.get_state().sha256 == end
     sim.reset()
@@ -222,32 +222,30 @@ def course():
 
 
 PLACE = [-500, 200, 0.1, 0, 0, 0]
-DOCKED = (
-    "no place for x at (-554, 233): it would stand 0.54 m inside robotx_dock_2022/base, whose origin is 0.00 m away"
-)
+DOCKED = "no place for x at (-554, 233): it would be 0.54 m inside robotx_dock_2022/base, whose origin is 0.00 m away"
 
 
 @pytest.mark.parametrize(
     ("name", "said", "kind", "text"),
     [
         ("x", {"pose": [-524, 210, 0.1, 0, 0, 0]}, CommandError,
-         "no place for x at (-524, 210): it would stand 0.40 m inside wamv1, whose origin is 0.85 m away"),
+         "no place for x at (-524, 210): it would be 0.40 m inside wamv1, whose origin is 0.85 m away"),
         ("x", {"pose": [-554, 233, 0.1, 0, 0, 0]}, CommandError,
          DOCKED),
         ("x", {"pose": [-533, 142, 0.1, 0, 0, 0]}, CommandError,
-         "no place for x at (-533, 142): it would stand on land, 15.53 m inside the shore of sydney_regatta"),
+         "no place for x at (-533, 142): it would be on land, 15.53 m inside the shore of sydney_regatta"),
         ("wamv1", {"pose": PLACE}, CommandError,
-         "no boat can be called 'wamv1': a boat of world example_course has that name"),
+         "invalid boat name 'wamv1': a boat of world example_course has this name"),
         ("post_0", {"pose": PLACE}, CommandError,
-         "no boat can be called 'post_0': an object of world example_course has that name"),
+         "invalid boat name 'post_0': an object of world example_course has this name"),
         ("terrain", {"pose": PLACE}, CommandError,
-         "no boat can be called 'terrain': a part of world example_course has that name"),
+         "invalid boat name 'terrain': a part of world example_course has this name"),
         ("x", {"pose": PLACE, "robot": "nope"}, ConfigError,
          "<boat>: robot: no robot named 'nope'; known: cora, skiff, wamv, wamv_stereo"),
         ("x", {"pose": [1, 2, 3]}, ConfigError,
          "<boat>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got 3"),
         ("a b", {"pose": PLACE}, ConfigError,
-         "<boat>: name: a name has up to 64 letters A-Z, digits, '_', '-' or '.', got 'a b'"),
+         "<boat>: name: expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got 'a b'"),
         ("x", {"pose": PLACE, "engines": "loose"}, ConfigError,
          "<boat>: engines: expected fixed or hinged, got 'loose'"),
     ],
@@ -289,8 +287,8 @@ def test_nobody_joins_from_within_a_step():
     sim.attach(Recorder(), rate=10.0)
     sim.advance(100)
     assert set(told) == {
-        "spawn cannot be called while a sensor's reading is handed over: call it afterwards",
-        "spawn cannot be called while the run advances, as by a recorder: call it afterwards",
+        "spawn cannot be called from the callback of a subscription: call it afterwards",
+        "spawn cannot be called while the run advances, as from a recorder: call it afterwards",
     }
     assert sim.boats == ("here",)
 

@@ -18,18 +18,18 @@ def pair():
 @pytest.mark.parametrize(
     ("actions", "message"),
     [
-        ([0, 0], "actions are a list: a mapping of boats to actions is needed"),
-        ({"wamv1": np.zeros(4)}, "no action for wamv2, which is in the water"),
-        ({"wamv1": np.zeros(4), "cora": np.zeros(4)}, "an action is for cora: the boats are wamv1, wamv2"),
-        ({"wamv2": np.zeros(4), "wamv1": np.zeros(3)}, "the action of wamv1 has shape (3,) instead of (4,)"),
-        ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "the action of wamv1 is no array of numbers"),
+        ([0, 0], "invalid actions of type list: a mapping of boats to actions is needed"),
+        ({"wamv1": np.zeros(4)}, "invalid actions: none for wamv2, which is present"),
+        ({"wamv1": np.zeros(4), "cora": np.zeros(4)}, "invalid actions: no boat named 'cora'; known: wamv1, wamv2"),
+        ({"wamv2": np.zeros(4), "wamv1": np.zeros(3)}, "invalid action of wamv1 of shape (3,): (4,) is needed"),
+        ({"wamv2": np.zeros(4), "wamv1": "ahead"}, "invalid action of wamv1: an array of numbers is needed"),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, np.nan, 0, 0]},
-            "step() cannot take in a nan action: right of wamv2 is nan, and must be within -1 and 1",
+            "step() cannot take in a nan action: nan for right of wamv2; a number from -1 to 1 is needed",
         ),
         (
             {"wamv1": np.zeros(4), "wamv2": [0, 0, 0, 1.5]},
-            "action is not in action space: right_angle of wamv2 is 1.5, and must be within -1 and 1",
+            "action is not in action space: 1.5 for right_angle of wamv2; a number from -1 to 1 is needed",
         ),
     ],
 )
@@ -60,7 +60,7 @@ def test_order_of_calls():
     assert env.step({}) == ({}, {}, {}, {}, {})
     env.close()
     env.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment was closed$"):
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment is closed$"):
         env.step({})
 
 
@@ -78,29 +78,29 @@ def test_order_of_calls_of_many():
     assert str(caught.value) == "the episodes of rows [1] have ended: reset them with rows=..."
     with pytest.raises(gymnasium.error.Error) as caught:
         env.reset(rows=[0, 1])
-    assert str(caught.value) == "rows has shape (2,) and type int64: (2,) of bool is needed"
+    assert str(caught.value) == "invalid rows of shape (2,) and type int64: (2,) of bool is needed"
     env.reset()
     with pytest.raises(ActionError) as caught:
         env.step(still[:1])
-    assert str(caught.value) == "actions have shape (1, 2, 4) instead of (2, 2, 4)"
+    assert str(caught.value) == "invalid actions of shape (1, 2, 4): (2, 2, 4) is needed"
     still[1, 0, 1] = 2
     with pytest.raises(ActionError) as caught:
         env.step(still)
-    assert str(caught.value) == "in row 1, the action right of wamv1 is 2: it must be within -1 and 1"
+    assert str(caught.value) == "row 1: invalid action 2 for right of wamv1: a number from -1 to 1 is needed"
 
 
 @pytest.mark.parametrize(
     ("problem", "options", "message"),
     [
-        ("Encounter", {"boats": 3}, "Encounter is for 2 boats: 3 are too many"),
-        ("Encounter", {"boats": 1}, "Encounter is for 2 boats: 1 are too few"),
-        ("Encounter", {"leaving": 0.5}, "Encounter needs its 2 boats all the time: no joining, no leaving"),
-        ("Formation", {"boats": 0}, "boats is 0: a whole number above 0 is needed"),
-        ("Formation", {"boats": 2, "fleet": THREE}, "boats is 2, and the fleet has 3: give one of both"),
-        ("Formation", {"duration": 0}, "duration is 0: a number of 0.1 or more is needed [s]"),
-        ("Formation", {"joining": 2}, "joining is 2: a share from 0 to 1 is needed"),
-        ("Formation", {"height": 0}, "height is 0: a whole number from 1 to 8192 is needed [pixels]"),
-        ("Formation", {"render_mode": "ansi"}, "render_mode is 'ansi': None, 'human' or 'rgb_array' is possible"),
+        ("Encounter", {"boats": 3}, "Encounter needs 2 boats: 3 are too many"),
+        ("Encounter", {"boats": 1}, "Encounter needs 2 boats: 1 are too few"),
+        ("Encounter", {"leaving": 0.5}, "Encounter needs 2 boats all the time: joining and leaving must be 0"),
+        ("Formation", {"boats": 0}, "invalid boats 0: a whole number above 0 is needed"),
+        ("Formation", {"boats": 2, "fleet": THREE}, "invalid boats 2: the fleet has 3; give one of the two"),
+        ("Formation", {"duration": 0}, "invalid duration 0: a number of 0.1 s or more is needed"),
+        ("Formation", {"joining": 2}, "invalid joining 2: a share from 0 to 1 is needed"),
+        ("Formation", {"height": 0}, "invalid height 0: a whole number of pixels from 1 to 8192 is needed"),
+        ("Formation", {"render_mode": "ansi"}, "invalid render_mode 'ansi': None, 'human' or 'rgb_array' is needed"),
     ],
 )
 def test_options_that_are_none(problem, options, message):
@@ -119,8 +119,8 @@ def test_a_problem_that_is_none():
     [
         (1.5, "seed is 1.5: a whole number of 0 or more is needed, or one for each of 1 rows"),
         ("12", "seed is '12': a whole number of 0 or more is needed, or one for each of 1 rows"),
-        (-1, "the seed of row 0 is -1: a whole number of 0 or more is needed"),
-        ([1, 2], "2 seeds for 1 rows: one for each is needed, or one"),
+        (-1, "invalid seed -1 of row 0: a whole number of 0 or more is needed"),
+        ([1, 2], "2 seeds for 1 rows: one seed, or one for each row, is needed"),
     ],
 )
 def test_a_seed_that_is_none_leaves_all_as_it_was(pair, seed, message):
@@ -141,7 +141,7 @@ def test_a_seed_of_many_that_is_none_changes_no_row():
     env.reset(seed=1)
     expected = env.reset()[0].copy()
     env.reset(seed=1)
-    with pytest.raises(gymnasium.error.Error, match=r"^the seed of row 1 is -1: "):
+    with pytest.raises(gymnasium.error.Error, match=r"^invalid seed -1 of row 1: "):
         env.reset(seed=[5, -1])
     np.testing.assert_array_equal(env.reset()[0], expected)
 
@@ -166,6 +166,6 @@ def test_nothing_can_be_done_after_the_end():
     env.close()
     env.close()
     for call in (env.reset, env.state, env.render):
-        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment was closed$"):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment is closed$"):
             call()
     assert env.agents == []

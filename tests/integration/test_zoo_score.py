@@ -86,9 +86,9 @@ def test_rewards_add_up_to_the_referee_s_score():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "Score: give its world, one with a task"),
+        ({}, "Score: give a world with a task"),
         ({"world": "ocean"}, "Score: the world ocean has no task"),
-        ({"world": HELD, "waves": 1}, "Score has no option waves: its world is as it is"),
+        ({"world": HELD, "waves": 1}, "Score has no option waves: its world cannot be varied"),
         ({"world": HELD, "wave": 1}, "Score has no option wave"),
     ],
 )

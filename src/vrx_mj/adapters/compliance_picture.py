@@ -76,7 +76,7 @@ def draw_verdict(verdict: Verdict, path: str | Path) -> None:
     """
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
-        raise VrxError(f"a picture cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
+        raise VrxError(f"invalid file name '{file.name}' for a picture: it must end in {', '.join(FORMATS)}")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         _figure(verdict).savefig(file, metadata=FORMATS[file.suffix.lower()])
@@ -264,4 +264,4 @@ def _lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
     if not verdict.parts:
         yield "no parts", INK
     yield "", INK
-    yield "dots: in a box; crosses: in none; circles: the nearest legal place", SOFT
+    yield "dots: inside a box; crosses: outside every box; circles: the nearest legal place", SOFT

@@ -133,7 +133,7 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
     """
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
-        raise VrxError(f"a map cannot be written as '{file.name}'; its name ends in {', '.join(FORMATS)}")
+        raise VrxError(f"invalid file name '{file.name}' for a map: it must end in {', '.join(FORMATS)}")
     file.parent.mkdir(parents=True, exist_ok=True)
     _save(scene, size, file, file.suffix.lower())
 

@@ -76,23 +76,23 @@ def simulation_table(sim: "Simulation") -> str:
 
 
 def show(recording: str | Path, *, width: int | str = "auto", height: int | str = 480) -> Any:
-    """A recording in rerun's viewer inside a notebook, with its own views: what the last line of a cell shows.
+    """Show a recording in rerun's viewer inside a notebook, as the last line of a cell.
 
     Args:
-        recording: a file (.rrd).
-        width: of the viewer [px], or "auto" for that of the cell.
-        height: likewise.
+        recording: path of the recording (.rrd).
+        width: width of the viewer [px], or "auto" for that of the cell.
+        height: height of the viewer [px], or "auto".
 
     Raises:
-        RecordError: there is no such recording, or it is none of ours.
-        VrxError: this is no notebook, or the extra `notebook` is not installed.
+        RecordError: the file does not exist, or is not a recording of vrx_mj.
+        VrxError: this is not a notebook, or the extra `notebook` is not installed.
     """
     from vrx_mj.adapters.record.reader import read_record
     from vrx_mj.adapters.record.viewer import has_views
 
     record = read_record(recording)
     if not in_notebook():
-        raise VrxError(f"show('{recording}') needs a notebook to show it in; elsewhere: vrx-mj replay {recording}")
+        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: vrx-mj replay {recording}")
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:

@@ -23,11 +23,11 @@ REDRAWN = 0.1
 
 @contextmanager
 def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]:
-    """A bar for `vrx_mj.run(sim, duration, progress=tick)`, in a notebook or a terminal; elsewhere none.
+    """Show a progress bar for `vrx_mj.run(sim, duration, progress=tick)` in a notebook or a terminal, elsewhere none.
 
     Args:
-        sim: what is run.
-        duration: of the run [s]; by default as long as `vrx_mj.run` lasts at most.
+        sim: the simulation that is run.
+        duration: duration of the run [s]; by default the longest that `vrx_mj.run` lasts.
     """
     from rich.console import Console
 

@@ -44,18 +44,18 @@ Source = str | Path | Mapping[str, Any]
 
 
 def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None, nudge: bool = False) -> World:
-    """Compile a world, with a fleet in it, to MJCF and parameters.
+    """Compile a world with a fleet to MJCF and parameters.
 
     Args:
         world: name, path of a YAML file, or the file's contents as a mapping.
-        fleet: likewise; without one there is a single boat, `wamv`, at the world's spawn pose.
-        seed: replaces the world's seed, from which everything random comes.
-        nudge: move boats that would start on land, on a dock or on another boat to the nearest free place, each with
-            a warning.
+        fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose.
+        seed: seed of everything random; by default that of the world.
+        nudge: whether boats that would start on land, on a dock or on another boat are moved to the nearest free
+            place, each with a warning.
 
     Raises:
-        ConfigError: a file is wrong; the error lists every problem with its place.
-        CompileError: MuJoCo refuses what the files describe.
+        ConfigError: a file is invalid; the error lists every mistake with file, line and key.
+        CompileError: MuJoCo cannot compile what the files describe.
     """
     config = load_world(world)
     assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
@@ -116,7 +116,7 @@ class _Assembly:
         try:
             mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
         except ValueError as error:
-            raise CompileError(f"MuJoCo refuses the world {self.config.name}: {error}") from error
+            raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
         return world
 
     def _text(self) -> str:
@@ -254,8 +254,8 @@ class _Assembly:
 def _warn_if_stiff(boat: Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
     if share > STIFF:
-        text = f"robot {boat.name}: its linear drag takes {share:.3g} times its velocity in a step of {timestep:g} s"
-        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or take a shorter step"
+        text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
+        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 

@@ -37,12 +37,12 @@ def drawing_model(world: World) -> mujoco.MjModel:
     """The model that is drawn; its bodies and its `qpos` are those of the model that steps.
 
     Raises:
-        CompileError: MuJoCo refuses the saved world.
+        CompileError: MuJoCo cannot compile the saved world.
     """
     try:
         return drawing_spec(world).compile()
     except ValueError as error:
-        raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
+        raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
 
 
 def drawing_spec(world: World) -> mujoco.MjSpec:

@@ -67,7 +67,7 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
 def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:
     square = f"{field.size:g} m x {field.size:g} m around ({field.center[0]:g}, {field.center[1]:g})"
     return (
-        f"world {world}: the field {field.name} is full: {done} of its {wanted} objects have a place in {square}, "
+        f"world {world}: the field {field.name} is full: {done} of its {wanted} objects fit in {square}, "
         f"{field.min_distance:g} m from each other, boats, other objects, docks and the shore ({TRIES} places were "
         "tried for the next one)"
     )

@@ -97,7 +97,7 @@ def _check_name(world: World, name: str) -> None:
     taken |= dict.fromkeys(world.boats, "a boat")
     taken |= dict.fromkeys(("terrain", "carrier"), "a part")
     if name in taken:
-        raise CommandError(f"no boat can be called '{name}': {taken[name]} of world {world.name} has that name")
+        raise CommandError(f"invalid boat name '{name}': {taken[name]} of world {world.name} has this name")
 
 
 class _Joining:
@@ -119,7 +119,7 @@ class _Joining:
         if old["shoreline"] and (depth := depth_in_land(fit.outline, boat.pose, old["shoreline"])):
             x, y, *_ = boat.pose
             shore = f"{depth:.2f} m inside the shore of {old['terrain']}"
-            raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would stand on land, {shore}")
+            raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
         self._place(boat.name, fit.piece, boat.pose)
         self._rows = boat_rows(fit, boat, old, self._wind, self._physics)
         self._add_balls()

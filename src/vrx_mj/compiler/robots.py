@@ -94,7 +94,7 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
         return boat_mass(boat)
     parts = list(_masses(boat.parts))
     if not parts:
-        raise CompileError(f"robot {boat.name}: nothing but its engines has a mass; build it with engines: fixed")
+        raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
     return joined(parts)
 
 

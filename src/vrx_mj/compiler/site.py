@@ -65,7 +65,7 @@ class Site:
         if item is None:
             self.fault(loc, str(UnknownNameError("object", name, self.objects)))
         elif floating and item.config.kind != "floating":
-            self.fault(loc, f"'{name}' is static; it takes an object that floats")
+            self.fault(loc, f"'{name}' is static; a floating object is needed")
         return item
 
     def dock(self, loc: Loc, name: str) -> PlacedDock | None:

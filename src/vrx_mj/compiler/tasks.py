@@ -126,10 +126,10 @@ def _gates(site: Site, at: Loc, channel: ChannelConfig) -> list[Row]:
     owner = f"course '{course}'" if course else "the world"
     for index, gate in enumerate(channel.gates):
         for name in (side for side in gate if side not in parts):
-            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; it has {listed(parts)}")
+            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; known: {listed(parts)}")
     pairs = channel.gates or _red_right(parts)
     if not pairs:
-        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(PARTNERS)}; it has {listed(parts)}"
+        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(PARTNERS)}; known: {listed(parts)}"
         site.fault((*at, "gates"), text)
     lone = [name for name in parts if LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:

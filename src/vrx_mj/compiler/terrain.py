@@ -191,15 +191,15 @@ def _read(path: Path) -> list[dict[str, Any]]:
             for item in land
         ]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        message = f"not a shoreline: {error}; wanted {{land: [{{exterior: [[x, y], ...], holes: [...]}}]}}"
+        message = f"invalid shoreline: {error}; expected {{land: [{{exterior: [[x, y], ...], holes: [...]}}]}}"
         raise ConfigError([Problem(str(path), None, None, "land", message)]) from error
 
 
 def _ring(points: object) -> FloatArray:
     ring = np.asarray(points, dtype=np.float64)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
-        raise ValueError("a ring is a list of points [x, y] in m")
+        raise ValueError("a ring must be a list of points [x, y] in m")
     keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # in its file a ring may be closed
     if np.count_nonzero(keep) < 3:
-        raise ValueError("a ring has at least three points")
+        raise ValueError("a ring must have at least three points")
     return np.asarray(ring[keep])

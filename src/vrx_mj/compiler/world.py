@@ -18,18 +18,18 @@ WORLD_FORMAT = 3
 
 @dataclass(frozen=True, repr=False)
 class World:
-    """MJCF, the asset files it names, and the parameters of sea, wind, hulls and floating objects.
+    """A compiled world: its MJCF, asset files, and parameters of sea, wind, hulls and floating objects.
 
-    It is the saved form held in memory: what runs is compiled from exactly this.
+    `save` writes exactly this to a folder; `Simulation` and `Batch` run it.
     """
 
     mjcf: str
-    """The world as MJCF, with every boat, dock and object attached under its name."""
+    """MJCF of the world, with every boat, dock and object attached under its name."""
     assets: Mapping[str, bytes]
-    """Contents of the files that the MJCF names, by file name."""
+    """Contents of the files that the MJCF refers to, by file name."""
     parameters: Mapping[str, Any]
-    """JSON-able tree: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`, `objects`,
-    `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed`, `timestep`, ..."""
+    """Parameters as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
+    `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
@@ -42,7 +42,7 @@ class World:
 
     @property
     def seed(self) -> int:
-        """Seed that `Simulation.reset` uses when it is given none."""
+        """Default seed of `Simulation.reset`."""
         return int(self.parameters["seed"])
 
     @cached_property
@@ -52,7 +52,7 @@ class World:
 
     @cached_property
     def sha256(self) -> str:
-        """Fingerprint of the whole saved form."""
+        """SHA-256 of the saved world."""
         digest = hashlib.sha256(self.mjcf.encode())
         digest.update(_dump(self.parameters).encode())
         for name in sorted(self.assets):
@@ -60,12 +60,12 @@ class World:
         return digest.hexdigest()
 
     def save(self, target: str | Path) -> Path:
-        """Write the MJCF, its parameters and `assets/` into a folder; returns the path of the MJCF.
+        """Write the MJCF, its parameters and `assets/` to a folder, and return the path of the MJCF.
 
-        Plain MuJoCo opens it from anywhere; `World.load` gives this world back.
+        Plain MuJoCo can open the MJCF; `World.load` reads the whole world back.
 
         Args:
-            target: a folder, in which the MJCF is called `scene.xml`, or the MJCF's own path, ending in `.xml`.
+            target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
         """
         scene = _scene(Path(target))
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
@@ -77,15 +77,15 @@ class World:
 
     @staticmethod
     def load(source: str | Path) -> "World":
-        """Read back what `save` wrote, from the same folder or path.
+        """Read a world that `save` wrote, from the same folder or path.
 
         Raises:
-            StateError: there is no saved world, or one of another version.
+            StateError: there is no saved world, or it is damaged or of another version.
         """
         scene = _scene(Path(source))
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
-            raise StateError(f"no saved world at {source}: it takes {scene.name} and {path.name} in {scene.parent}")
+            raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
         try:
             parameters = json.loads(path.read_text(encoding="utf-8"))
             saved_format = parameters["format"]

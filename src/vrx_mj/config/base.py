@@ -157,7 +157,7 @@ def _some(value: tuple[Any, ...]) -> tuple[Any, ...]:
 
 def _name(value: str) -> str:
     if not _NAME.fullmatch(value):
-        raise fault(f"a name has up to 64 letters A-Z, digits, '_', '-' or '.', got {shown(value)}")
+        raise fault(f"expected a name of up to 64 letters A-Z, digits, '_', '-' or '.', got {shown(value)}")
     return value
 
 
@@ -165,7 +165,7 @@ def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
     """No principal inertia exceeds the sum of the others, in any body that exists."""
     largest = max(value)
     if largest > (sum(value) - largest) * (1 + 1e-9):
-        raise fault(f"no body has these: {largest:g} is more than the other two together")
+        raise fault(f"impossible moments of inertia: {largest:g} is more than the sum of the other two")
     return value
 
 

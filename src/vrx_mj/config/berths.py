@@ -75,13 +75,13 @@ def berth_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
     yield from _bay_faults(dock, len(find_bays(cells)))
     yield from _placard_faults(dock, cells)
     if dock.mooring and not dock.dynamic:
-        yield ("mooring",), "a fixed dock needs none; remove this, or say `dynamic: true`"
+        yield ("mooring",), "allowed only for a floating dock; remove it, or write `dynamic: true`"
     if dock.dynamic and len(cells) > MAX_BLOCKS:
-        yield ("dynamic",), f"{len(cells)} blocks; a dock that floats has at most {MAX_BLOCKS}"
+        yield ("dynamic",), f"{len(cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
     elif dock.dynamic and (apart := _apart(cells)):
         row, column = apart[0] + 1, apart[1] + 1
-        text = f"the block in row {row}, column {column} does not hang together with the first one"
-        yield ("dynamic",), f"{text}; a dock that floats is in one piece, edge to edge"
+        text = f"the block in row {row}, column {column} is not connected to the first one"
+        yield ("dynamic",), f"{text}; the blocks of a floating dock must join edge to edge"
 
 
 def _listed(dock: DockPlacement, found: Sequence[Bay]) -> list[tuple[BayConfig, Bay | None]]:
@@ -118,11 +118,11 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
             continue
         has = f"the drawing has {found} bay{'s' * (found != 1)}"
         if bay.internal is None or bay.external is None:
-            yield ("bays", index), f"{has}; one more needs `internal` and `external`"
+            yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
-            yield ("bays", index), f"{has}; one more needs `placard: none`, or the dock `placards`"
+            yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
     names = Counter(bay.name or f"bay{number}" for number, bay in enumerate(dock.bays or (), 1))
-    yield from ((("bays",), f"'{name}' is the name of {count} bays") for name, count in names.items() if count > 1)
+    yield from ((("bays",), f"duplicate name '{name}' of {count} bays") for name, count in names.items() if count > 1)
 
 
 def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
@@ -137,7 +137,7 @@ def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Faul
             row, column = placard.block
             yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
     names = Counter(placard.name for placard in dock.placards or ())
-    yield from ((("placards",), f"'{name}' is the name of {n} placards") for name, n in names.items() if n > 1)
+    yield from ((("placards",), f"duplicate name '{name}' of {n} placards") for name, n in names.items() if n > 1)
     bays = len(dock.bays) if dock.bays is not None else len(found)
     yield from (
         (("holes", index, "bay"), f"this dock has {bays} bay{'s' * (bays != 1)}, got {hole.bay}")

@@ -123,7 +123,7 @@ def assembled(
             *hinges.notes,
             *_loose(tree, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
-            *([] if pushing else ["it has no thruster and drifts; `thrusters` in the YAML beside it can name some"]),
+            *([] if pushing else ["no thruster, so the boat drifts; add `thrusters` to the YAML beside it"]),
         ),
     )
 
@@ -134,7 +134,7 @@ def _check_links(urdf: Urdf) -> None:
     for name, link in urdf.links.items():
         other = seen.setdefault(urdf.local(name), name)
         if other != name:
-            message = f"has the name of '{other}', but for the namespace '{urdf.namespace}'"
+            message = f"has the same name as '{other}' without the namespace '{urdf.namespace}'"
             raise ConfigError([Problem(urdf.label or urdf.file.name, link.line, None, f"link '{name}'", message)])
 
 
@@ -201,7 +201,7 @@ def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: Serv
 def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[Thruster]:
     for name, entry in config.rudders.items():
         if name not in hinges:
-            raise own_problem(tree.urdf, f"rudders.{name}.joint", f"'{entry.joint}' does not turn")
+            raise own_problem(tree.urdf, f"rudders.{name}.joint", f"the joint '{entry.joint}' does not turn")
         hinge = hinges[name]
         turn = facing(hinge.axis)
         wing = Rudder(
@@ -243,7 +243,7 @@ def _sensors(tree: Tree, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorCon
     found = {sensor.name: sensor for sensor in gazebo.sensors}
     for index, sensor in enumerate(config.sensors):
         if sensor.name in found:
-            raise own_problem(urdf, f"sensors[{index}].name", f"another sensor is called '{sensor.name}' already")
+            raise own_problem(urdf, f"sensors[{index}].name", f"duplicate name of a sensor, '{sensor.name}'")
         link = known(urdf, "link", sensor.link, f"sensors[{index}].link")
         local = urdf.local(link)
         pose = compose(tree.pose(link, urdf.root), sensor.pose)
@@ -261,7 +261,7 @@ def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
             used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in tree.urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
-            yield f"joint '{joint.name}' ({joint.type}) moves nothing here: it stays at zero"
+            yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at zero"
 
 
 def _swinging(urdf: Urdf, sensors: tuple[SensorConfig, ...], hinges: Hinges) -> Iterator[str]:
@@ -270,4 +270,4 @@ def _swinging(urdf: Urdf, sensors: tuple[SensorConfig, ...], hinges: Hinges) -> 
         carried = {urdf.local(link) for link in links}
         for sensor in sensors:
             if sensor.link in carried:
-                yield f"sensor '{sensor.name}' does not turn with '{name}', on which it is mounted"
+                yield f"sensor '{sensor.name}' does not turn with the thruster '{name}' on which it is mounted"

@@ -123,7 +123,7 @@ def robot_urdf(
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
         return _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
     if not config.vrx_parts:
-        raise VrxError(f"robot {order.robot} takes no thruster or component file: `vrx_parts` is not set in its YAML")
+        raise VrxError(f"robot {order.robot} takes no thruster or component file: its YAML sets no `vrx_parts`")
     return wamv_urdf(
         thrusters=load_parts(order.thrusters, "thrusters") if order.thrusters else None,
         components=load_parts(order.components, "components") if order.components else None,
@@ -186,7 +186,7 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
     known = {sensor.name: sensor for sensor in boat.sensors}
     for name in wanted:
         if name in config.suites and name not in known:
-            raise VrxError(f"sensors are suites or names of sensors, got suite '{name}' among names")
+            raise VrxError(f"expected either a suite or names of sensors, got the suite '{name}' among names")
         if name not in known:
             raise UnknownNameError("sensor or suite" if config.suites else "sensor", name, [*known, *config.suites])
     return tuple(known[name] for name in wanted)
@@ -201,7 +201,7 @@ def _hydrodynamics(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tu
     missing = [key for key in guess if key not in said]
     note = ", ".join(f"{key} {_short(guess[key])}" for key in missing)
     values = HydrodynamicsConfig.model_validate({**guess, **said})
-    return values, f"derived from its shapes and mass: {note}; the YAML beside it can say better" if missing else ""
+    return values, f"derived from its shapes and mass: {note}; the YAML beside it can set them" if missing else ""
 
 
 def _listed(robot: str, notes: Sequence[str]) -> str:

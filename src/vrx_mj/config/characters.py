@@ -64,7 +64,7 @@ SPACES = {chr(code): "wide or narrow space" for code in range(0x2000, 0x200B)} |
     "\t": "tab",
 }
 _MARKS = (0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
-INVISIBLE = {chr(code): "invisible mark" for code in _MARKS} | {
+INVISIBLE = {chr(code): "invisible character" for code in _MARKS} | {
     "\u00ad": "soft hyphen",
     "\u200b": "zero-width space",
     "\u200c": "zero-width character",

@@ -37,7 +37,7 @@ def _three(value: Any) -> Any:
 def _symbol(value: str) -> str:
     if value not in SYMBOLS:
         colors, shapes = ", ".join(LIGHT_COLORS), ", ".join(SHAPES)
-        raise fault(f"a symbol is COLOUR_SHAPE, of {colors} and {shapes}; got {shown(value)}")
+        raise fault(f"expected a symbol COLOUR_SHAPE of {colors} and {shapes}, got {shown(value)}")
     return value
 
 

@@ -24,7 +24,7 @@ MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
 
 _MAX_FAULTS = 10
-_HINTS = {"x": "type 'X'", "#": "comments stand at the start of the file"}
+_HINTS = {"x": "type 'X'", "#": "comments are allowed only at the start of the file"}
 
 
 @dataclass(frozen=True)

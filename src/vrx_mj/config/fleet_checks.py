@@ -54,7 +54,7 @@ def _name_faults(boats: Sequence[Located], world: WorldConfig) -> Iterator[Fault
     for boat, where, own in boats:
         if boat.name in taken:
             loc = (*own, "name") if own else where
-            yield loc, f"'{boat.name}' is the name of {taken[boat.name]} already"
+            yield loc, f"duplicate name '{boat.name}': it is the name of {taken[boat.name]}"
         taken[boat.name] = "another boat"
 
 
@@ -109,7 +109,7 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
     ]
     if _all_outward(fleet.positions, middle, "compass") and not _all_outward(fleet.positions, middle, "math"):
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
-        advice = "`headings: compass` reads bearings, `headings: math` says that they are none"
+        advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from east; {advice}", VrxWarning, stacklevel=3)
 
 

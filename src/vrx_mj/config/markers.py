@@ -29,5 +29,5 @@ class MarkersConfig(Config):
     @classmethod
     def _is_round(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
         if value[0] != value[1]:
-            raise fault(f"a marker is round: its first two numbers must be equal, got {value[0]:g} and {value[1]:g}")
+            raise fault(f"the first two numbers must be equal, as a marker is round, got {value[0]:g} and {value[1]:g}")
         return value

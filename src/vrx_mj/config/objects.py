@@ -225,16 +225,16 @@ Fault = tuple[tuple[str | int, ...], str]
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
     written = [key for key in BODY_KEYS if key in thing.model_fields_set]
-    return [((key,), "an object made of `objects` or `docks` has no body of its own") for key in written]
+    return [((key,), "not allowed: an object made of `objects` or `docks` has no body of its own") for key in written]
 
 
 def _static(thing: ObjectConfig) -> list[Fault]:
     afloat = [key for key in ("buoyancy", "path") if getattr(thing, key)]
-    return [((key,), "a static object does not float; remove this or `static`") for key in afloat]
+    return [((key,), "not allowed: a static object does not float; remove this or `static`") for key in afloat]
 
 
 def _floating(thing: ObjectConfig) -> list[Fault]:
-    needs = "an object that floats needs it; one that stands says `static: true`"
+    needs = "required for a floating object; for a fixed one write `static: true`"
     return [((key,), needs) for key in ("mass", "inertia", "buoyancy") if getattr(thing, key) is None]
 
 
@@ -259,7 +259,7 @@ def repeated(**groups: Iterable[_Called]) -> list[Fault]:
     for key, group in groups.items():
         for index, thing in enumerate(group):
             if seen[thing.name]:
-                found.append(((key, index, "name"), f"'{thing.name}' is the name of something else already"))
+                found.append(((key, index, "name"), f"duplicate name '{thing.name}'"))
             seen[thing.name] += 1
     return found
 
@@ -272,7 +272,7 @@ def load_object(name: str, near: Path | None = None) -> ObjectConfig:
 
 def _must_float(model: str, near: Path | None) -> None:
     if load_object(model, near).kind != "floating":
-        raise VrxError(f"'{model}' does not float, so it follows no path")
+        raise VrxError(f"'{model}' does not float, so it cannot follow a path")
 
 
 def _must_have_placards(model: str, near: Path | None, symbols: int) -> None:
@@ -289,7 +289,7 @@ def _count(file: Path, whole: Loading) -> None:
         names = " > ".join(step.stem for step in (*whole.chain[whole.chain.index(key) :], key))
         raise VrxError(f"this object contains itself: {names}")
     if len(whole.chain) >= MOST_LEVELS:
-        raise VrxError(f"over {MOST_LEVELS} levels of objects in objects")
+        raise VrxError(f"more than {MOST_LEVELS} levels of objects in objects")
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
@@ -297,7 +297,7 @@ def _count(file: Path, whole: Loading) -> None:
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:
-        raise VrxError(f"over {MOST_OBJECTS} objects, those in objects included")
+        raise VrxError(f"more than {MOST_OBJECTS} objects, including those in objects")
 
 
 def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:

@@ -61,7 +61,7 @@ class PathConfig(Config):
         if not given:
             raise faults((("waypoints",), "a path needs `waypoints`, a `circle` or a `line`"))
         if len(given) > 1:
-            raise faults(((given[1],), f"a path has one shape, and this one has {given[0]} already"))
+            raise faults(((given[1],), f"give one shape of a path; this one already has {given[0]}"))
         count = {"waypoints": len(self.waypoints or ()), "circle": POINTS, "line": 2}[given[0]]
         if self.start >= count:
             raise faults((("start",), f"must be below {count}, the number of waypoints, got {self.start}"))

@@ -93,7 +93,7 @@ class RudderEntry(Config):
     def _race_is_complete(self) -> Self:
         if (self.propeller is None) != (self.propeller_diameter is None):
             missing = "propeller" if self.propeller is None else "propeller_diameter"
-            raise faults(((missing,), "propeller and propeller_diameter come together"))
+            raise faults(((missing,), "propeller and propeller_diameter must be given together"))
         return self
 
 
@@ -180,7 +180,7 @@ class RobotConfig(Config):
             found.append((("urdf",), f"expected a .urdf or .xacro, got {shown(self.urdf)}"))
         for name, rudder in self.rudders.items():
             if name in self.thrusters:
-                found.append((("rudders", name), "is the name of a thruster already"))
+                found.append((("rudders", name), "duplicate name: it is the name of a thruster"))
             if rudder.propeller is not None and self.thrusters and rudder.propeller not in self.thrusters:
                 known = ", ".join(self.thrusters)
                 found.append((("rudders", name, "propeller"), f"no thruster {shown(rudder.propeller)}; known: {known}"))

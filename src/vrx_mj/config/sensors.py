@@ -72,7 +72,7 @@ class CameraConfig(_Sensor):
     @model_validator(mode="after")
     def _sees_something(self) -> Self:
         if self.near >= self.far:
-            raise ValueError(f"near is {self.near:g} m and far {self.far:g} m: it takes near < far")
+            raise ValueError(f"invalid near {self.near:g} m and far {self.far:g} m: near must be below far")
         return self
 
 
@@ -103,13 +103,13 @@ class LidarConfig(_Sensor):
     def _sensible(self) -> Self:
         near, far = self.range
         if not 0.0 <= near < far:
-            raise ValueError(f"range begins at {near:g} m and ends at {far:g} m: it takes 0 <= begin < end")
+            raise ValueError(f"invalid range from {near:g} m to {far:g} m: 0 <= begin < end is needed")
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
-            raise ValueError(f"azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way")
+            raise ValueError(f"invalid azimuth {list(self.azimuth)} rad: at most a full turn, 2 pi, either way")
         if max(abs(angle) for angle in self.elevation) > 1.571:
-            raise ValueError(f"elevation {list(self.elevation)} rad: at most pi/2, straight up, and -pi/2")
+            raise ValueError(f"invalid elevation {list(self.elevation)} rad: from -pi/2 to pi/2 is needed")
         if self.output == "scan" and self.rings != 1:
-            raise ValueError(f"a scan has one ring, not {self.rings}; several give points")
+            raise ValueError(f"a scan has one ring, got {self.rings}; write `output: points` for several")
         if self.rings * self.samples > _RAYS:
             raise ValueError(f"{self.rings} rings of {self.samples} samples: at most {_RAYS} rays")
         return self

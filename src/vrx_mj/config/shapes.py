@@ -74,10 +74,10 @@ class Shape(Config):
         needed = KEYS[self.type]
         allowed = (*needed, "scale") if self.type == "mesh" else needed
         given = {key for key in ("size", "radius", "length", "file", "scale") if key in self.model_fields_set}
-        lacking = [((key,), f"a {self.type} needs it") for key in needed if getattr(self, key) is None]
-        takes = f"it takes {', '.join((*allowed, 'pose'))}"
+        lacking = [((key,), f"required for a {self.type}") for key in needed if getattr(self, key) is None]
+        takes = f"allowed: {', '.join((*allowed, 'pose'))}"
         excess = [
-            ((key,), f"a {self.type} has none; {takes}")
+            ((key,), f"not allowed for a {self.type}; {takes}")
             for key in ("size", "radius", "length", "file", "scale")
             if key in given and key not in allowed
         ]

@@ -122,14 +122,14 @@ def _count_faults(fleet: FleetConfig) -> Iterator[Fault]:
     if given is not None and alone and given != len(fleet.boats):
         yield ("usv_count",), f"{given}, but `boats` has {len(fleet.boats)}"
     if fleet.layout and given is None and not placed:
-        yield ("usv_count",), f"layout {fleet.layout} without positions needs it"
+        yield ("usv_count",), f"required for layout {fleet.layout} without positions"
 
 
 def _layout_faults(fleet: FleetConfig) -> Iterator[Fault]:
     for key, layouts in KEYS.items():
         if getattr(fleet, key) is not None and fleet.layout not in layouts:
             words = " or ".join(filter(None, (", ".join(layouts[:-1]), layouts[-1])))
-            yield (key,), f"goes with layout {words}, got layout {fleet.layout or 'nothing'}"
+            yield (key,), f"allowed only for layout {words}, got {fleet.layout or 'no layout'}"
 
 
 def _entry_faults(fleet: FleetConfig) -> list[Fault]:
@@ -140,7 +140,7 @@ def _entry_faults(fleet: FleetConfig) -> list[Fault]:
         if slot is None and entry.pose is None:
             found.append((("boats", index, "pose"), f"required: this boat is not one of the {count} placed ones"))
         elif slot in taken:
-            found.append((("boats", index), f"about wamv{(slot or 0) + 1}, as an entry before it"))
+            found.append((("boats", index), f"duplicate entry for wamv{(slot or 0) + 1}"))
         if slot is not None:
             taken.add(slot)
     return found
@@ -154,5 +154,5 @@ def room_faults(fleet: FleetConfig, seed: int) -> Iterator[Fault]:
     done = len(spots(layout, count))
     if done < count:
         edge, enough = square(layout, count), math.ceil(square(replace(layout, size=None), count))
-        text = f"{done} of {count} boats have a place in {edge:g} m x {edge:g} m, {layout.spacing:g} m apart"
-        yield ("size",) if fleet.size else ("layout",), f"{text}; take {enough} m, or a smaller spacing"
+        text = f"{done} of {count} boats fit in {edge:g} m x {edge:g} m, {layout.spacing:g} m apart"
+        yield ("size",) if fleet.size else ("layout",), f"{text}; use {enough} m or more, or a smaller spacing"

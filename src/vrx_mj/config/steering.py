@@ -145,7 +145,7 @@ def _problem(urdf: Urdf, joint: Joint, message: str) -> ConfigError:
 
 def _check_rudder(urdf: Urdf, name: str, propeller: str | None, thrusters: Mapping[str, UrdfThruster]) -> None:
     if name in thrusters:
-        raise own_problem(urdf, f"rudders.{name}", "is the name of a thruster already")
+        raise own_problem(urdf, f"rudders.{name}", "duplicate name: it is the name of a thruster")
     if propeller is not None and propeller not in thrusters:
         raise own_problem(urdf, f"rudders.{name}.propeller", str(UnknownNameError("thruster", propeller, thrusters)))
 
@@ -154,7 +154,7 @@ def _check_commands(urdf: Urdf, names: Collection[str]) -> None:
     """The command that steers a thruster has its name and `_angle`."""
     for name in names:
         if f"{name}_angle" in names:
-            message = f"'{name}_angle' is the command that steers the thruster '{name}', and another thruster's name"
+            message = f"duplicate name '{name}_angle': a thruster, and the command that steers the thruster '{name}'"
             raise ConfigError([Problem(urdf.label or urdf.file.name, None, None, "", message)])
 
 
@@ -162,12 +162,12 @@ def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint
     if joint.type not in TURNING:
         raise _problem(urdf, joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
     if urdf.local(joint.name) == FREE:
-        raise _problem(urdf, joint, f"cannot be called '{FREE}', as is the joint on which the boat floats")
+        raise _problem(urdf, joint, f"cannot be named '{FREE}', the name of the boat's free joint")
     for other, hinge in hinges.items():
         if hinge is joint:
             raise _problem(urdf, joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")
         if urdf.local(hinge.name) == urdf.local(joint.name):
-            raise _problem(urdf, joint, f"has the name of '{hinge.name}', but for the namespace '{urdf.namespace}'")
+            raise _problem(urdf, joint, f"has the same name as '{hinge.name}' without the namespace '{urdf.namespace}'")
 
 
 def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]) -> None:
@@ -175,8 +175,8 @@ def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str
         for other, links in turning.items():
             if other != name and hinge.child in links:
                 carrier = hinges[other].name
-                raise _problem(urdf, hinge, f"steers '{name}' and hangs on '{carrier}', which steers '{other}': "
-                               "what steers must hang on joints that do not")  # fmt: skip
+                raise _problem(urdf, hinge, f"steers '{name}' and moves with '{carrier}', which steers '{other}': "
+                               "no steering joint may move with another one")  # fmt: skip
 
 
 def _check_propellers(
@@ -189,11 +189,11 @@ def _check_propellers(
     for name, item in thrusters.items():
         link = item.propeller_link
         if name in hinges and link not in turning[name]:
-            raise _problem(urdf, hinges[name], f"steers '{name}', whose propeller '{link}' does not hang on it")
+            raise _problem(urdf, hinges[name], f"steers '{name}', whose propeller '{link}' does not move with it")
         for other, links in turning.items():
             if other != name and link in links:
                 raise _problem(urdf, hinges[other], f"steers '{other}', and the propeller '{link}' of '{name}', which "
-                               "it does not steer, hangs on it")  # fmt: skip
+                               "it does not steer, moves with it")  # fmt: skip
 
 
 def _limited(name: str, joint: Joint) -> Iterator[str]:

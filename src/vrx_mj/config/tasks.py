@@ -306,9 +306,9 @@ def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> None:
     """Demands a place in one of two ways."""
     given = [key for key in (geodetic, cartesian) if getattr(task, key) is not None]
     if not given:
-        raise faults(((geodetic,), f"a {task.type} task needs it, or {cartesian}"))
+        raise faults(((geodetic,), f"required for a {task.type} task, unless {cartesian} is given"))
     if len(given) > 1:
-        raise faults(((cartesian,), f"{geodetic} is given already; give one of the two"))
+        raise faults(((cartesian,), f"give {geodetic} or {cartesian}, not both"))
 
 
 Task = Annotated[

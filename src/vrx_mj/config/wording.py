@@ -42,7 +42,7 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
     names = tuple(known)
     close = nearest(key, names)
     if ":" in key:
-        return f"unknown key '{_short(key)}'; type a blank after ':'"
+        return f"unknown key '{_short(key)}'; type a space after ':'"
     hint = f"did you mean '{close}'?" if close else f"allowed: {', '.join(names)}"
     return f"unknown key '{_short(key)}'; {hint}"
 

@@ -273,7 +273,7 @@ class WorldConfig(Config):
     def _is_consistent(self) -> Self:
         found = repeated(objects=self.objects, docks=self.docks, fields=self.fields)
         if self.task and self.task.geodetic and not self.georeference:
-            text = "latitudes and longitudes need a `georeference`, and the world has none"
+            text = "latitude and longitude need a `georeference`, which this world does not have"
             found += [(("task", key), text) for key in self.task.geodetic]
         if found:
             raise faults(*found)

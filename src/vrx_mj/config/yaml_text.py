@@ -52,7 +52,7 @@ _REWORDED = (
     ("found unknown escape character", "unknown escape in double quotes; use single quotes for a plain '\\'"),
     ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
     ("block sequence entries", "a list's '-' starts on a line of its own"),
-    ("mapping keys are not allowed here", "a '?' cannot stand here"),
+    ("mapping keys are not allowed here", "a '?' is not allowed here"),
     ("but found another document", "a second document; a file holds one"),
     ("expected a comment or a line break", "unexpected text after '|' or '>'"),
     ("expected chomping or indentation", "unexpected text after '|' or '>'"),
@@ -67,7 +67,8 @@ def read_lines(path: Path) -> tuple[str, ...]:
     except OSError as error:
         raise ConfigError([Problem(name, None, None, "", f"cannot be read: {error.strerror}")]) from None
     if len(data) > MAX_BYTES:
-        raise ConfigError([Problem(name, None, None, "", f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")])
+        message = f"more than {MAX_BYTES / 1e6:g} MB, the largest size that is read"
+        raise ConfigError([Problem(name, None, None, "", message)])
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -171,7 +172,7 @@ class _Builder:
     def value(self, node: Node, path: tuple[str | int, ...]) -> Any:
         self.count += 1
         if self.count > MAX_VALUES:
-            self.problem(node, (), f"over {MAX_VALUES} values, aliases included")
+            self.problem(node, (), f"more than {MAX_VALUES} values, including aliases")
             raise ConfigError(self.problems)
         if isinstance(node, ScalarNode):
             return _scalar(node)
@@ -211,7 +212,7 @@ class _Builder:
     def key(self, node: Node, path: tuple[str | int, ...]) -> str | None:
         key = _scalar(node) if isinstance(node, ScalarNode) else None
         if key == "<<" and isinstance(node, ScalarNode) and node.style is None:
-            self.problem(node, path, "merge keys '<<' are not allowed; a world may say 'extends'")
+            self.problem(node, path, "merge keys '<<' are not allowed; a world may use 'extends'")
         elif isinstance(key, str):
             return key
         elif self.loose and isinstance(key, int) and not isinstance(key, bool):

@@ -47,25 +47,25 @@ class Listener(Skipper):
 
 
 class BeaconSeeker(Listener):
-    """Goes to the beacon of an acoustic perception task, with `StillBeacon`'s estimate of where it is.
+    """Goes to the beacon of an acoustic perception task, whose position `StillBeacon` estimates.
 
-    The task ends within 3 m in space, also before it is `running`; so the boat sets out as soon as it is let go, having
-    listened from its berth, goes as fast as it can, and does not stop there.
+    The task ends within 3 m of the beacon, even before it is `running`. So the boat listens while it is held, leaves
+    as soon as it is released, goes as fast as it can, and does not stop at the beacon.
     """
 
     def begin(self) -> None:
-        """Forget the beacon."""
+        """Forget the beacon, at the start of a run."""
         super().begin()
         self._beacon = StillBeacon()
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
-        """Take a sound into the estimate, also before the boat is let go."""
+        """Add a sound to the estimate, also before the boat is released."""
         sound = self.sound(boat, seen, t)
         if sound is not None:
             self._beacon.update(sound)
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Go to where the beacon seems to be."""
+        """Commands that lead to the estimated position of the beacon."""
         if self._beacon.place is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
         distance, bearing = seen.to(*self._beacon.place)
@@ -75,19 +75,19 @@ class BeaconSeeker(Listener):
 
 
 class BeaconFollower(Listener):
-    """Stays with the beacon of an acoustic tracking task, with `MovingBeacon`'s estimate of where it is and goes.
+    """Follows the beacon of an acoustic tracking task, whose position and velocity `MovingBeacon` estimates.
 
-    It wants the beacon's velocity, and besides it one toward the beacon as if that lay still. The beacon swims under
-    the buoys, the boat goes around what its lidar sees: a collision costs as much as a metre of distance all the time.
+    The commanded velocity is that of the beacon plus one toward the beacon. The beacon moves under the buoys, and the
+    boat goes around what its lidar sees: a collision costs as much as one metre of mean distance.
     """
 
     def begin(self) -> None:
-        """Forget the beacon and the buoys."""
+        """Forget the beacon and the buoys, at the start of a run."""
         super().begin()
         self._beacon, self._lookout = MovingBeacon(), Lookout()
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
-        """Take a sound into the estimate, once the task runs: before, the beacon is not yet where it will be."""
+        """Add a sound to the estimate once the task runs; before, the beacon is elsewhere."""
         if task.get("state", "running") != "running":
             return
         sound = self.sound(boat, seen, t)
@@ -96,7 +96,7 @@ class BeaconFollower(Listener):
         self._lookout.look(boat, seen, t, colors=False)
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Follow, around the buoys."""
+        """Commands that follow the beacon around the buoys."""
         now = self._beacon.at(t)
         if now is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)

@@ -28,24 +28,25 @@ SKIPPERS: dict[str, Callable[[], Skipper]] = {
     "wayfinding": WaypointFollower,
     "wildlife": WildlifeCircler,
 }
-"""Who knows a task, by its type."""
+"""Controllers by the type of the task."""
 
 
 class Captain:
-    """Steers whatever the world's task is: `vrx-mj campaign vrx_mj.control:Captain --worlds 'vrx2022/*'`.
+    """Steers a boat through any task with the controller for it.
 
-    In a world without a task, or with one that nobody knows, the boat holds its pose.
+    Example: `vrx-mj campaign vrx_mj.control:Captain --worlds 'vrx2022/*'`.
+    In a world without a task, or with an unknown one, the boat holds its pose.
     """
 
     def __init__(self) -> None:
         self.reset(0)
 
     def reset(self, seed: int) -> None:
-        """Before a new run."""
+        """Forget the last run."""
         self._seed, self._skipper = seed, None
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """What the one at the helm commands."""
+        """Commands by boat for the observations and the time [s]."""
         if self._skipper is None:
             make = SKIPPERS.get(str(task_of(obs).get("type")), StationKeeper)
             self._skipper = make()

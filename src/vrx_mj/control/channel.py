@@ -68,15 +68,15 @@ PARTNERS = ("green", "white", *EXIT)
 class Channel(Skipper):
     """Crosses the gates of a channel, red to starboard, and keeps clear of all buoys.
 
-    Perception (`Lookout`): the lidar twice a second tells where buoys are, the camera ahead of what kind those are that
-    are new. Two buoys that are each other's nearest, one of them red, are a gate (`gates.paired`); the next is the one
-    with the least way and turning, the first is the one with a white buoy. Guidance: to a point `RUN_UP` before the
-    gate's opening and straight on, on the course nearest to that which is clear (`avoidance.clear_course`). Gates whose
-    turn has not come are walls. While something of unknown kind lies nearer than the next gate, or a red buoy without a
-    partner, the boat goes to see that first; where nothing at all is known it searches ahead (`Roam`).
+    Perception (`Lookout`): twice a second the lidar locates buoys, and the camera ahead identifies new ones. Two buoys
+    that are each other's nearest, one of them red, are a gate (`gates.paired`). The first gate is the one with a white
+    buoy, the next is the one with the least distance and turning. Guidance: to a point `RUN_UP` before the gate's
+    opening and straight on, on the nearest clear course (`avoidance.clear_course`). Later gates count as walls. If a
+    thing of unknown kind, or a red buoy without a partner, is nearer than the next gate, the boat inspects it first;
+    if nothing is known it searches ahead (`Roam`).
 
-    With a chart, the gates' buoys [m, as red and partner by gate], nothing is to be found: `chart` is in the frame of
-    the world's map, x and y, or {latitude, longitude}; obstacles still come from the lidar.
+    `chart` gives the buoys instead, as red and partner by gate, in the frame of the world's map, x and y [m], or as
+    {latitude, longitude} [degrees]; obstacles still come from the lidar.
     """
 
     def __init__(self, chart: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]] | None = None) -> None:
@@ -84,7 +84,7 @@ class Channel(Skipper):
         super().__init__()
 
     def begin(self) -> None:
-        """Forget the buoys and the gates."""
+        """Forget the buoys and the gates, at the start of a run."""
         self.lookout = Lookout(period=0.5)
         self._done: list[Gate] = []
         self._gate: Gate | None = None
@@ -97,7 +97,7 @@ class Channel(Skipper):
         self._searched: tuple[int, Roam] | None = None
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Cross the gate that is next, or look for it."""
+        """Commands that cross the next gate, or search for it."""
         if self._start is None:
             self._start, self._since = ((seen.x, seen.y), seen.heading), t
         if self.lookout.look(boat, seen, t) or self._gate is None:
@@ -259,10 +259,10 @@ class Channel(Skipper):
 
 
 class Gymkhana(Channel):
-    """The channel, then to the black box, whose place the task tells, through the obstacles, and stay there."""
+    """Crosses the channel, then goes through the obstacles to the black box, whose position the task gives."""
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Cross the gates until the channel is finished, then go to the goal and hold it."""
+        """Commands that cross the gates until the channel is finished, then go to the goal and hold it."""
         if task.get("channel", {}).get("state") != "finished" or "goal" not in task:
             return super().steer(boat, seen, task, t)
         place = self.navigator.place(task["goal"])

@@ -76,16 +76,16 @@ SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rect
 class Docking(Skipper):
     """Docks in the bay whose placard shows the right symbol; also scans the light buoy where the task asks for that.
 
-    Perception (`DockLookout`): upright panels of 2 m are placards, the camera ahead reads their symbols; narrow towers
-    may be light buoys, and are watched from near until three colours were seen between two darks. The symbol comes from
-    the task, where it tells, else from the lights. Guidance: line up on the bay's axis `LINE_UP` before the placard, go
-    in slowly along it, stay, and back out, where the points come. The zones of VRX's docks lie alike before their
-    placards, so nothing else of the dock need be known; the boat keeps off all that the lidar sees, and off both sides
-    of a placard. Where nothing is known it goes to see what lies ahead of its start (`Roam`). No balls are thrown.
+    Perception (`DockLookout`): upright panels of 2 m are placards, whose symbols the camera ahead reads; narrow towers
+    may be light buoys, which are watched from nearby until three colours were seen between two dark phases. The symbol
+    comes from the task if it gives one, else from the lights. Guidance: line up on the bay's axis `LINE_UP` before the
+    placard, enter slowly along it, stay, and back out, which earns the points. The zones of VRX's docks have the same
+    place before every placard, so no map of the dock is needed; the boat keeps clear of all that the lidar sees, and
+    of both sides of a placard. If nothing is known it explores ahead of its start (`Roam`). No balls are shot.
     """
 
     def begin(self) -> None:
-        """Forget the dock and the lights."""
+        """Forget the dock and the lights, at the start of a run."""
         self.lookout = DockLookout()
         self._heading = math.nan
         self._roam: Roam | None = None
@@ -99,7 +99,7 @@ class Docking(Skipper):
         self._started = self._then = math.nan
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Look, and do what is next."""
+        """Commands for the present phase: find, line up, enter, stay or back out."""
         if math.isnan(self._heading):
             self._heading = seen.heading
         self.lookout.look(boat, seen, t, near_only=self._stage in ("in", "stay", "out"))

@@ -146,7 +146,7 @@ class Formation:
         """
         if (leader is None) != (len(path) > 1):
             given = f"a path of {len(path)} points and {'no leader' if leader is None else f'the leader {leader!r}'}"
-            raise VrxError(f"a formation follows either a path of 2 points or more or a leader, got {given}")
+            raise VrxError(f"expected either a path of 2 points or more, or a leader, got {given}")
         if leader is None:
             _check_way(path, speed, radius)
         self.apart = apart
@@ -234,11 +234,11 @@ def _behind(seen: Estimate, goal: Spot) -> float:
 def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
     """Whether a virtual leader can go that way."""
     if all(math.dist(path[0], point) < SHORTEST for point in path):
-        raise VrxError(f"path: its {len(path)} points are all at {tuple(path[0])}; it must lead somewhere")
+        raise VrxError(f"path: its {len(path)} points are all at {tuple(path[0])}; at least two must differ")
     if not 0.0 < speed < math.inf:
-        raise VrxError(f"speed {speed:g} m/s: must be above 0")
+        raise VrxError(f"invalid speed {speed:g} m/s: a number above 0 is needed")
     if not 0.0 <= radius < math.inf:
-        raise VrxError(f"radius {radius:g} m: must be at least 0")
+        raise VrxError(f"invalid radius {radius:g} m: a number of 0 or more is needed")
 
 
 def _checked(shape: str, spacing: float, apart: float) -> tuple[str, float]:
@@ -246,5 +246,5 @@ def _checked(shape: str, spacing: float, apart: float) -> tuple[str, float]:
     if shape not in SHAPES:
         raise UnknownNameError("shape", shape, known=SHAPES)
     if not apart < spacing < math.inf:
-        raise VrxError(f"spacing {spacing:g} m: must be above {apart:g} m, which boats keep apart")
+        raise VrxError(f"invalid spacing {spacing:g} m: more than the {apart:g} m that boats keep apart is needed")
     return shape, spacing

@@ -34,7 +34,7 @@ class Muster:
         if len(blind) == len(seen):
             return seen
         if blind:
-            raise SensorError(f"no GPS or no inertial unit: {', '.join(blind)}; the others of the fleet have both")
+            raise SensorError(f"no GPS receiver or no IMU: {', '.join(blind)}; the other boats of the fleet have both")
         return {name: self._shared(self._navigators[name], own) for name, own in seen.items()}
 
     def _shared(self, navigator: Navigator, own: Estimate) -> Estimate:

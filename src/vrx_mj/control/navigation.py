@@ -175,7 +175,7 @@ class Navigator:
             gps, imu = sensor_named(boat, "gps"), sensor_named(boat, "imu")
             if gps and imu:
                 return boat.sensors[gps], boat.sensors[imu]
-            missing = "GPS" if not gps else "inertial unit"
+            missing = "GPS" if not gps else "IMU"
             why = f"the boat has no {missing}"
         except VrxError as error:
             why = str(error)

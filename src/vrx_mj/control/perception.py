@@ -99,26 +99,26 @@ class View:
 
 
 class Perceiver(Skipper):
-    """Reports each thing once: its type by colour and outline, its place by the camera and by how wide it looks.
+    """Reports each landmark once: its type from colour and outline, its position from camera and apparent width.
 
-    A picture a second while the task runs. What stands out from the water is a thing (`sightings.blobs`), its colour
-    and proportions tell which of the catalogue (`sightings.kind_of`), whose width tells how far it is: 2 pixels of 60
-    at 8 m are 0.3 m. The lidar passes over balls nearer than 6 m, where many of the things are, so it is not asked.
-    North of the equator lies Sand Island with the catalogue of 2019, south of it Sydney with that of 2022 and 2023.
+    It takes one picture a second while the task runs. What differs from the water is a thing (`sightings.blobs`); its
+    colour and proportions give its kind (`sightings.kind_of`), and the known width of the kind gives the distance: an
+    error of 2 pixels of 60 at 8 m is 0.3 m. The lidar misses balls nearer than 6 m, so it is not used. North of the
+    equator is Sand Island with the catalogue of 2019, south of it Sydney with that of 2022 and 2023.
     """
 
     def __init__(self, catalogue: str | None = None) -> None:
-        """`catalogue` is `sightings.OLD` or `sightings.SYDNEY`; by default the place tells."""
+        """Set the catalogue, `sightings.OLD` or `sightings.SYDNEY`; by default the latitude selects it."""
         self._catalogue = catalogue
         super().__init__()
 
     def begin(self) -> None:
-        """Forget what was seen."""
+        """Forget what was seen, at the start of a run."""
         self._next = -math.inf
         self._sights: list[Sight] = []
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
-        """Take a picture, if it is time to, and report what is new."""
+        """Take a picture, if one is due, and report what is new."""
         if task.get("state") != "running" or t < self._next:
             return
         self._next = t + PERIOD
@@ -139,7 +139,7 @@ class Perceiver(Skipper):
             ]
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Nothing: the task holds the boat."""
+        """Return no commands: the task holds the boat."""
         return {}
 
     @property

@@ -37,20 +37,20 @@ class Berth:
 
 
 class StationKeeper(Skipper):
-    """Holds the goal of a station-keeping task, or else the pose it began with: dynamic positioning.
+    """Holds the goal of a station-keeping task, or else the start pose, by dynamic positioning.
 
     The law is `Pilot.hold`: a velocity toward the goal that falls with the distance, a force for the error of velocity,
-    and an observer of wind and waves, so that a steady wind leaves no offset. The way there goes bow first. Layouts T
+    and an observer of wind and waves, so that a steady wind leaves no offset. The boat approaches bow first. Layouts T
     and X push sideways with their thrusters kept straight, layout H by steering both.
     """
 
     def begin(self) -> None:
-        """Forget the goal."""
+        """Forget the goal, at the start of a run."""
         self._berth = Berth()
         self._goal: tuple[Point, float] | None = None
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Go to the goal and hold it."""
+        """Commands that go to the goal and hold it."""
         goal = task.get("goal")
         if goal is not None:
             self._goal = self.navigator.place(goal), float(goal.get("yaw") or 0.0)

@@ -31,14 +31,14 @@ def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
 
 
 class WaypointFollower(Skipper):
-    """Visits all waypoints on the shortest way and stops at each, since what counts is the least error at each.
+    """Visits all waypoints on the shortest way and stops at each, since the least error at each is scored.
 
-    A waypoint is done with when the error is below `GOOD`, or after `PATIENCE`. What is left of the time goes to those
-    that came out worst. The way is `Berth`'s: bow first, then the heading; speed is limited by what the boat can brake.
+    A waypoint is finished when the error is below `GOOD`, or after `PATIENCE`. The remaining time is used for those
+    with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the speed.
     """
 
     def begin(self) -> None:
-        """Forget the waypoints."""
+        """Forget the waypoints, at the start of a run."""
         self._berth = Berth()
         self._poses: list[tuple[Point, float]] = []
         self._least: list[float] = []
@@ -46,7 +46,7 @@ class WaypointFollower(Skipper):
         self._since = math.inf
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Go on to the waypoint that is next."""
+        """Commands that lead to the next waypoint."""
         if not self._poses:
             self._plan(seen, task)
         if not self._poses:
@@ -63,7 +63,7 @@ class WaypointFollower(Skipper):
         self._order = self.order(seen, [place for place, _ in self._poses])
 
     def order(self, seen: Estimate, places: list[Point]) -> list[int]:
-        """In which order to visit places [m]: the shortest way."""
+        """Order of the shortest way through the positions [m]."""
         return best_order((seen.x, seen.y), places)
 
     def _look(self, seen: Estimate, t: float) -> None:

@@ -38,21 +38,21 @@ CRAB = math.radians(50.0)
 
 
 class WildlifeCircler(Skipper):
-    """Circles the animals that want it, on the shortest way through them, clear of the others.
+    """Circles the animals that must be circled, on the shortest way, clear of the others.
 
-    A vector field leads into the circle and along it. A catamaran slips: it has hardly any drag sideways, so what keeps
-    it in the circle must be thrust. The bow therefore points into the circle, along the force that drag and the way
-    around need together, and the main thrusters give all of it. Its speed is what `CENTRIPETAL` allows.
+    A vector field leads into the circle and along it. A catamaran has hardly any drag sideways, so thrust must give the
+    centripetal force. The bow therefore points into the circle, along the sum of the forces against drag and toward
+    the centre, and the main thrusters give all of it. Its speed is what `CENTRIPETAL` allows.
     """
 
     def begin(self) -> None:
-        """Forget the animals."""
+        """Forget the animals, at the start of a run."""
         self._order: list[int] | None = None
         self._bearing: float | None = None
         self._swept = 0.0
 
     def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
-        """Go on with the circle, or to the next."""
+        """Commands that follow the present circle, or lead to the next one."""
         animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in task.get("animals", ())]
         if self._order is None and animals:
             wanted = [number for number, (name, _) in enumerate(animals) if name in SENSES]

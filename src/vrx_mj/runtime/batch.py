@@ -38,33 +38,33 @@ STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "foll
 
 
 class Batch:
-    """`n` worlds that begin alike and go their own ways, advanced together by all cores.
+    """`n` independent copies (rows) of one world, advanced in parallel on all cores.
 
-    Row i moves as a `Simulation` of the same world and seed does, to the last bit, whatever the number of rows and
-    threads. Nobody officiates, senses or records here: `get_state(row)` gives a state that a `Simulation` goes on from,
-    and does all that. A row whose parameters were varied is of another world than that one.
+    Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
+    has no tasks, sensors or recordings; a `Simulation` has them, and can continue from the state that `get_state(row)`
+    returns. A row with parameters that `vary` has changed belongs to a different world.
     """
 
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
-        """Rows of a world.
+        """Create the rows of a world.
 
         Args:
-            world: what every row is; it must have no task (`compile_world({"extends": name, "task": None})`).
-            n: how many rows.
-            seed: as `reset` takes it.
-            threads: by default OMP_NUM_THREADS or SLURM_CPUS_PER_TASK, or as many as there are cores to use.
+            world: the world of every row; it must have no task (`compile_world({"extends": name, "task": None})`).
+            n: number of rows.
+            seed: seed of the rows, as in `reset`.
+            threads: number of threads; by default OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or the number of cores.
 
         Raises:
-            CommandError: `world` is none, no rows, no threads, or the world has a task.
+            CommandError: `world` is not a World or has a task, or `n` or `threads` is below 1.
         """
-        check_kind("Batch", world, World, "what compile_world gives")
+        check_kind("Batch", world, World, "a World, as compile_world returns it")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
         for name, count in counts.items():
             if not isinstance(count, Real) or count < 1 or count % 1 != 0:
-                raise CommandError(f"{name} is {count!r}: a whole number above 0 is needed")
+                raise CommandError(f"invalid {name} {count!r}: a whole number above 0 is needed")
         if world.parameters.get("task"):
-            text = 'compile it without, {"extends": name, "task": None}'
-            raise CommandError(f"the world {world.name} has a task, and in a batch nobody officiates: {text}")
+            text = 'compile it without one, {"extends": name, "task": None}'
+            raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
         self.world, self.n = world, int(n)
         self._world_id = world.sha256
         self._model, quiet = stepping_models(world)
@@ -85,7 +85,7 @@ class Batch:
 
     @property
     def boats(self) -> tuple[str, ...]:
-        """Names of the boats of every row, in the order of the second axis."""
+        """Names of the boats in every row, in the order of the second axis of `features`."""
         return self.world.boats
 
     @property
@@ -95,54 +95,54 @@ class Batch:
 
     @property
     def threads(self) -> int:
-        """Threads that share the rows."""
+        """Number of threads that advance the rows."""
         return self._crew.threads
 
     @property
     def seeds(self) -> npt.NDArray[np.int64]:
-        """(n,) the seed of each row's present run."""
+        """Seed of the present run of each row, (n,)."""
         return self._seeds.copy()
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
-        """Boat and name of every command, in the order of `command`'s second axis: thrusts, then steering angles."""
+        """Boat and name of every command, in the order that `command` takes: thrusts, then steering angles."""
         return tuple((channel.boat, channel.name) for channel in self._channels)
 
     @property
     def largest(self) -> Floats:
-        """(channels, 2) least and greatest useful value of every command: of its full power, its N, or its angle [rad].
+        """Least and greatest effective value of every command, (channels, 2): share of full power, N, or angle [rad].
 
-        Beyond them a thrust is capped, and an angle clamped.
+        Values outside are clamped.
         """
         return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 
     @property
     def time(self) -> Floats:
-        """(n,) simulated time of each row [s]."""
+        """Simulated time of each row, (n,) [s]."""
         return self._time.copy()
 
     @property
     def diverged(self) -> npt.NDArray[np.bool_]:
-        """(n,) which rows have a state that is not finite, or huge: they stand until they are reset."""
+        """Whether the state of each row is not finite or too large, (n,); such a row stops until it is reset."""
         return self._done < 0
 
     @property
     def features(self) -> Floats:
-        """(n, boats, 13), a view that the next call changes.
+        """State of every boat, (n, boats, 13), as a view whose content changes with the next call.
 
-        Position (3) [m, ENU] and quaternion (4) (w, x, y, z) of each boat's `base_link` origin, its velocity (3) [m/s]
-        and angular velocity (3) [rad/s] in body axes.
+        The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
+        velocity (3) [m/s] and angular velocity (3) [rad/s] in body axes.
         """
         return self._features
 
     @property
     def qpos(self) -> Floats:
-        """(n, nq), a view: the positions of MuJoCo's model in every row."""
+        """Generalized positions of MuJoCo's model in every row, (n, nq), as a view."""
         return self._qpos
 
     @property
     def wind(self) -> Floats:
-        """(n, 2) the wind's velocity in each row [m/s], east and north, where it blows toward."""
+        """Wind velocity east and north in each row, (n, 2) [m/s], in the direction of the air's motion."""
         speed: Floats = self._stacks["wind_state"]["speed"]
         velocity: Floats = speed * self._wind["direction"][:, 0]
         return velocity
@@ -150,14 +150,14 @@ class Batch:
     # Running
 
     def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | npt.NDArray[np.integer] | None = None) -> None:
-        """Bring rows back to their start; parameters that were varied stay so.
+        """Reset rows to their start; parameters changed by `vary` are kept.
 
         Args:
-            rows: which; by default all.
-            seed: one for each of these rows, or a number s for s + i in row i; by default s is the world's seed.
+            rows: mask or numbers of the rows; by default all.
+            seed: one seed for each of these rows, or a number s for s + i in row i; by default the world's seed.
 
         Raises:
-            CommandError: there are no such rows, or the seeds are not whole numbers, one for each of these rows.
+            CommandError: a row does not exist, or the seeds are not whole numbers, one for each of these rows.
         """
         which = which_rows(self.n, rows)
         self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
@@ -172,19 +172,19 @@ class Batch:
         self._observe()
 
     def command(self, values: npt.ArrayLike, rows: Rows = None) -> None:
-        """Command rows, (rows, channels): thrusts and steering angles, in the order of `channels`.
+        """Set thrusts and steering angles of rows, (rows, channels), in the order of `channels`.
 
-        They mean, and last for, what they do in `Simulation.command`: shares of full power, or N in profile vrx3.
+        Units and durations are those of `Simulation.command`: shares of full power, or N in profile vrx3.
 
         Raises:
-            CommandError: another shape, or numbers that are not finite.
+            CommandError: the shape is wrong, or a number is not finite.
         """
         self._give(which_rows(self.n, rows), values, hold=0.0)
 
     def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: Rows = None) -> None:
         """Advance rows by simulated time [s], a multiple of the timestep, under commands (rows, channels).
 
-        A command holds for the whole duration. Errors are those of `command` and of `advance`.
+        A command holds for the whole duration. Errors are those of `command` and `advance`.
         """
         steps = whole_steps(duration, self.timestep)
         if values is not None:
@@ -192,11 +192,11 @@ class Batch:
         self.advance(steps, rows)
 
     def advance(self, steps: int, rows: Rows = None) -> None:
-        """Advance rows, by default all, by a number of physics steps, each under the commands that stand.
+        """Advance rows, by default all, by a number of physics steps under their last commands.
 
         Raises:
-            DivergedError: rows have a state that is not finite, or huge; the others have been advanced, and these stand
-                until they are reset.
+            DivergedError: the state of some rows is not finite or too large; they stop until they are reset, and the
+                others have been advanced.
         """
         self._going[:] = rows is None
         if rows is not None:
@@ -218,7 +218,7 @@ class Batch:
             more = f" and {len(new) - 5} more" if len(new) > 5 else ""
             raise DivergedError(
                 f"rows {', '.join(map(str, new[:5]))}{more} have a state that is not finite, or huge, at about t = "
-                f"{self._time[new[0]]:g} s; they stand until reset(rows)"
+                f"{self._time[new[0]]:g} s; they do not move until reset(rows)"
             )
 
     def set_boat(
@@ -229,17 +229,17 @@ class Batch:
         velocity: npt.ArrayLike | None = None,
         rows: Rows = None,
     ) -> None:
-        """Put a boat of some rows somewhere, or set it moving; what is not given stays.
+        """Set the pose or the velocity of a boat in some rows; what is not given is kept.
 
         Args:
-            boat: its name.
-            pose: (rows, 6) or (6,): x, y, z, roll, pitch, yaw [m, rad, ENU] of its `base_link` origin.
-            velocity: (rows, 6) or (6,): u, v, w, p, q, r [m/s, rad/s] of that origin, body axes.
-            rows: which; by default all.
+            boat: name of the boat.
+            pose: x, y, z, roll, pitch, yaw of its `base_link` origin, (rows, 6) or (6,) [m, rad, ENU].
+            velocity: u, v, w, p, q, r of that origin, (rows, 6) or (6,) [m/s, rad/s], body axes.
+            rows: mask or numbers of the rows; by default all.
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: another shape, or numbers that are not finite.
+            CommandError: the shape is wrong, or a number is not finite or too large.
         """
         if boat not in self.boats:
             raise UnknownNameError("boat", boat, self.boats)
@@ -247,10 +247,10 @@ class Batch:
         hull = self._rig.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
-            for row, place in zip(which, row_vectors(f"the pose of {boat}", pose, len(which)), strict=True):
+            for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
                 self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
         if velocity is not None:
-            moving = row_vectors(f"the velocity of {boat}", velocity, len(which))
+            moving = row_vectors(f"velocity of {boat}", velocity, len(which))
             turns = self._qpos[which, qpos + 3 : qpos + 7]
             self._qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
@@ -268,19 +268,19 @@ class Batch:
         mass: npt.ArrayLike | None = None,
         thrust: npt.ArrayLike | None = None,
     ) -> None:
-        """Give rows parameters of their own, from their next reset on; each a number, or one for each of these rows.
+        """Change parameters of rows from their next reset on; each is one number, or one for each of these rows.
 
         Args:
-            rows: which; by default all.
+            rows: mask or numbers of the rows; by default all.
             wind_speed: mean wind [m/s].
-            wind_direction: in which the air moves [rad], counter-clockwise from east.
+            wind_direction: direction of the air's motion [rad], counter-clockwise from east.
             gusts: standard deviation of the gusts [m/s].
             waves: factor of all waves' amplitudes, 0 for none.
-            mass: factor of every boat's mass and inertia; a row with one has a model of its own.
+            mass: factor of every boat's mass and inertia; such a row has its own model.
             thrust: factor of all thrusters' forces.
 
         Raises:
-            CommandError: another shape, or numbers that are not finite, or below 0 (0 for a mass).
+            CommandError: the shape is wrong, or a number is not finite or negative (or 0 for `mass`).
         """
         which = which_rows(self.n, rows)
         lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
@@ -307,7 +307,7 @@ class Batch:
             self._weigh(which, given["mass"])
 
     def get_state(self, row: int) -> State:
-        """The whole state of a row: a `Simulation` of the same world goes on from it as the row does."""
+        """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does."""
         (row,) = which_rows(self.n, [row])
         flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
         model = self._own_models.get(int(row), (self._model,))[0]
@@ -370,7 +370,8 @@ class Batch:
         if not np.isfinite(given).all():
             at = np.argwhere(~np.isfinite(given))[0]
             boat, name = self.channels[at[1]]
-            raise CommandError(f"the command {name} of {boat} in row {which[at[0]]} is {given[tuple(at)]}")
+            value, row = given[tuple(at)], which[at[0]]
+            raise CommandError(f"invalid command {value} for {name} of {boat} in row {row}: a finite number is needed")
         state = self._stacks["thruster_state"]
         for number, channel in enumerate(self._channels):
             state[channel.column][which, channel.row] = given[:, number]

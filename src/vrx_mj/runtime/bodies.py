@@ -54,8 +54,8 @@ class FreeBodies:
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
-        place = None if pose is None else _six(f"the pose of {name}", pose)
-        motion = None if velocity is None else _six(f"the velocity of {name}", velocity)
+        place = None if pose is None else _six(f"pose of {name}", pose)
+        motion = None if velocity is None else _six(f"velocity of {name}", velocity)
         if place is not None:
             self._data.qpos[qpos : qpos + 3] = place[:3]
             self._data.qpos[qpos + 3 : qpos + 7] = quaternion(*place[3:])
@@ -98,5 +98,5 @@ def _six(what: str, values: Sequence[float]) -> tuple[float, ...]:
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != 6 or not all(abs(number) < HUGE for number in numbers):
-        raise CommandError(f"{what} is {values!r}: six numbers below {HUGE:g} are needed")
+        raise CommandError(f"invalid {what} {values!r}: six numbers below {HUGE:g} are needed")
     return numbers

@@ -48,7 +48,7 @@ class Helm:
         names = self.names(boat)
         example = f"command({boat!r}, {names[0]}=0.5)" if names else f"command({boat!r})"
         raise CommandError(
-            f"{boat} was given {', '.join(map(repr, given))}: write each command with its name, as {example}; it takes "
+            f"invalid commands {', '.join(map(repr, given))} for {boat}: each needs its name, as in {example}; known: "
             f"{', '.join(names) or 'none'}"
         )
 
@@ -70,13 +70,13 @@ class Helm:
 
     def _checked(self, commands: Commands) -> list[tuple[int, str, float]]:
         if not isinstance(commands, Mapping):
-            raise CommandError(f"commands are {commands!r}: a mapping of boats is needed, " + EXAMPLE)
+            raise CommandError(f"invalid commands {commands!r}: a mapping by boat is needed, " + EXAMPLE)
         checked = []
         for boat, values in commands.items():
             names = self.names(boat)
             if not isinstance(values, Mapping):
                 raise CommandError(
-                    f"the commands of {boat} are {values!r}: a mapping of thrusters is needed, {EXAMPLE}"
+                    f"invalid commands {values!r} for {boat}: a mapping by thruster is needed, {EXAMPLE}"
                 )
             for name, value in values.items():
                 if name not in names:
@@ -94,5 +94,5 @@ def _number(boat: str, name: str, value: object) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise CommandError(f"the command {name} of {boat} is {value!r}: a finite number is needed")
+        raise CommandError(f"invalid command {value!r} for {name} of {boat}: a finite number is needed")
     return number

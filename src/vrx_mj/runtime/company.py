@@ -40,26 +40,26 @@ class Company:
         engines: str = "fixed",
         color: Sequence[float] | None = None,
     ) -> None:
-        """Put another boat into the run, at rest; all others go on to the last bit as if it were not there.
+        """Add a boat at rest to the run. The others move exactly as without it, until they touch it.
 
         It stays until it is removed or the run is reset. `sim.model`, `sim.data` and `sim.world` are new objects
-        afterwards; `sim.sea`, `sim.wind`, subscriptions and what was commanded stay. A name that a boat had before
-        begins a new life: its sensors have other noise.
+        afterwards; `sim.sea`, `sim.wind`, subscriptions and commands are kept. If a removed boat had the same name,
+        the sensors of the new boat have different noise.
 
         Args:
-            name: its own; nothing in the world has it.
-            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            robot: its kind, a name or a path; by default that of the world's spawn. With an absolute `Path`, relative
-                paths of the others start in its folder.
-            thrusters: layout, or VRX's thruster file; by default as the world's spawn has it.
-            components: VRX's component file.
-            sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet's file.
+            name: name of the boat; nothing else in the world has it.
+            pose: (x, y, z, roll, pitch, yaw) of its `base_link` origin [m, rad, ENU].
+            robot: name or path of the robot; by default that of the world's spawn. With an absolute `Path`, the other
+                paths are relative to its folder.
+            thrusters: name of a layout, or a thruster file of VRX; by default that of the world's spawn.
+            components: a component file of VRX.
+            sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet file.
             engines: `fixed` or `hinged`.
-            color: red, green, blue and alpha of its skin, 0 to 1.
+            color: red, green, blue and alpha of the hull, 0 to 1.
 
         Raises:
-            ConfigError: one of these is wrong, or there is no such robot.
-            CommandError: the name is used, something is at that place, or the run is advancing.
+            ConfigError: an argument is invalid, or the robot does not exist.
+            CommandError: the name or the place is taken, or the simulation is advancing.
             CompileError: the boat cannot be built.
         """
         self._check_standing("spawn")
@@ -74,11 +74,11 @@ class Company:
         self._inhabit(world, rig, f"{name} joins")
 
     def remove(self, name: str) -> None:
-        """Take a boat out of the run; all others go on to the last bit. Subscriptions to its sensors end.
+        """Remove a boat from the run. The others move exactly as before; subscriptions to its sensors end.
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: it is the boat that the task scores, or the run is advancing.
+            CommandError: the task scores this boat, or the simulation is advancing.
         """
         self._check_standing("remove")
         world = without_boat(self._world, name)
@@ -87,7 +87,9 @@ class Company:
     def _check_standing(self, what: str) -> None:
         self._subscriptions.check_idle(what)
         if self._advancing:
-            raise CommandError(f"{what} cannot be called while the run advances, as by a recorder: call it afterwards")
+            raise CommandError(
+                f"{what} cannot be called while the run advances, as from a recorder: call it afterwards"
+            )
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""
@@ -123,7 +125,7 @@ def _check_place(rig: Rig, world: World, name: str) -> None:
     what = model.body(other).name.rpartition("/")[0] or "the terrain"
     apart = float(np.hypot(*(data.xpos[other][:2] - (x, y))))
     where = f", whose origin is {apart:.2f} m away" if other else ""
-    raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would stand {-depth:.2f} m inside {what}{where}")
+    raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would be {-depth:.2f} m inside {what}{where}")
 
 
 def _start(rig: Rig, world: World, name: str) -> slice:

@@ -17,7 +17,7 @@ def whole(what: str, value: object) -> int:
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise CommandError(f"{what} is {value!r}: a whole number is needed") from None
+        raise CommandError(f"invalid {what} {value!r}: a whole number is needed") from None
 
 
 def whole_steps(duration: float, timestep: float) -> int:
@@ -29,15 +29,15 @@ def whole_steps(duration: float, timestep: float) -> int:
     try:
         enough = duration >= timestep * (1.0 - 1e-6)
     except TypeError:
-        raise CommandError(f"the duration is {duration!r}: a number of seconds is needed") from None
+        raise CommandError(f"invalid duration {duration!r}: a number of seconds is needed") from None
     if not enough or math.isinf(duration):
-        raise CommandError(f"a duration of {duration:g} s: at least one timestep, {timestep:g} s, is needed")
+        raise CommandError(f"invalid duration {duration:g} s: at least one timestep, {timestep:g} s, is needed")
     steps = round(duration / timestep)
     if abs(steps * timestep - duration) > 1e-4 * timestep:
         below = math.floor(duration / timestep)
         raise CommandError(
-            f"a duration of {duration:g} s is no multiple of the timestep {timestep:g} s; "
-            f"near it are {below * timestep:g} and {(below + 1) * timestep:g} s"
+            f"invalid duration {duration:g} s: a multiple of the timestep {timestep:g} s is needed, "
+            f"such as {below * timestep:g} or {(below + 1) * timestep:g} s"
         )
     return steps
 

@@ -66,5 +66,5 @@ def _commands(name: str, returned: Any) -> Mapping[str, Any]:
     if returned is None:
         return {}
     if not isinstance(returned, Mapping):
-        raise CommandError(f"the controller {name} returned {returned!r}: a mapping of boats is needed, or None")
+        raise CommandError(f"the controller {name} returned {returned!r}: a mapping by boat, or None, is needed")
     return returned

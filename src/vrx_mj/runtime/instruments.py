@@ -29,51 +29,51 @@ class Instruments:
         return self._sensing.names(boat)
 
     def mounted(self, boat: str) -> tuple[Mounted, ...]:
-        """A boat's sensors: what they are, and where, as `config`, `frame`, `mount`; UnknownNameError: no such boat."""
+        """A boat's sensors with their `config`, `frame` and `mount`; UnknownNameError if no boat has that name."""
         check_name("boat", boat, self._sensing.boats)
         return tuple(sensor for sensor in self._rig.sensors if sensor.boat == boat)
 
     def sense(self, boat: str) -> Readings:
-        """What a boat's sensors last measured, each at its own rate: a mapping of names to readings.
+        """Last readings of a boat's sensors by name, each at the sensor's own rate.
 
         A sensor measures when it is looked up for the first time, and at its rate from then on.
 
         Raises:
-            UnknownNameError: no boat has that name; when looking up, no sensor.
-            SensorError: when looking up: it cannot measure here, as a GPS in a world without georeference.
+            UnknownNameError: no boat has that name, or, when a reading is looked up, no sensor.
+            SensorError: when a reading is looked up: the sensor cannot measure, as a GPS without georeference.
         """
         return self._sensing.readings(boat)
 
     def subscribe(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
     ) -> Subscription:
-        """Have `callback(reading)` called for every measurement of a sensor, or for `rate` of them per second.
+        """Call `callback(reading)` for every measurement of a sensor, or `rate` times per simulated second [Hz].
 
-        It is called from within `advance`, at the step of the measurement, and may do all but advance, reset or set
-        the state. A reading that is due now comes as soon as the simulation advances.
+        The call comes from within `advance`, at the step of the measurement, and must not advance, reset or set the
+        state. A reading that is due now comes as soon as the simulation advances.
 
         Raises:
-            UnknownNameError: no such boat, or no such sensor on it.
+            UnknownNameError: the boat or the sensor does not exist.
             CommandError: the rate is not above 0, or above the sensor's own.
         """
         check_name("boat", boat, self._sensing.boats)
         return self._subscriptions.add(boat, sensor, callback, rate, float(self._rig.data.time))
 
     def unsubscribe(self, subscription: Subscription) -> None:
-        """End what `subscribe` began."""
+        """End a subscription that `subscribe` returned."""
         self._subscriptions.remove(subscription)
 
     def steering(self, boat: str) -> dict[str, float]:
-        """How far each of a boat's engines and rudders is turned now [rad]; UnknownNameError: no such boat."""
+        """Current angle of each engine and rudder of a boat [rad]; UnknownNameError if no boat has that name."""
         return self._of_thrusters(boat, "angle")
 
     def thrust(self, boat: str) -> dict[str, float]:
-        """Force of each of a boat's thrusters now [N], rudders too; UnknownNameError: no such boat."""
+        """Current force of each thruster and rudder of a boat [N]; UnknownNameError if no boat has that name."""
         return self._of_thrusters(boat, "thrust")
 
     @property
     def reading_times(self) -> Mapping[tuple[str, str], float]:
-        """Wall time [s] that readings of sensors with a subscription have taken so far, by boat and sensor."""
+        """Wall time [s] spent so far on readings of subscribed sensors, by boat and sensor."""
         return self._subscriptions.times
 
     def receivers(self, boat: str) -> tuple[str, ...]:
@@ -81,28 +81,28 @@ class Instruments:
         return tuple(self._sensing.of_kind(boat, "pinger"))
 
     def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
-        """Put the beacon that a receiver hears at (x, y, z) [m, ENU]; until then it is at the world's origin.
+        """Move the beacon that a receiver hears to (x, y, z) [m, ENU]; it starts at the world's origin.
 
         Raises:
-            UnknownNameError: no such boat, or no such receiver on it.
-            CommandError: not three finite numbers.
+            UnknownNameError: the boat or the receiver does not exist.
+            CommandError: the position is not three finite numbers.
         """
         self._sensing.set_beacon(boat, sensor, position)
 
     def pinger(self, boat: str, sensor: str) -> tuple[float, float, float]:
-        """Where the beacon is that a receiver hears: (x, y, z) [m, ENU].
+        """Position (x, y, z) [m, ENU] of the beacon that a receiver hears.
 
         Raises:
-            UnknownNameError: no such boat, or no such receiver on it.
+            UnknownNameError: the boat or the receiver does not exist.
         """
         return self._sensing.beacon(boat, sensor)
 
     def fire(self, boat: str, sensor: str | None = None) -> bool:
-        """Shoot a ball; tells whether there was a shot left. The sensor's name may be left out if there is one only.
+        """Shoot a ball and return whether a shot was left; `name` may be left out if the boat has one shooter.
 
         Raises:
-            UnknownNameError: no such boat, or no such ball shooter on it.
-            CommandError: the boat has no ball shooter, or several and none is named.
+            UnknownNameError: the boat or the ball shooter does not exist.
+            CommandError: the boat has no ball shooter, or several and `name` is not given.
         """
         fired = fire(self._sensing, self._rig, self._sea, boat, sensor)
         self._derive()

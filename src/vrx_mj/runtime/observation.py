@@ -24,30 +24,30 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BoatObservation:
-    """Pose and velocity of a boat's `base_link` origin."""
+    """State of a boat: pose and velocity of its `base_link` origin, sensors and thrusters."""
 
     position: FloatArray
-    """(3,): position [m, ENU]."""
+    """Position, (3,) [m, ENU]."""
     quaternion: FloatArray
-    """(4,): orientation (w, x, y, z), body to world."""
+    """Orientation, (4,) quaternion (w, x, y, z), body to world."""
     velocity: FloatArray
-    """(3,): linear velocity u, v, w [m/s], body axes (forward, left, up)."""
+    """Linear velocity u, v, w, (3,) [m/s], body axes (forward, left, up)."""
     angular_velocity: FloatArray
-    """(3,): angular velocity p, q, r [rad/s], body axes."""
+    """Angular velocity p, q, r, (3,) [rad/s], body axes."""
     sensors: Mapping[str, "Reading"] = field(default_factory=dict, repr=False, compare=False)
-    """The sensors' last readings by name, each made when it is looked up: `Simulation.sense`."""
+    """Last readings of the sensors by name, computed when looked up, as in `Simulation.sense`."""
     thrusters: Mapping[str, "Thruster"] = field(default_factory=dict, repr=False, compare=False)
-    """What pushes the boat, by name."""
+    """Thrusters of the boat by name."""
 
     @property
     def roll(self) -> float:
-        """Roll [rad]; positive lowers the starboard side."""
+        """Roll [rad]; positive with the starboard side down."""
         w, x, y, z = (float(value) for value in self.quaternion)
         return math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
 
     @property
     def pitch(self) -> float:
-        """Pitch [rad]; positive lowers the bow."""
+        """Pitch [rad]; positive with the bow down."""
         w, x, y, z = (float(value) for value in self.quaternion)
         return math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
 
@@ -59,7 +59,7 @@ class BoatObservation:
 
     @property
     def speed(self) -> float:
-        """Speed over ground [m/s], horizontal."""
+        """Horizontal speed over ground [m/s]."""
         u, v, w = self.velocity
         turn = rotation_matrix(self.quaternion)
         return math.hypot(*(float(turn[row] @ (u, v, w)) for row in (0, 1)))

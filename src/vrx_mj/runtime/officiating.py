@@ -110,7 +110,9 @@ class Officiating:
         try:
             plain = json.loads(json.dumps(content, allow_nan=False))
         except (TypeError, ValueError) as error:
-            raise CommandError(f"the message '{topic}' is not of plain finite data: {error}") from None
+            raise CommandError(
+                f"invalid message '{topic}': plain data with finite numbers is needed: {error}"
+            ) from None
         self._sent.append(self.referee.accept(topic, self._in_world(plain)))
 
     def observe(self) -> TaskObservation:
@@ -152,7 +154,7 @@ class Officiating:
             StateError: it is of another task, or damaged.
         """
         if (self.referee is None) != (not text):
-            raise StateError("the state is of a run with a task, and this one has none, or the other way round")
+            raise StateError("the state does not fit this run: only one of them has a task")
         if self.referee is None:
             return
         try:

@@ -64,7 +64,7 @@ def which_rows(n: int, rows: Rows) -> npt.NDArray[np.int64]:
         return np.zeros(0, np.int64)
     if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < n).all():
         return given.astype(np.int64)
-    raise CommandError(f"rows are {rows!r}: a mask of {n} truths is needed, or numbers from 0 to {n - 1}")
+    raise CommandError(f"invalid rows {rows!r}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
 
 
 def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
@@ -77,7 +77,7 @@ def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
         return int(seed) + which
     given = np.asarray(seed)
     if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer):
-        raise CommandError(f"seeds are {seed!r}: one whole number is needed, or {len(which)} of them")
+        raise CommandError(f"invalid seed {seed!r}: one whole number, or {len(which)} of them, is needed")
     return given.astype(np.int64)
 
 
@@ -92,7 +92,7 @@ def row_numbers(what: str, values: npt.ArrayLike) -> Floats:
     except (TypeError, ValueError):
         text = repr(values)
         given = text if len(text) <= 60 else f"a {type(values).__name__}"
-        raise CommandError(f"{what}: an array of numbers is needed, not {given}") from None
+        raise CommandError(f"invalid {what} {given}: an array of numbers is needed") from None
 
 
 def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
@@ -104,7 +104,7 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
     given = row_numbers(what, values)
     if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
         raise CommandError(
-            f"{what} has shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
+            f"invalid {what} of shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
         )
     return np.broadcast_to(given, (count, 6))
 
@@ -118,5 +118,5 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     given = row_numbers(what, value)
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
-        raise CommandError(f"{what} is {value!r}: one finite number{at_least}, or {count} of them")
+        raise CommandError(f"invalid {what} {value!r}: one finite number{at_least}, or {count} of them, is needed")
     return np.broadcast_to(given, (count,)).copy()

@@ -33,39 +33,39 @@ CONTROL_RATE = 10.0
 
 @dataclass(frozen=True)
 class BoatSummary:
-    """Where a boat ended."""
+    """Position, heading and distance of a boat at the end of a run."""
 
     position: tuple[float, float, float]
-    """[m, ENU]."""
+    """Position (x, y, z) [m, ENU]."""
     heading: float
-    """[rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from east."""
     distance: float
-    """Way over ground [m], sampled at the control rate."""
+    """Distance over ground [m], sampled at the control rate."""
 
 
 @dataclass(frozen=True)
 class TaskSummary:
-    """How a task went."""
+    """Result of a task."""
 
     type: str
     name: str
     state: str
-    """initial, ready, running or finished."""
+    """Phase of the task: initial, ready, running or finished."""
     score: float
     unit: str
     better: str
-    """lower or higher: which scores are the better ones."""
+    """Whether a `lower` or a `higher` score is better."""
     elapsed: float
-    """Since it began to run [s]."""
+    """Time since the task began to run [s]."""
     timed_out: bool
     num_collisions: int
     events: tuple[tuple[float, str, str], ...]
-    """What the referee said: simulated time [s], text and level."""
+    """Messages of the referee: simulated time [s], text and level."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run was and how it ended; two equal runs on one platform have one `state_sha256`."""
+    """Settings and result of a run; equal runs on one platform have the same `state_sha256`."""
 
     world: str
     fleet: str
@@ -79,10 +79,10 @@ class Summary:
     interrupted: bool
     boats: dict[str, BoatSummary]
     task: TaskSummary | None = None
-    """How the world's task went; None where there is none."""
+    """Result of the world's task; None if it has none."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as plain data, ready for JSON."""
+        """The summary as plain data for JSON."""
         return asdict(self)
 
 
@@ -95,20 +95,20 @@ def run(
     progress: Callable[[float], None] | None = None,
     advance: Callable[[int], None] | None = None,
 ) -> Summary:
-    """Run for `duration` [s] of simulated time, or until the world's task is finished, and tell how it ended.
+    """Run for `duration` [s] of simulated time, or until the world's task is finished, and return a summary.
 
-    Without a duration a task ends the run, at its time-out at the latest; a world without a task runs for a minute.
-    With one the run goes on after the task's end.
+    Without a duration the run ends with the task, at its time-out at the latest, or after one minute in a world
+    without a task. With a duration the run continues after the task's end.
 
-    The controller is called `control_rate` times a second, at the nearest step without drift; what it returns acts
-    as `Simulation.command` does, with the thruster's timeout. Ctrl-C ends the run early, and is told in the summary.
-    `advance` stands for `Simulation.advance`: it calls that, and may look at the simulation on the way.
+    The controller is called `control_rate` times per simulated second, at the nearest step; its commands act
+    as in `Simulation.command`. Ctrl-C ends the run early and sets `interrupted` in the summary. `advance` replaces
+    `Simulation.advance`: it has to call it, and may inspect the simulation in between.
 
     Raises:
-        CommandError: `sim` is no simulation, the duration no multiple of the timestep, the rate not above 0, or the
-            controller returned nonsense.
+        CommandError: `sim` is not a Simulation, the duration is not a multiple of the timestep, the rate is not above
+            0, or the controller returned invalid commands.
         VrxError: the controller cannot be called with observations and a time.
-        DivergedError: the state became NaN or huge.
+        DivergedError: the state became NaN or too large.
     """
     check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
     _check_control(controller, control_rate)
@@ -166,7 +166,7 @@ def load_controller(name: str, seed: int) -> Controller:
         raise VrxError(f"no module named '{module_name}' for the controller '{name}'") from error
     found = getattr(module, attribute, None)
     if found is None:
-        raise VrxError(f"the module '{module_name}' has nothing named '{attribute}'")
+        raise VrxError(f"the module '{module_name}' has no attribute '{attribute}'")
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
@@ -178,7 +178,7 @@ def split_name(name: str) -> tuple[str, str]:
     """Module and attribute of a controller's name; VrxError: it is not `module:function`."""
     module, _, attribute = name.partition(":")
     if not (attribute.isidentifier() and all(part.isidentifier() or part[:1].isdigit() for part in module.split("."))):
-        raise VrxError(f"'{name}' names no controller: write module:function, as in my_boat:controller")
+        raise VrxError(f"invalid controller '{name}': module:function is needed, as in my_boat:controller")
     return module, attribute
 
 
@@ -187,13 +187,13 @@ def _check_control(controller: Any, rate: Any) -> None:
     if controller is not None:
         _check_callable(getattr(controller, "__name__", repr(controller).strip("'")), controller)
     if not isinstance(rate, int | float | np.number) or not 0.0 < rate < math.inf:
-        raise CommandError(f"control_rate is {rate!r}: a number of calls per second above 0 is needed")
+        raise CommandError(f"invalid control_rate {rate!r}: a number of calls per second above 0 is needed")
 
 
 def _check_callable(name: str, controller: Any) -> None:
     """Whether it can be called with the observations and the time."""
     if not callable(controller):
-        raise VrxError(f"'{name}' cannot be called: a controller is a function, or a class with __call__")
+        raise VrxError(f"invalid controller '{name}': a function, or a class with __call__, is needed")
     try:
         takes = inspect.signature(controller)
     except (TypeError, ValueError):  # of something compiled
@@ -202,7 +202,7 @@ def _check_callable(name: str, controller: Any) -> None:
         takes.bind({}, 0.0)
     except TypeError:
         raise VrxError(
-            f"'{name}' takes {takes}: a controller takes two arguments, the observations by boat and the time [s]"
+            f"invalid controller '{name}{takes}': two arguments are needed, the observations by boat and the time [s]"
         ) from None
 
 
@@ -251,7 +251,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
     if commands is None:
         return
     if not isinstance(commands, Mapping):
-        raise CommandError(f"the controller returned {commands!r}: a mapping of boats is needed, or None")
+        raise CommandError(f"the controller returned {commands!r}: a mapping by boat, or None, is needed")
     for boat, values in commands.items():
         if boat == TASK:
             _send(sim, values)
@@ -266,7 +266,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
 def _send(sim: Simulation, messages: Any) -> None:
     """Send a controller's messages to the task, each topic with a content or a list of them."""
     if not isinstance(messages, Mapping):
-        raise CommandError(f"the controller sent {messages!r} to the task: a mapping of topics is needed")
+        raise CommandError(f"the controller sent {messages!r} to the task: a mapping by topic is needed")
     for topic, content in messages.items():
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:

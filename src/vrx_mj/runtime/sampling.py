@@ -73,8 +73,8 @@ class Sampler:
         """Refuse what would make another run of the one that is recorded."""
         if self._strides:
             raise CommandError(
-                f"{what} while the run is recorded: a recording is of one run; call {what} before it begins, or end it "
-                "and begin another"
+                f"{what} cannot be called while the run is recorded, since a recording holds one run: call it before "
+                "the recording begins, or end the recording first"
             )
 
     def drain(self) -> None:

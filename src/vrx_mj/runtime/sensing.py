@@ -163,7 +163,7 @@ class Sensing:
             CommandError: not three finite numbers.
         """
         sensor = _find(f"pinger of {boat}", name, self.of_kind(boat, "pinger"))
-        self._rig.moments.marks[sensor.marks] = _three(f"the position of {name}'s beacon", position)
+        self._rig.moments.marks[sensor.marks] = _three(f"position of {name}'s beacon", position)
         self.renew()
 
     @property
@@ -211,7 +211,7 @@ class Sensing:
     def _fix(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Fix:
         if self._earth is None:
             whose = f"{sensor.name} of {sensor.boat}"
-            raise SensorError(f"{whose} cannot tell where it is: the world {self._world.name} has no georeference")
+            raise SensorError(f"{whose} cannot measure its position: the world {self._world.name} has no georeference")
         return fix(sensor.config, self._measured(sensor, now), self._earth, draw)
 
     def _inertia(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Inertia:
@@ -248,5 +248,5 @@ def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:
     except (TypeError, ValueError):
         numbers = ()
     if len(numbers) != 3 or not all(abs(number) < HUGE for number in numbers):
-        raise CommandError(f"{what} is {values!r}: three numbers below {HUGE:g} are needed")
+        raise CommandError(f"invalid {what} {values!r}: three numbers below {HUGE:g} are needed")
     return numbers

@@ -20,7 +20,7 @@ def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> b
     """
     sensor = _chosen(sensing.of_kind(boat, "ball_shooter"), boat, name)
     if sensor.ball is None:
-        raise SensorError(f"{sensor.name} of {boat} has no ball: this world was made without one")
+        raise SensorError(f"{sensor.name} of {boat} has no ball: the world was compiled without one")
     shots = rig.moments.marks[sensor.marks]
     if shots[0] < 1.0:
         return False

@@ -31,29 +31,33 @@ class Signals:
         return tuple(display.name for display in self._rig.displays if display.kind == "placard")
 
     def showing(self, name: str) -> str:
-        """What a light (`red`, `off`) or a placard (`red_circle`) shows now; UnknownNameError if there is none."""
+        """Current colour of a light (`red`, `off`) or symbol of a placard (`red_circle`).
+
+        Raises:
+            UnknownNameError: no light or placard has that name.
+        """
         display = self._display("light or placard", name, ("light", "placard"))
         return display.shows(self._rig.display_marks, float(self._rig.data.time))
 
     def set_light(self, name: str, colors: Sequence[str]) -> None:
-        """Have a light show three colours in turn, a second each, from a second later on.
+        """Make a light show three colours in turn, each for one second, beginning in one second.
 
         Raises:
             UnknownNameError: no light has that name.
-            CommandError: not three such colours.
+            CommandError: the colours are not three valid ones.
         """
         display = self._display("light", name, ("light",))
         if isinstance(colors, str) or len(colors) != 3 or not {*colors} <= {*LIGHT_COLORS, OFF}:
             known = ", ".join((*LIGHT_COLORS, OFF))
-            raise CommandError(f"the colours of {name} are {colors!r}: three of {known} are needed")
+            raise CommandError(f"invalid colours {colors!r} of {name}: three of {known} are needed")
         new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
         self._sensing.renew()
 
     def set_placard(self, name: str, symbol: str) -> None:
-        """Have a placard show a symbol, as `red_circle`.
+        """Make a placard show a symbol, such as `red_circle`.
 
         Raises:
-            UnknownNameError: no placard has that name, or there is no such symbol.
+            UnknownNameError: the placard or the symbol does not exist.
         """
         display = self._display("placard", name, ("placard",))
         if symbol not in SYMBOLS:
@@ -62,7 +66,7 @@ class Signals:
         self._sensing.renew()
 
     def shuffle(self, name: str) -> None:
-        """Have a light or a placard show what comes next in VRX's order; UnknownNameError if there is none."""
+        """Make a light or a placard show the next pattern in VRX's order; UnknownNameError if unknown."""
         display = self._display("light or placard", name, ("light", "placard"))
         marks = self._rig.display_marks[display.marks]
         if display.kind == "light":
@@ -72,7 +76,7 @@ class Signals:
         self._sensing.renew()
 
     def paint(self, model: mujoco.MjModel) -> None:
-        """Give a model that is drawn, as `visual_model`, the colours that lights and placards show now."""
+        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
         marks, time = self._rig.display_marks, float(self._rig.data.time)
         for geom, rgba in painted(model, self._rig.displays, marks, time).items():
             model.geom_rgba[geom] = rgba

@@ -47,14 +47,14 @@ SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class Simulation(Company, Instruments, Signals, Whereabouts):
-    """One world, moving.
+    """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
     same versions of MuJoCo, numba and vrx_mj.
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
-        check_kind("Simulation", world, World, "what compile_world gives")
+        check_kind("Simulation", world, World, "a World, as compile_world returns it")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
         self._stepping = Stepping()
@@ -73,29 +73,29 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     @classmethod
     def load(cls, source: str | Path) -> "Simulation":
-        """Sail what `World.save` or `vrx-mj compile` wrote, from its folder or MJCF; StateError if there is none."""
+        """Simulation of a world that `World.save` or `vrx-mj compile` wrote; StateError if `path` holds none."""
         return cls(World.load(source))
 
     # What it is
 
     @property
     def world(self) -> World:
-        """The compiled world that runs here."""
+        """The compiled world of this simulation."""
         return self._world
 
     @property
     def model(self) -> mujoco.MjModel:
-        """MuJoCo's model of what steps; it has no visual geoms. Changes act from the next `reset` or `set_state`."""
+        """MuJoCo's model of the physics, without visual geoms; changes act from the next `reset` or `set_state`."""
         return self._model
 
     @property
     def data(self) -> mujoco.MjData:
-        """MuJoCo's state. Forces are written into `xfrc_applied` at every step."""
+        """MuJoCo's state; the forces of water, wind and thrusters are written to `xfrc_applied` at every step."""
         return self._data
 
     @property
     def visual_model(self) -> mujoco.MjModel:
-        """A model of the same world with everything that is looked at; its `qpos` is laid out alike."""
+        """MuJoCo's model of the same world with visual geoms; its `qpos` has the same layout."""
         return self._drawing()
 
     @property
@@ -115,36 +115,36 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     @property
     def seed(self) -> int:
-        """Seed of the present run."""
+        """Seed of the current run."""
         return self._seed
 
     @property
     def sea(self) -> Sea:
-        """The sea's surface: `sim.sea.height(x, y, t)`."""
+        """Surface of the sea, as in `sim.sea.height(x, y, t)` [m]."""
         return self._sea
 
     @property
     def wind(self) -> Wind:
-        """The wind: `sim.wind.velocity(t)`."""
+        """Wind, as in `sim.wind.velocity(t)` [m/s]."""
         return self._wind
 
     def command_names(self, boat: str) -> tuple[str, ...]:
-        """The commands a boat takes, thrusters and their `_angle` [rad]; UnknownNameError: no such boat."""
+        """Names of a boat's commands, its thrusters and their `_angle`; UnknownNameError if no boat has that name."""
         return self._helm.names(boat)
 
     # Running
 
     def reset(self, seed: int | None = None) -> Observation:
-        """Go back to the start, with the world's seed or another; returns what the boats see.
+        """Restart the run with the world's seed or the given one, and return the first observation.
 
-        The boats are those of the world that the simulation was made of, whoever was spawned or removed.
+        The boats are those of the world that was given to the simulation: spawning and removing is undone.
 
         Raises:
-            CommandError: the seed is no whole number, or the run is being recorded: a recording is of one run.
+            CommandError: the seed is not a whole number, or the run is being recorded.
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._first.seed if seed is None else whole("the seed", seed)
+        self._seed = self._first.seed if seed is None else whole("seed", seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
             self._bind(self._first, rig_of(self._first, self._stepping))
@@ -156,12 +156,12 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         return self.observe()
 
     def command(self, boat: str, *given: object, **commands: float) -> None:
-        """Command a boat's thrusters as VRX's topics do: each thrust lasts for the thruster's timeout.
+        """Command a boat's thrusters as VRX's topics do: a thrust lasts for the thruster's timeout.
 
         Thrusts are shares of full power: beyond +-1 the force is that of VRX's mapping, capped. In worlds of profile
         `vrx3` they are forces [N], clamped to the thruster's limits, and last until the next. Angles are in rad,
         clamped to the thruster's limit, and do not time out. Errors are those of `command_all`, and a CommandError if
-        something is `given` without its name.
+        a command is `given` without its name.
         """
         check_kind("command", boat, str, "the name of a boat first")
         if given:
@@ -169,10 +169,10 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         self.command_all({boat: commands})
 
     def command_all(self, commands: Commands) -> None:
-        """The same as `command`, for several boats.
+        """Command several boats, as `command` does for one.
 
         Raises:
-            UnknownNameError: no such boat or thruster.
+            UnknownNameError: a boat or thruster does not exist.
             CommandError: a command is not a finite number.
         """
         self._helm.give(self._rig, commands, self.time, hold=0.0)
@@ -183,9 +183,9 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         A command holds for the whole duration.
 
         Raises:
-            UnknownNameError: no such boat or thruster.
-            CommandError: a command is not a finite number, or the duration no multiple of the timestep.
-            DivergedError: the state became NaN or huge; the last good one is in a file.
+            UnknownNameError: a boat or thruster does not exist.
+            CommandError: a command is not a finite number, or the duration is not a multiple of the timestep.
+            DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
         steps = 1 if duration is None else self.steps_in(duration)
         self._helm.give(self._rig, commands or {}, self.time, hold=(steps + 0.5) * self.timestep)
@@ -193,20 +193,20 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         return self.observe()
 
     def steps_in(self, duration: float) -> int:
-        """Number of physics steps in a duration [s]; CommandError if it is not a whole number."""
+        """Number of physics steps in a duration [s]; CommandError if the duration is not a multiple of the timestep."""
         return whole_steps(duration, self.timestep)
 
     def advance(self, steps: int) -> None:
-        """Advance by a number of physics steps under the commands that stand.
+        """Advance by a number of physics steps under the last commands.
 
         Raises:
-            CommandError: it is no whole number.
-            DivergedError: the state became NaN or huge; the last good one is in a file.
+            CommandError: `steps` is not a whole number.
+            DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
         self._subscriptions.check_idle("advance")
         self._advancing = True
         try:
-            self._advance(whole("the number of steps", steps))
+            self._advance(whole("number of steps", steps))
         finally:
             self._advancing = False
 
@@ -236,7 +236,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
     # State
 
     def observe(self) -> Observation:
-        """What every boat's controller sees now; as `obs["task"]`, in a world with one, what its task tells."""
+        """Observation of every boat by name, and of the task as `obs["task"]` if the world has one."""
         boats = (
             (boat, self._bodies.observe(boat, sensors=self.sense(boat), thrusters=self._thrusters[boat]))
             for boat in self.boats
@@ -244,7 +244,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         return Observation(boats, self.task)
 
     def get_state(self) -> State:
-        """The whole state: continued from it, a run equals the uninterrupted one bit for bit."""
+        """Complete state of the run; a run continued from it equals the uninterrupted one bit for bit."""
         return dataclasses.replace(self._moment(), world=self._world.sha256)
 
     def _moment(self) -> State:
@@ -256,21 +256,21 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         return State(STATE_VERSION, "", self._seed, self.time, flat, ours, moving, task)
 
     def set_state(self, state: State) -> Observation:
-        """Go to a state that `get_state` gave, here or in another process.
+        """Set the state to one that `get_state` returned, here or in another process.
 
         Raises:
-            StateError: it is none, or belongs to another world, as to this one before boats came or went, or to another
-                version, or is not finite.
-            CommandError: the run is being recorded: a recording is of one run.
+            StateError: it is not a State, is not finite, or belongs to another version, to another world, or to this
+                world with other boats.
+            CommandError: the run is being recorded.
         """
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        check_kind("set_state", state, State, "what get_state gave, or State.load(path)", StateError)
+        check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
         if state.world == self._first.sha256 != self._world.sha256:
             boats = ", ".join(self._first.boats)
             raise StateError(
-                f"the state at t = {state.time:g} s is from before boats came or went: reset() brings back {boats}; "
-                "then it can be set"
+                f"the state at t = {state.time:g} s has other boats than the simulation: call reset(), which restores "
+                f"{boats}, then set_state"
             )
         state.check(self._world.sha256)
         self._rig.check(state.ours)
@@ -289,21 +289,21 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     @property
     def task(self) -> TaskObservation | None:
-        """Phase, times, score and outputs of the world's task; None where there is none."""
+        """Phase, times, score and outputs of the world's task; None if it has none."""
         return self._officiating.observe() if self._officiating.referee else None
 
     @property
     def task_is_over(self) -> bool:
-        """Whether the world's task is finished; never where there is none."""
+        """Whether the world's task is finished; False if it has none."""
         return self._officiating.referee is not None and self._officiating.over
 
     @property
     def task_events(self) -> tuple[tuple[float, str, str], ...]:
-        """What the referee said so far: simulated time [s], text and level."""
+        """Messages of the referee so far: simulated time [s], text and level."""
         return self._officiating.events
 
     def send(self, topic: str, content: Any) -> None:
-        """Send something to the task, as a landmark that was found; it arrives at the referee's next look.
+        """Send a message to the task, such as a landmark that was found; the referee reads it at its next update.
 
         Raises:
             CommandError: the world has no task, or the task takes no such message.
@@ -313,24 +313,24 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
     # Recorders
 
     def attach(self, listener: Listener, *, rate: float) -> None:
-        """Give a listener `rate` rows per simulated second, a state per second, and events."""
+        """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events."""
         self._sampler.add(listener, rate)
         self._renew_arguments()
         self._keep()
 
     def detach(self, listener: Listener) -> None:
-        """Give a listener what is left and let it go."""
+        """Deliver the remaining rows to a listener and detach it."""
         self._keep()
         self._sampler.remove(listener)
         listener.rows(self.row()[None])
         self._renew_arguments()
 
     def row(self) -> npt.NDArray[np.float64]:
-        """The row of the present moment, as listeners get them."""
+        """Row of the current time, as listeners get it."""
         return self._rig.row(self.time)
 
     def event(self, text: str, level: str = "INFO") -> None:
-        """Write a line into the recordings, at the present time."""
+        """Write a log line to the recordings at the current time."""
         for listener in self._sampler.listeners:
             listener.event(self.time, text, level)
 

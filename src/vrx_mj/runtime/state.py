@@ -15,29 +15,29 @@ STATE_VERSION = 3
 
 @dataclass(frozen=True)
 class State:
-    """A moment of a run: continued from it, the run is bit-equal to the uninterrupted one.
+    """Complete state of a run; a run continued from it is bit-equal to the uninterrupted one.
 
     It holds plain numbers and bytes, so it can be pickled and moved to another process.
     """
 
     version: int
     world: str
-    """`World.sha256` of the world it belongs to."""
+    """`World.sha256` of the world to which the state belongs."""
     seed: int
     time: float
     """Simulated time [s]."""
     mujoco: npt.NDArray[np.float64]
-    """MuJoCo's integration state (`mjSTATE_INTEGRATION`), flat."""
+    """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
     ours: bytes
-    """Gusts, commands, servos, wave memory, shots, beacons and sensors' moments: the compiled loop's state."""
+    """Bytes of the compiled loop's state: gusts, commands, servos, wave memory, shots, beacons, sensors' moments."""
     moving: int
-    """How many of these bytes bear on the motion; the rest are the sensors' moments."""
+    """Number of bytes of `ours` that affect the motion; the rest are the sensors' moments."""
     task: str = ""
-    """The referee's sheet and memory as JSON; empty where the world has no task."""
+    """State of the referee as JSON; empty if the world has no task."""
 
     @property
     def sha256(self) -> str:
-        """Fingerprint of everything that moves; equal runs have equal ones, whichever sensors were read."""
+        """SHA-256 of everything that moves; equal runs have the same, whichever sensors were read."""
         digest = hashlib.sha256(f"{self.version} {self.seed}".encode())
         digest.update(np.float64(self.time).tobytes())
         digest.update(self.mujoco.tobytes())
@@ -46,10 +46,10 @@ class State:
         return digest.hexdigest()
 
     def check(self, world: str) -> None:
-        """Tell whether a run of the world with this fingerprint can go on from here.
+        """Check that a run of the world with this fingerprint can continue from this state.
 
         Raises:
-            StateError: it belongs to another world or another version, or is not finite.
+            StateError: the state belongs to another world or another version, or is not finite.
         """
         check_version(self.version)
         if self.world != world:
@@ -58,7 +58,7 @@ class State:
             raise StateError(f"the state at t = {self.time:g} s is not finite")
 
     def to_bytes(self) -> bytes:
-        """One block of bytes that `from_bytes` reads; no pickle in it."""
+        """The state as one block of bytes for `from_bytes`, without pickle."""
         header = {
             "version": self.version,
             "world": self.world,
@@ -72,10 +72,10 @@ class State:
 
     @staticmethod
     def from_bytes(block: bytes) -> "State":
-        """Read what `to_bytes` made.
+        """State from the bytes that `to_bytes` returned.
 
         Raises:
-            StateError: the bytes are no state, or one of another version.
+            StateError: the bytes are not a state, or one of another version.
         """
         head, _, body = block.partition(b"\n")
         try:
@@ -85,10 +85,10 @@ class State:
             fields = (header["world"], header["seed"], float.fromhex(header["time"]))
             moving, task = int(header["moving"]), str(header["task"])
         except (ValueError, TypeError, KeyError) as error:
-            raise StateError(f"these {len(block)} bytes are no saved state: {error}") from error
+            raise StateError(f"these {len(block)} bytes are not a saved state: {error}") from error
         check_version(version)
         if len(body) < size:
-            raise StateError(f"the saved state is cut off: {len(body)} of {size} bytes")
+            raise StateError(f"the saved state is truncated: {len(body)} of {size} bytes")
         return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving, task)
 
     def save(self, path: str | Path) -> None:
@@ -97,10 +97,10 @@ class State:
 
     @staticmethod
     def load(path: str | Path) -> "State":
-        """Read a state that `save`, or a run that diverged, has written.
+        """Read a state that `save` or a diverged run has written.
 
         Raises:
-            StateError: the file is no state, or one of another version.
+            StateError: the file is not a state, or one of another version.
         """
         return State.from_bytes(Path(path).read_bytes())
 

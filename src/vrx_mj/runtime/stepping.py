@@ -46,7 +46,7 @@ def stepping_models(world: World) -> Models:
     The twin has no shapes at all; it steps the same data while nothing can touch anything.
 
     Raises:
-        CompileError: MuJoCo refuses the saved world.
+        CompileError: MuJoCo cannot compile the saved world.
     """
     return Stepping().models(world)
 
@@ -64,7 +64,7 @@ class Stepping:
         """The same as `stepping_models`, quicker if the world is much like the one before.
 
         Raises:
-            CompileError: MuJoCo refuses the saved world.
+            CompileError: MuJoCo cannot compile the saved world.
         """
         text, before = _Text.of(world.mjcf), self._text
         self._text = None
@@ -74,7 +74,7 @@ class Stepping:
             models = self._joined(newcomer) if newcomer else None
             models = models or self._read(text, world.assets)
         except ValueError as error:
-            raise CompileError(f"MuJoCo refuses the saved world {world.name}: {error}") from error
+            raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
         self._text = text
         return models
 

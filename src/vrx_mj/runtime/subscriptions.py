@@ -87,12 +87,12 @@ class Subscriptions:
         if sensor not in rates:
             raise UnknownNameError(f"sensor of {boat}", sensor, rates)
         if not callable(callback):
-            raise CommandError(f"a subscriber is called with a reading; {callback!r} cannot be called")
+            raise CommandError(f"invalid callback {callback!r}: a function that takes a reading is needed")
         own = rates[sensor]
         wanted = own if rate is None else float(rate)
         if not 0.0 < wanted <= own:
             raise CommandError(
-                f"a rate of {wanted:g} for {sensor} of {boat}: above 0, and at most its own, {own:g} per second"
+                f"invalid rate {wanted:g} Hz for {sensor} of {boat}: above 0, and at most the sensor's {own:g} Hz"
             )
         subscription = Subscription(boat, sensor, wanted, callback, own)
         subscription.taken = subscription.number(time - self._timestep)
@@ -115,7 +115,7 @@ class Subscriptions:
             CommandError: a reading is being handed over.
         """
         if self._busy:
-            raise CommandError(f"{what} cannot be called while a sensor's reading is handed over: call it afterwards")
+            raise CommandError(f"{what} cannot be called from the callback of a subscription: call it afterwards")
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to where the next reading may be due."""

@@ -10,7 +10,7 @@ from numba.core import event
 from vrx_mj.physics.kernel import cached
 
 ONCE = "for this machine, once"
-EVERY_TIME = "for this process only, as there is no folder to keep it in: VRX_MJ_CACHE may name one"
+EVERY_TIME = "for this process only, since no cache folder is writable: set VRX_MJ_CACHE to one"
 KERNELS = 130
 """About how many kernels the loop is made of: for the progress only."""
 

@@ -27,16 +27,16 @@ class Whereabouts:
         pose: Sequence[float] | None = None,
         velocity: Sequence[float] | None = None,
     ) -> None:
-        """Put a boat somewhere, or set it moving; what is not given stays.
+        """Set the pose or the velocity of a boat; what is not given is kept.
 
         Args:
-            name: the boat.
-            pose: (x, y, z, roll, pitch, yaw) [m, rad, ENU] of its `base_link` origin.
-            velocity: (u, v, w, p, q, r) [m/s, rad/s] of that origin, body axes.
+            name: name of the boat.
+            pose: (x, y, z, roll, pitch, yaw) of its `base_link` origin [m, rad, ENU].
+            velocity: (u, v, w, p, q, r) of that origin [m/s, rad/s], body axes.
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: not six finite numbers.
+            CommandError: the pose or the velocity is not six finite numbers.
         """
         check_name("boat", name, self._world.boats)
         if pose is not None:
@@ -45,7 +45,7 @@ class Whereabouts:
         self._derive()
 
     def release(self, boat: str) -> None:
-        """Let go of a boat that its task holds, as `set_boat` with a pose does; nothing happens to one that is free."""
+        """Release a boat that its task holds, as `set_boat` with a pose does; a free boat is not changed."""
         check_name("boat", boat, self._world.boats)
         self._rig.release(boat)
 
@@ -56,11 +56,11 @@ class Whereabouts:
         pose: Sequence[float] | None = None,
         velocity: Sequence[float] | None = None,
     ) -> None:
-        """The same as `set_boat`, for a floating object, or for the frame of a floating dock.
+        """Set the pose or the velocity of a floating object or of the frame of a floating dock, as `set_boat` does.
 
         Raises:
             UnknownNameError: no floating object or dock has that name.
-            CommandError: not six finite numbers.
+            CommandError: the pose or the velocity is not six finite numbers.
         """
         check_name("floating object", name, self._bodies.afloat)
         self._bodies.put(name, pose, velocity)
@@ -68,18 +68,18 @@ class Whereabouts:
         self._bodies.set_afloat(name, lambda x, y: float(self._sea.height(x, y, self._rig.data.time)))
 
     def observe_object(self, name: str) -> BoatObservation:
-        """Pose and velocity of a floating object's link, or of a floating dock's frame, that of its drawing.
+        """Pose and velocity of a floating object's link, or of the frame of a floating dock's drawing.
 
-        UnknownNameError if none has that name.
+        UnknownNameError if no floating object or dock has that name.
         """
         check_name("floating object", name, self._bodies.afloat)
         return self._bodies.observe(name)
 
     def forces(self, boat: str) -> Forces:
-        """What acts on a boat in the step to come, by effect: a mapping of name to (6,) force and torque.
+        """Forces on a boat in the next step, by name of the effect: force and torque, (6,).
 
         Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
-        that acts from outside, but for contacts; inertial effects stand apart in `.inertial`. UnknownNameError if no
+        external loads except contacts; inertial effects are in `.inertial`. UnknownNameError if no
         boat has that name.
         """
         check_name("boat", boat, self._world.boats)

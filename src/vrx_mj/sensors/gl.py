@@ -56,7 +56,7 @@ def check_process() -> None:
     """
     if is_forked():
         raise RenderError(
-            "this process was forked from one that had drawn pictures, after which it cannot draw any: "
+            "this process was forked from one that had drawn pictures, so it cannot draw: "
             "start it with 'spawn' or 'forkserver', or draw only in processes that were forked before"
         )
 
@@ -101,7 +101,7 @@ def problem_of(backend: str) -> str | None:
     """Why `egl` or `osmesa` cannot draw here, or None if it can."""
     platform = os.environ.get("PYOPENGL_PLATFORM", "").lower()
     if platform and platform != backend:
-        return f"PYOPENGL_PLATFORM={platform} stands in its way"
+        return f"PYOPENGL_PLATFORM={platform} prevents it"
     probes: dict[str, Callable[[], str | None]] = {"egl": _egl_problem, "osmesa": _osmesa_problem}
     try:
         return probes[backend]()
@@ -116,7 +116,7 @@ def _egl_problem() -> str | None:
     names = (b"eglQueryDevicesEXT", b"eglGetPlatformDisplayEXT")
     query, display_of = (egl.eglGetProcAddress(name) for name in names)
     if not (query and display_of):
-        return "libEGL knows no drawing without a screen"
+        return "libEGL does not support drawing without a screen"
     devices, number = (ctypes.c_void_p * 16)(), ctypes.c_int()
     ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(query)(
         16, ctypes.addressof(devices), ctypes.addressof(number)
@@ -147,6 +147,6 @@ def _advice(problems: dict[str, str]) -> str:
     found = "".join(f"\n  {backend}: {problem}" for backend, problem in problems.items())
     lines = "".join(f"\n  sudo apt-get install -y {DEBIAN[name]}    # then MUJOCO_GL={name}" for name in BACKENDS)
     return (
-        f"no way to draw pictures without a screen:{found}\nInstall one of these; which one is found by itself, "
-        f"or chosen by the variable MUJOCO_GL:{lines}"
+        f"cannot draw pictures without a screen:{found}\nInstall one of these; it is found automatically, "
+        f"or selected by the variable MUJOCO_GL:{lines}"
     )

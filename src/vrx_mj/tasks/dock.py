@@ -153,8 +153,8 @@ class Docking(PlainRules):
             CommandError: the task takes no such message, or they are no three colours.
         """
         if topic != TOPIC or not self._asks_colors:
-            known = f"only '{TOPIC}'" if self._asks_colors else "none at all"
-            raise CommandError(f"{self.title} takes no message '{topic}'; it takes {known}")
+            known = TOPIC if self._asks_colors else "none"
+            raise CommandError(f"{self.title} takes no message '{topic}'; known: {known}")
         return _colors(content)
 
     # Inside
@@ -162,7 +162,7 @@ class Docking(PlainRules):
     def _judge_colors(self, colors: Sequence[str], desk: Desk) -> None:
         own = self.state
         if not own.colors_open:
-            desk.tell("colours sent in vain: they are taken once, while the task runs", "WARN")
+            desk.tell("colours ignored: they are accepted once, while the task runs", "WARN")
             return
         own.colors_open, own.colors = False, list(colors)
         right = own.colors == self._colors
@@ -218,7 +218,7 @@ class Docking(PlainRules):
             desk.tell(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
         if inside and not docked and time - own.inside[bay.name] >= self._stay - EARLY:
             own.docked.append(bay.name)
-            desk.tell(f"{self._boat} has docked in {bay.name}; the points come on backing out")
+            desk.tell(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
 
     def _back_out(self, bay: Bay, desk: Desk) -> None:
         """Give the points, if the task runs, and end it."""
@@ -234,7 +234,7 @@ def _colors(content: Any) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
-        raise CommandError(f"{TOPIC} is {content!r}: it takes a list of three of {', '.join(LIGHT_COLORS)}")
+        raise CommandError(f"invalid {TOPIC} {content!r}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
     return colors
 
 

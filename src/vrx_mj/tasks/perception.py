@@ -85,15 +85,17 @@ class Perception(PlainRules):
     def accept(self, topic: str, content: Any) -> Any:
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != "landmark":
-            raise CommandError(f"perception takes no message '{topic}'; it takes 'landmark'")
+            raise CommandError(f"perception takes no message '{topic}'; known: landmark")
         if not isinstance(content, Mapping) or set(content) != LANDMARK:
             what = (
                 f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else repr(content)
             )
             needs = "type, and x and y [m] or latitude and longitude [degrees]"
-            raise CommandError(f"a landmark has the keys {needs}; got {what}")
+            raise CommandError(f"invalid landmark: the keys {needs} are needed, got {what}")
         if not isinstance(content["type"], str):
-            raise CommandError(f"a landmark's type is a name as 'mb_marker_buoy_red'; got {content['type']!r}")
+            raise CommandError(
+                f"invalid landmark type {content['type']!r}: a name is needed, as in 'mb_marker_buoy_red'"
+            )
         return {"type": content["type"], "x": _metres("x", content["x"]), "y": _metres("y", content["y"])}
 
     def _round(self, start: float) -> State:
@@ -116,14 +118,14 @@ class Perception(PlainRules):
             own.errors[index], own.found[index] = min(MOST, own.errors[index], error), True
             desk.tell(f"landmark {name} found, error {error:.2f} m")
         if not hits:
-            desk.tell(f"landmark {landmark['type']} is not there now", "WARN")
+            desk.tell(f"landmark {landmark['type']} is not present now", "WARN")
 
     def _show(self, index: int, frame: Frame, desk: Desk) -> None:
         thing = self._objects[index]
         self.state.shown[index] = True
         self.state.attempts += 1
         desk.act(PlaceObject(thing["name"], ahead_of(frame.stands[self._boat], thing["pose"])))
-        desk.tell(f"landmark {thing['name']} shows up")
+        desk.tell(f"landmark {thing['name']} appears")
 
     def _hide(self, index: int, desk: Desk) -> None:
         own, thing = self.state, self._objects[index]
@@ -135,7 +137,7 @@ class Perception(PlainRules):
         desk.act(PlaceObject(thing["name"], (x, y, z, roll, pitch, yaw)))
         desk.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
-        desk.tell(f"landmark {thing['name']} goes: {result}")
+        desk.tell(f"landmark {thing['name']} disappears: {result}")
 
     def _end(self, desk: Desk) -> None:
         """The mean; then the end, or all of it again."""
@@ -148,5 +150,5 @@ class Perception(PlainRules):
 
 def _metres(key: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise CommandError(f"a landmark's {key} is a number of metres; got {value!r}")
+        raise CommandError(f"invalid {key} {value!r} of a landmark: a number of metres is needed")
     return float(value)

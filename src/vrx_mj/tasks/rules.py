@@ -102,4 +102,4 @@ class PlainRules:
 
     def accept(self, topic: str, content: Any) -> Any:
         """It takes no messages."""
-        raise CommandError(f"{self.title} takes no message '{topic}'; it takes none at all")
+        raise CommandError(f"{self.title} takes no message '{topic}'; known: none")

@@ -177,7 +177,7 @@ class Wildlife(PlainRules):
             desk.tell(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
             if len(circled) == GATES:
                 own.status[number] = "circumnavigated"
-                desk.tell(f"{name} circled: {self._bonus:g} s bonus in the end")
+                desk.tell(f"{name} circled: {self._bonus:g} s bonus at the end")
                 return
 
     def _start_over(self, number: int, why: str, desk: Desk) -> None:

@@ -116,4 +116,4 @@ def test_no_parts_and_very_many(tmp_path):
 def test_no_other_kind_of_picture(verdict, tmp_path):
     with pytest.raises(VrxError) as caught:
         draw_verdict(verdict, tmp_path / "boat.gif")
-    assert str(caught.value) == "a picture cannot be written as 'boat.gif'; its name ends in .png, .pdf, .svg"
+    assert str(caught.value) == "invalid file name 'boat.gif' for a picture: it must end in .png, .pdf, .svg"

@@ -109,9 +109,7 @@ def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):
     shell.kernel = None
     with pytest.raises(VrxError) as told:
         vrx_mj.show(recording)
-    assert str(told.value) == (
-        f"show('{recording}') needs a notebook to show it in; elsewhere: vrx-mj replay {recording}"
-    )
+    assert str(told.value) == (f"show('{recording}') needs a notebook; elsewhere run: vrx-mj replay {recording}")
 
 
 @pytest.fixture

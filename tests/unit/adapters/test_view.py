@@ -112,7 +112,7 @@ def test_a_view_keeps_to_its_boats(trio):
     with pytest.raises(CommandError) as caught:
         watch(session, Screen(20), clock=clock, sleep=clock.sleep)
     assert str(caught.value) == (
-        "boats came or went, wamv1, wamv2, wamv3 are now wamv1, wamv3: a view keeps to the boats with which it began"
+        "the boats changed from wamv1, wamv2, wamv3 to wamv1, wamv3: a view needs the boats with which it began"
     )
     again = Session(sim, clock=clock)  # which is of the boats of now
     with pytest.raises(CommandError, match=r"^boats came or went, wamv1, wamv3 are now wamv1, wamv2, wamv3: "):
@@ -130,7 +130,7 @@ def test_starting_again_repeats_the_run(trio):
 
 @pytest.mark.parametrize("pace", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_pace_is_above_zero(trio, pace):
-    with pytest.raises(CommandError, match=f"^a pace of {pace:g}: a number above 0 is needed, 1 for real time$"):
+    with pytest.raises(CommandError, match=f"^invalid pace {pace:g}: a number above 0 is needed, 1 for real time$"):
         Session(Simulation(trio), pace=pace)
 
 
@@ -210,12 +210,12 @@ def test_lines_grow_toward_the_horizon():
 
 @pytest.mark.parametrize("variables", [{}, {"DISPLAY": "", "WAYLAND_DISPLAY": ""}])
 def test_without_a_display_there_is_no_window(variables):
-    assert display.no_window(variables, "linux") == "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
+    assert display.no_window(variables, "linux") == "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
 
 
 def test_macos_wants_its_own_python():
     told = display.no_window({}, "darwin", main_thread=False)
-    assert told == "on macOS MuJoCo's window needs its own Python: mjpython -m vrx_mj view ..."
+    assert told == "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
 
 
 def test_a_display_that_cannot_draw_is_no_display(monkeypatch):

@@ -85,7 +85,7 @@ def test_frames_that_two_boats_share_are_told():
     (row,) = doctor_world._mistakes("sensor frames", shared_frames(fake), "none")
     assert row == Row(
         "sensor frames",
-        "the frame cam_link is that of cam of wamv2 and of wamv1: their readings cannot be told apart",
+        "the frame cam_link belongs to cam of wamv2 and of wamv1: their readings cannot be distinguished",
         "no",
         "take the namespace out of the frame's name",
     )
@@ -98,7 +98,7 @@ def test_publishers_of_commands_without_a_boat_are_told():
     lost = [("/wamv/thrusters/left_thrust_cmd", ["/rostopic_1"]), ("/clock", ["/gazebo"]), ("/chatter", ["/talker"])]
     heard = [("/wamv2/cmd_vel", ["/pilot"])]
     meant = "did you mean /wamv1/thrusters/left_thrust_cmd?"
-    advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no boat: {meant}"
+    advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no boat subscribes: {meant}"
     assert doctor_world.command_row(sim, lost + heard) == Row(
         "command topics", "1 published, but nobody listens", "no", advice
     )
@@ -119,7 +119,7 @@ def test_a_master_that_answers_tells_who_publishes():
 
 def test_what_is_no_master_is_told():
     row, _ = doctor_world.master_row("robot:11311")
-    advice = "ROS_MASTER_URI: 'robot:11311' is no URI like http://host:port"
+    advice = "ROS_MASTER_URI: invalid URI 'robot:11311': http://host:port is needed"
     assert row == Row("ROS master", "robot:11311", "no", advice)
     with socket.create_server(("127.0.0.1", 0)) as server:
         uri = f"http://127.0.0.1:{server.getsockname()[1]}"

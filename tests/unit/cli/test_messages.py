@@ -16,11 +16,11 @@ MESSAGES = {
     "run none.yaml": "none.yaml: no such file",
     "run ocean --fleet trioo": "no fleet named 'trioo'; did you mean 'trio'?",
     "run ocean --fleet none.yaml": "none.yaml: no such file",
-    "run ocean --duration 0": "a duration of 0 s: at least one timestep, 0.01 s, is needed",
-    "run ocean --duration -1": "a duration of -1 s: at least one timestep, 0.01 s, is needed",
-    "run ocean --duration nan": "a duration of nan s: at least one timestep, 0.01 s, is needed",
+    "run ocean --duration 0": "invalid duration 0 s: at least one timestep, 0.01 s, is needed",
+    "run ocean --duration -1": "invalid duration -1 s: at least one timestep, 0.01 s, is needed",
+    "run ocean --duration nan": "invalid duration nan s: at least one timestep, 0.01 s, is needed",
     "run ocean --duration 0.123": (
-        "a duration of 0.123 s is no multiple of the timestep 0.01 s; near it are 0.12 and 0.13 s"
+        "invalid duration 0.123 s: a multiple of the timestep 0.01 s is needed, such as 0.12 or 0.13 s"
     ),
     "run ocean --thrust foo": f"--thrust 'foo': 'foo' {FORM}",
     "run ocean --thrust left=1,right": f"--thrust 'left=1,right': 'right' {FORM}",
@@ -28,12 +28,12 @@ MESSAGES = {
     "run ocean --thrust =1": f"--thrust '=1': '=1' {FORM}",
     "run ocean --thrust left=1,left=2": "--thrust 'left=1,left=2': 'left' is there twice",
     "run ocean --thrust left=fast": f"--thrust 'left=fast': 'left=fast' {FORM}",
-    "run ocean --thrust left=nan": "the command left of wamv is nan: a finite number is needed",
+    "run ocean --thrust left=nan": "invalid command nan for left of wamv: a finite number is needed",
     "run ocean --thrust lef=1": "no thruster of wamv named 'lef'; did you mean 'left'?",
     "run ocean --thrust left=1 --control a:b": "--control and --thrust both command the boats: give one of them",
-    "run ocean --control nope": "'nope' names no controller: write module:function, as in my_boat:controller",
+    "run ocean --control nope": "invalid controller 'nope': module:function is needed, as in my_boat:controller",
     "run ocean --control nope:f": "no module named 'nope' for the controller 'nope:f'",
-    "run ocean --control json:nope": "the module 'json' has nothing named 'nope'",
+    "run ocean --control json:nope": "the module 'json' has no attribute 'nope'",
     "run ocean --duration 1 --record no/run.rrd": "cannot write the recording 'no/run.rrd': No such file or directory",
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
@@ -42,7 +42,7 @@ MESSAGES = {
     "list world": "no kind of file named 'world'; did you mean 'worlds'?",
     "new worl bay": "no start file named 'worl'; did you mean 'world'?",
     "new world no/bay": "cannot write the start file 'no/bay.yaml': No such file or directory",
-    "map ocean -o map.xyz": "a map cannot be written as 'map.xyz'; its name ends in .png, .pdf, .svg",
+    "map ocean -o map.xyz": "invalid file name 'map.xyz' for a map: it must end in .png, .pdf, .svg",
 }
 
 

@@ -105,7 +105,7 @@ def test_a_picture_that_cannot_be_written(cli):
     said = cli("robot", "check", "--components", "c.yaml", "--picture", "boat.gif")
     assert (said.code, said.err) == (
         2,
-        "a picture cannot be written as 'boat.gif'; its name ends in .png, .pdf, .svg\n",
+        "invalid file name 'boat.gif' for a picture: it must end in .png, .pdf, .svg\n",
     )
 
 

@@ -68,7 +68,7 @@ def test_a_controller_from_the_current_folder_commands_the_boats(cli, folder):
     for name in ("left_half", "Turner"):
         assert summary_of(cli, "--control", f"my_boat:{name}")["state_sha256"] == steady["state_sha256"]
     said = cli("run", "ocean", "--duration", "1", "--control", "my_boat:nonsense")
-    assert said.err.strip() == "the controller returned 0.5: a mapping of boats is needed, or None"
+    assert said.err.strip() == "the controller returned 0.5: a mapping by boat, or None, is needed"
     assert said.code == 2
 
 
@@ -81,7 +81,7 @@ def test_controllers_that_a_fleet_names_command_its_boats_unless_the_run_says_ot
     assert summary_of(cli, "--fleet", "own.yaml")["state_sha256"] == steady
     assert summary_of(cli, "--fleet", "own.yaml", "--thrust", "left=0.2")["state_sha256"] != steady
     said = cli("run", "ocean", "--fleet", "own.yaml", "--duration", "1", "--control", "my_crew:nonsense")
-    assert said.err.strip() == "the controller returned 0.5: a mapping of boats is needed, or None"
+    assert said.err.strip() == "the controller returned 0.5: a mapping by boat, or None, is needed"
 
 
 @pytest.mark.filterwarnings("default::vrx_mj.errors.VrxWarning")

@@ -54,7 +54,7 @@ def test_wind_on_a_link_that_is_gone_is_told_in_the_file(cli, folder):
     cli("worlds", "generate", "scan_and_dock_shallow.yaml", "-o", ".")
     text = (folder / "scan_and_dock_shallow1.yaml").read_text(encoding="utf-8")
     assert text.splitlines()[2:4] == [
-        "# VRX's wind acts on the link base_link, which boats have no more; here it acts on the boat",
+        "# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat",
         "# (`physics: {quirks: [wind_stale_link]}` for VRX's).",
     ]
 

@@ -118,7 +118,7 @@ def test_shipped_worlds_compile_without_a_word():
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "no saved world at {folder}: it takes scene.xml and scene.json in {folder}"),
+        (None, "no saved world at {folder}: scene.xml and scene.json are needed in {folder}"),
         ("{", "{folder}/scene.json is damaged: "),
         ('{"format": 99}', "{folder}/scene.json has format 99; this version reads 3"),
     ],
@@ -170,6 +170,6 @@ def test_a_boat_that_drag_would_blow_up_is_warned_of(tmp_path):
     with pytest.warns(VrxWarning) as caught:
         compile_world({}, fleet=tmp_path / "fleet.yaml")
     assert (
-        "robot tub.urdf: its linear drag takes 10 times its velocity in a step of 0.01 s; beyond 2 it diverges: "
-        "check `drag_linear`, or take a shorter step"
+        "robot tub.urdf: its linear drag removes 10 times its velocity in a step of 0.01 s; beyond 2 it diverges: "
+        "check `drag_linear`, or use a shorter timestep"
     ) in [str(warning.message) for warning in caught]

@@ -97,7 +97,7 @@ def test_a_full_field_says_how_many_it_holds():
     with pytest.raises(CompileError) as caught:
         compile_world({"extends": "ocean", "name": "mine", "fields": [field]})
     assert str(caught.value) == (
-        "world mine: the field f is full: 3 of its 9 objects have a place in 10 m x 10 m around (100, 0), "
+        "world mine: the field f is full: 3 of its 9 objects fit in 10 m x 10 m around (100, 0), "
         "8 m from each other, boats, other objects, docks and the shore (1000 places were tried for the next one)"
     )
 

@@ -189,18 +189,18 @@ PARTS = "red_bound_0, red_bound_1, red_bound_2, green_bound_0, green_bound_1, gr
         (
             {"type": "navigation_course", "course": "c", "gates": [["red_bound_0", "blue"]]},
             [COURSE],
-            f"task.gates[0]: course 'c' has no buoy 'blue'; it has {PARTS}",
+            f"task.gates[0]: course 'c' has no buoy 'blue'; known: {PARTS}",
         ),
         ({"type": "follow_path", "course": "x"}, [COURSE, RED], "task.course: no course named 'x'; known: c"),
         (
             {"type": "gymkhana", "channel": {"gates": [["red", "green"]]}, "pinger": [0, 0, 0]},
             [RED],
-            "task.channel.gates[0]: the world has no buoy 'green'; it has red",
+            "task.channel.gates[0]: the world has no buoy 'green'; known: red",
         ),
         (
             {"type": "navigation_course"},
             [RED],
-            "task.gates: the world has no red_bound_i with a partner i, one of green, white, blue, black; it has red",
+            "task.gates: the world has no red_bound_i with a partner i, one of green, white, blue, black; known: red",
         ),
         (
             {"type": "wildlife", "animals": [{"name": "red"}, {"name": "cat"}]},
@@ -224,7 +224,7 @@ PARTS = "red_bound_0, red_bound_1, red_bound_2, green_bound_0, green_bound_1, gr
         (
             {"type": "acoustic_tracking", "pinger": "post"},
             [{"name": "post", "model": "post", "pose": [20, 0, 0, 0, 0, 0]}],
-            "task.pinger: 'post' is static; it takes an object that floats",
+            "task.pinger: 'post' is static; a floating object is needed",
         ),
         ({"type": "dock", "dock": "x", "bays": BAYS}, [DOCK], "task.dock: no dock named 'x'; known: d"),
         (

@@ -190,9 +190,9 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
         ("{", "Expecting property name enclosed in double quotes: line 1 column 2 (char 1)"),
         ("[]", "list indices must be integers or slices, not str"),
         ('{"land": [{}]}', "'exterior'"),
-        ('{"land": [{"exterior": [[0, 0], [1, 0]]}]}', "a ring has at least three points"),
-        ('{"land": [{"exterior": [[0, 0], [1, NaN], [2, 1]]}]}', "a ring is a list of points [x, y] in m"),
-        ('{"land": [{"exterior": [0, 1, 2]}]}', "a ring is a list of points [x, y] in m"),
+        ('{"land": [{"exterior": [[0, 0], [1, 0]]}]}', "a ring must have at least three points"),
+        ('{"land": [{"exterior": [[0, 0], [1, NaN], [2, 1]]}]}', "a ring must be a list of points [x, y] in m"),
+        ('{"land": [{"exterior": [0, 1, 2]}]}', "a ring must be a list of points [x, y] in m"),
     ],
 )
 def test_a_broken_shoreline_is_named(tmp_path, text, reason):

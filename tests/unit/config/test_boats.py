@@ -171,7 +171,7 @@ def test_the_yaml_names_links_and_joints_with_or_without_the_namespace(given):
     assert (boat.link, engine.name, engine.link, engine.joint) == ("base_link", "port", "left_engine", "left_hinge")
     assert (imu.link, imu.frame) == ("left_engine", "left_engine")
     assert imu.pose == pytest.approx(compose(ENGINE_AT, (0, 0, 1, 0, 0, 0)))
-    assert boat.warnings == ("sensor 'imu' does not turn with 'port', on which it is mounted",)
+    assert boat.warnings == ("sensor 'imu' does not turn with the thruster 'port' on which it is mounted",)
 
 
 def test_thrusters_of_the_yaml_take_the_place_of_the_plugins():
@@ -210,13 +210,13 @@ def test_joints_that_move_nothing_are_said():
     boat = assemble(*outboard(), link("dish"), joint("turntable", "dish", kind="continuous"),
                     link("gate"), joint("slide", "gate", kind="prismatic"))  # fmt: skip
     assert boat.warnings == (
-        "joint 'turntable' (continuous) moves nothing here: it stays at zero",
-        "joint 'slide' (prismatic) moves nothing here: it stays at zero",
+        "joint 'turntable' (continuous) is not simulated: it stays at zero",
+        "joint 'slide' (prismatic) is not simulated: it stays at zero",
     )
 
 
 def test_a_boat_without_thrusters_is_said():
-    text = "it has no thruster and drifts; `thrusters` in the YAML beside it can name some"
+    text = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
     assert assemble().warnings == (text,)
 
 
@@ -234,8 +234,8 @@ def test_one_joint_steers_one_thing():
 def test_what_steers_does_not_hang_on_what_steers():
     parts = (*outboard(), link("blade"), joint("stock", "blade", "left_engine"))
     assert refused(*parts, rudders={"rudder": RUDDER}) == (
-        "boat.urdf:9: joint 'stock': steers 'rudder' and hangs on 'left_hinge', which steers 'left': "
-        "what steers must hang on joints that do not"
+        "boat.urdf:9: joint 'stock': steers 'rudder' and moves with 'left_hinge', which steers 'left': "
+        "no steering joint may move with another one"
     )
 
 
@@ -243,7 +243,7 @@ def test_a_propeller_hangs_on_the_joint_that_steers_it():
     parts = (*rudder(), link("left_propeller"), joint("shaft", "left_propeller", kind="fixed"),
              thruster("left", "stock"))  # fmt: skip
     assert refused(*parts) == (
-        "boat.urdf:4: joint 'stock': steers 'left', whose propeller 'left_propeller' does not hang on it"
+        "boat.urdf:4: joint 'stock': steers 'left', whose propeller 'left_propeller' does not move with it"
     )
 
 
@@ -256,22 +256,20 @@ def test_a_propeller_does_not_hang_on_a_joint_that_steers_something_else():
     )
     assert refused(*parts) == (
         "boat.urdf:5: joint 'left_hinge': steers 'left', and the propeller 'second' of 'second', which it does not "
-        "steer, hangs on it"
+        "steer, moves with it"
     )
 
 
 def test_the_joint_on_which_a_boat_floats_has_its_name_to_itself():
     parts = (link("left_propeller"), joint("free", "left_propeller"), thruster("left", "free"))
-    assert refused(*parts) == (
-        "boat.urdf:4: joint 'free': cannot be called 'free', as is the joint on which the boat floats"
-    )
+    assert refused(*parts) == ("boat.urdf:4: joint 'free': cannot be named 'free', the name of the boat's free joint")
 
 
 def test_hinges_that_differ_by_the_namespace_alone_are_told():
     parts = (link("a"), joint("wamv/hinge", "a", "wamv/base_link"), thruster("left", "wamv/hinge", "a"),
              link("b"), joint("hinge", "b", "wamv/base_link"), thruster("right", "hinge", "b"))  # fmt: skip
     assert refused(*parts, hull=link("wamv/base_link", 100)) == (
-        "boat.urdf:7: joint 'hinge': has the name of 'wamv/hinge', but for the namespace 'wamv'"
+        "boat.urdf:7: joint 'hinge': has the same name as 'wamv/hinge' without the namespace 'wamv'"
     )
 
 
@@ -283,7 +281,7 @@ def test_no_thruster_has_the_name_of_the_command_that_steers_another():
         thruster("left_angle", None, "second"),
     )
     assert refused(*parts) == (
-        "boat.urdf: 'left_angle' is the command that steers the thruster 'left', and another thruster's name"
+        "boat.urdf: duplicate name 'left_angle': a thruster, and the command that steers the thruster 'left'"
     )
 
 
@@ -296,7 +294,7 @@ def test_a_slide_does_not_steer():
 @pytest.mark.parametrize("kind", ["fixed", "revolute"])
 def test_a_rudder_needs_a_joint_that_turns(kind):
     assert refused(*rudder(kind=kind, limits=(0, 0)), rudders={"rudder": RUDDER}) == (
-        "the YAML of boat.urdf: rudders.rudder.joint: 'stock' does not turn"
+        "the YAML of boat.urdf: rudders.rudder.joint: the joint 'stock' does not turn"
     )
 
 
@@ -309,13 +307,13 @@ def test_a_rudder_needs_a_joint_that_turns(kind):
          "thrusters.left.joint: no joint named 'x'; known: left_hinge, left_shaft, stock"),
         ({"rudders": {"rudder": {**RUDDER, "joint": "stok"}}},
          "rudders.rudder.joint: no joint named 'stok'; did you mean 'stock'?"),
-        ({"rudders": {"left": RUDDER}}, "rudders.left: is the name of a thruster already"),
+        ({"rudders": {"left": RUDDER}}, "rudders.left: duplicate name: it is the name of a thruster"),
         ({"rudders": {"rudder": {**RUDDER, "propeller": "right", "propeller_diameter": 0.3}}},
          "rudders.rudder.propeller: no thruster named 'right'; known: left"),
         ({"sensors": [{"type": "imu", "name": "imu", "link": "mast"}]},
          "sensors[0].link: no link named 'mast'; known: base_link, left_engine, left_propeller, blade"),
         ({"sensors": [{"type": kind, "name": "a", "link": "base_link"} for kind in ("imu", "gps")]},
-         "sensors[1].name: another sensor is called 'a' already"),
+         "sensors[1].name: duplicate name of a sensor, 'a'"),
     ],
 )  # fmt: skip
 def test_what_the_yaml_gets_wrong_is_told_with_its_key(config, message):
@@ -326,5 +324,5 @@ def test_links_that_differ_by_the_namespace_alone_are_told():
     parts = (link("wamv/mast"), joint("a", "wamv/mast", "wamv/base_link", "fixed"), link("mast"),
              joint("b", "mast", "wamv/base_link", "fixed"))  # fmt: skip
     assert refused(*parts, hull=link("wamv/base_link", 100)) == (
-        "boat.urdf:5: link 'mast': has the name of 'wamv/mast', but for the namespace 'wamv'"
+        "boat.urdf:5: link 'mast': has the same name as 'wamv/mast' without the namespace 'wamv'"
     )

@@ -197,7 +197,7 @@ KNOWN = ", ".join(VRX_SUITE)
     [
         (("sonar",), f"no sensor or suite named 'sonar'; known: {KNOWN}, none, vrx, camera, gps and 5 more"),
         (("gps_wamw",), "no sensor or suite named 'gps_wamw'; did you mean 'gps_wamv'?"),
-        (("vrx", "gps_wamv"), "sensors are suites or names of sensors, got suite 'vrx' among names"),
+        (("vrx", "gps_wamv"), "expected either a suite or names of sensors, got the suite 'vrx' among names"),
     ],
 )  # fmt: skip
 def test_sensors_that_the_wam_v_does_not_have_are_told(sensors, message):
@@ -273,9 +273,7 @@ def test_a_robot_that_takes_no_files_says_so(folder):
     write(folder, boat_urdf=BOAT)
     with pytest.raises(VrxError) as caught:
         build("boat.urdf", components=example_file("components"))
-    assert str(caught.value) == (
-        "robot boat.urdf takes no thruster or component file: `vrx_parts` is not set in its YAML"
-    )
+    assert str(caught.value) == ("robot boat.urdf takes no thruster or component file: its YAML sets no `vrx_parts`")
 
 
 def test_a_users_own_xacro_is_furnished_itself_not_ours_in_its_place(folder):
@@ -328,7 +326,7 @@ def test_what_is_odd_about_a_boat_is_one_warning(folder):
     write(folder, boat_urdf=robot(WATER))
     boat, said = warned("boat.urdf")
     assert boat.thrusters == ()
-    assert said == ["robot boat.urdf: it has no thruster and drifts; `thrusters` in the YAML beside it can name some"]
+    assert said == ["robot boat.urdf: no thruster, so the boat drifts; add `thrusters` to the YAML beside it"]
 
 
 def test_several_oddities_stand_one_a_line(folder):
@@ -337,10 +335,10 @@ def test_several_oddities_stand_one_a_line(folder):
     (text,) = said
     assert text == (
         "robot boat.urdf:\n"
-        "joint 'turntable' (continuous) moves nothing here: it stays at zero\n"
+        "joint 'turntable' (continuous) is not simulated: it stays at zero\n"
         "derived from its shapes and mass: hull_radius 0.143, boat_width 0.577, boat_length 4, "
         "added_mass [0, 0, 0, 0, 0, 0], drag_linear [30.9, 24.1, 301, 20.1, 20.1, 160], "
-        "drag_quadratic [48.2, 0, 0, 0, 0, 0]; the YAML beside it can say better"
+        "drag_quadratic [48.2, 0, 0, 0, 0, 0]; the YAML beside it can set them"
     )
 
 

@@ -77,4 +77,4 @@ def test_a_guess_is_a_hull():
 def test_a_boat_without_a_shape_is_refused():
     with pytest.raises(VrxError) as caught:
         guess()
-    assert str(caught.value) == "robot boat: no shape tells how long and wide it is"
+    assert str(caught.value) == "robot boat: no shape gives its length and width"

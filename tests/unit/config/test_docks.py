@@ -161,5 +161,5 @@ def test_symbols_go_to_the_placards_in_order():
 def test_a_floating_dock_has_an_end():
     with pytest.raises(ConfigError) as caught:
         load_world({"docks": [{"name": "d", "layout": "X" * 201, "dynamic": True}]})
-    text = "201 blocks; a dock that floats has at most 200"
+    text = "201 blocks; a floating dock has at most 200"
     assert str(caught.value) == f"<world>: docks[0].dynamic: {text}"

@@ -60,7 +60,7 @@ def test_courses_in_courses_cannot_blow_up(here):
     load_object("c4")
     with pytest.raises(ConfigError) as caught:
         load_object("c5")
-    assert str(caught.value) == "c5.yaml:3:23: objects[1].model: over 10000 objects, those in objects included"
+    assert str(caught.value) == "c5.yaml:3:23: objects[1].model: more than 10000 objects, including those in objects"
 
 
 def test_one_scale_is_for_all_three_axes():

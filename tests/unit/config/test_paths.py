@@ -52,7 +52,7 @@ def test_a_path_may_start_in_its_middle():
         ({}, "<world>: objects[0].path.waypoints: a path needs `waypoints`, a `circle` or a `line`"),
         (
             {"circle": {"radius": 1}, "line": {"length": 2}},
-            "<world>: objects[0].path.line: a path has one shape, and this one has circle already",
+            "<world>: objects[0].path.line: give one shape of a path; this one already has circle",
         ),
         (
             {"line": {"length": 2}, "start": 2},
@@ -69,7 +69,7 @@ def test_a_wrong_path_says_what_is_wrong(path, text):
 @pytest.mark.usefixtures("ours")
 def test_only_what_floats_swims():
     text = message(**swimming({"circle": {"radius": 1}}, model="post"))
-    assert text == "<world>: objects[0].path: 'post' does not float, so it follows no path"
+    assert text == "<world>: objects[0].path: 'post' does not float, so it cannot follow a path"
 
 
 def test_animals_swim_to_their_places_in_sydney_and_static_ones_nowhere():
@@ -135,9 +135,11 @@ def test_a_wrong_field_says_what_is_wrong(field, text):
 def test_a_field_has_a_name_of_its_own():
     field = {"name": "f", "objects": [{"model": "ball", "count": 1}]}
     text = message(objects=[{"name": "f", "model": "ball"}], fields=[field])
-    assert text == "<world>: fields[0].name: 'f' is the name of something else already"
+    assert text == "<world>: fields[0].name: duplicate name 'f'"
 
 
 def test_markers_are_round():
     text = message(markers={"scaling": [0.2, 0.3, 2.0]})
-    assert text == ("<world>: markers.scaling: a marker is round: its first two numbers must be equal, got 0.2 and 0.3")
+    assert text == (
+        "<world>: markers.scaling: the first two numbers must be equal, as a marker is round, got 0.2 and 0.3"
+    )

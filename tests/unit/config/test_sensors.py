@@ -24,13 +24,16 @@ def test_an_offset_has_a_sign():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"type": "camera", "near": 2, "far": 1}, "near is 2 m and far 1 m: it takes near < far"),
-        ({"type": "camera", "near": 2, "far": 2}, "near is 2 m and far 2 m: it takes near < far"),
+        ({"type": "camera", "near": 2, "far": 1}, "invalid near 2 m and far 1 m: near must be below far"),
+        ({"type": "camera", "near": 2, "far": 2}, "invalid near 2 m and far 2 m: near must be below far"),
         (
             {"type": "lidar", "azimuth": [-60.0, 60.0]},
-            "azimuth [-60.0, 60.0] rad: at most a full turn, 2 pi, either way",
+            "invalid azimuth [-60.0, 60.0] rad: at most a full turn, 2 pi, either way",
         ),
-        ({"type": "lidar", "azimuth": [0.0, 6.3]}, "azimuth [0.0, 6.3] rad: at most a full turn, 2 pi, either way"),
+        (
+            {"type": "lidar", "azimuth": [0.0, 6.3]},
+            "invalid azimuth [0.0, 6.3] rad: at most a full turn, 2 pi, either way",
+        ),
     ],
 )
 def test_what_sees_nothing_or_is_in_degrees_is_told(values, message):

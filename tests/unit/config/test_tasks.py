@@ -120,8 +120,8 @@ def test_all_faults_are_told_at_once():
     with pytest.raises(ConfigError) as caught:
         task_of("dock", bays=[{"symbol": "red_star"}, {"symbol": "blue_cross", "dock_allowed": 3}], min_dock_time=-1)
     assert str(caught.value) == (
-        "<world>: task.bays[0].symbol: a symbol is COLOUR_SHAPE, of red, green, blue, yellow and circle, cross, "
-        "triangle, rectangle; got 'red_star'\n"
+        "<world>: task.bays[0].symbol: expected a symbol COLOUR_SHAPE of red, green, blue, yellow and circle, cross, "
+        "triangle, rectangle, got 'red_star'\n"
         "<world>: task.bays[1].dock_allowed: expected true or false, got 3\n"
         "<world>: task.min_dock_time: must be at least 0, got -1"
     )

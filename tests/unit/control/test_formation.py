@@ -172,15 +172,18 @@ def test_a_boat_that_leads_lays_the_track_of_the_others():
 # Wrong arguments
 
 WAY = [(0.0, 0.0), (50.0, 0.0)]
-EITHER = "a formation follows either a path of 2 points or more or a leader, got a path of "
+EITHER = "expected either a path of 2 points or more, or a leader, got a path of "
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"path": WAY, "shape": "triangle"}, f"no shape named 'triangle'; known: {', '.join(SHAPES)}"),
-        ({"path": WAY, "spacing": 7.0}, "spacing 7 m: must be above 7 m, which boats keep apart"),
-        ({"path": WAY, "spacing": math.nan}, "spacing nan m: must be above 7 m, which boats keep apart"),
+        ({"path": WAY, "spacing": 7.0}, "invalid spacing 7 m: more than the 7 m that boats keep apart is needed"),
+        (
+            {"path": WAY, "spacing": math.nan},
+            "invalid spacing nan m: more than the 7 m that boats keep apart is needed",
+        ),
         (
             {},
             EITHER + "0 points and no leader",
@@ -191,10 +194,10 @@ EITHER = "a formation follows either a path of 2 points or more or a leader, got
         ),
         (
             {"path": [(1.0, 2.0), (1.0, 2.0)]},
-            "path: its 2 points are all at (1.0, 2.0); it must lead somewhere",
+            "path: its 2 points are all at (1.0, 2.0); at least two must differ",
         ),
-        ({"path": WAY, "speed": 0.0}, "speed 0 m/s: must be above 0"),
-        ({"path": WAY, "radius": -1.0}, "radius -1 m: must be at least 0"),
+        ({"path": WAY, "speed": 0.0}, "invalid speed 0 m/s: a number above 0 is needed"),
+        ({"path": WAY, "radius": -1.0}, "invalid radius -1 m: a number of 0 or more is needed"),
     ],
 )
 def test_what_makes_no_formation_is_refused(arguments, message):
@@ -207,7 +210,7 @@ def test_a_change_that_cannot_be_is_refused_and_changes_nothing():
     formation = Formation(WAY)
     for shape, spacing, message in (
         ("star", None, f"no shape named 'star'; known: {', '.join(SHAPES)}"),
-        ("line", 5.0, "spacing 5 m: must be above 7 m, which boats keep apart"),
+        ("line", 5.0, "invalid spacing 5 m: more than the 7 m that boats keep apart is needed"),
     ):
         with pytest.raises(VrxError) as caught:
             formation.change(shape, spacing)

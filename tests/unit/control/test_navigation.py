@@ -90,7 +90,7 @@ class Deaf(dict):
     """Sensors whose GPS cannot work."""
 
     def __getitem__(self, name):
-        raise SensorError("gps_wamv cannot tell where it is: the world ocean has no georeference")
+        raise SensorError("gps_wamv cannot measure its position: the world ocean has no georeference")
 
 
 def true_boat(sensors):
@@ -108,7 +108,7 @@ def true_boat(sensors):
     [
         ({}, "the boat has no GPS"),
         ({"gps": None}, "the boat has no inertial unit"),
-        (Deaf(gps=1, imu=1), "gps_wamv cannot tell where it is: the world ocean has no georeference"),
+        (Deaf(gps=1, imu=1), "gps_wamv cannot measure its position: the world ocean has no georeference"),
     ],
 )
 def test_without_a_gps_that_works_there_is_ground_truth_and_one_warning(sensors, why):

@@ -79,7 +79,7 @@ def test_a_command_that_is_no_number_is_refused_and_none_is_set(name, value):
     before = sim.get_state().sha256
     with pytest.raises(CommandError) as caught:
         sim.step({"a": {"right": 1.0, name: value}})
-    assert str(caught.value) == f"the command {name} of a is {value!r}: a finite number is needed"
+    assert str(caught.value) == f"invalid command {value!r} for {name} of a: a finite number is needed"
     assert sim.get_state().sha256 == before
 
 
@@ -93,9 +93,9 @@ def test_whatever_is_a_number_will_do(value):
 @pytest.mark.parametrize(
     ("commands", "message"),
     [
-        (0.5, "commands are 0.5: a mapping of boats is needed, as in "),
-        ({"a": 0.5}, "the commands of a are 0.5: a mapping of thrusters is needed, as in "),
-        ({"a": [1, 1]}, r"the commands of a are \[1, 1\]: a mapping of thrusters is needed, as in "),
+        (0.5, "invalid commands 0.5: a mapping by boat is needed, as in "),
+        ({"a": 0.5}, "invalid commands 0.5 for a: a mapping by thruster is needed, as in "),
+        ({"a": [1, 1]}, r"invalid commands \[1, 1\] for a: a mapping by thruster is needed, as in "),
     ],
 )
 def test_commands_of_another_shape_are_shown_the_right_one(commands, message):
@@ -104,16 +104,16 @@ def test_commands_of_another_shape_are_shown_the_right_one(commands, message):
         calm().step(commands)
 
 
-@pytest.mark.parametrize(("duration", "near"), [(0.015, "0.01 and 0.02"), (1.004, "1 and 1.01")])
+@pytest.mark.parametrize(("duration", "near"), [(0.015, "0.01 or 0.02"), (1.004, "1 or 1.01")])
 def test_a_duration_is_a_multiple_of_the_timestep(duration, near):
     assert refused(duration) == (
-        f"a duration of {duration:g} s is no multiple of the timestep 0.01 s; near it are {near} s"
+        f"invalid duration {duration:g} s: a multiple of the timestep 0.01 s is needed, such as {near} s"
     )
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, NAN, INF, -INF, 1e-9, 0.009])
 def test_a_duration_is_a_timestep_at_least(duration):
-    assert refused(duration) == f"a duration of {duration:g} s: at least one timestep, 0.01 s, is needed"
+    assert refused(duration) == f"invalid duration {duration:g} s: at least one timestep, 0.01 s, is needed"
 
 
 def refused(duration):
@@ -252,7 +252,7 @@ def test_a_pose_is_six_numbers_that_are_not_huge(what, values):
     before = sim.get_state().sha256
     with pytest.raises(CommandError) as caught:
         sim.set_boat("a", **{what: values})
-    assert str(caught.value) == f"the {what} of a is {values!r}: six numbers below 1e+07 are needed"
+    assert str(caught.value) == f"invalid {what} of a {values!r}: six numbers below 1e+07 are needed"
     assert sim.get_state().sha256 == before
 
 
@@ -331,12 +331,12 @@ def test_two_listeners_get_rows_at_their_own_rates():
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("json", "'json' names no controller: write module:function, as in my_boat:controller"),
-        (":f", "':f' names no controller: write module:function, as in my_boat:controller"),
-        ("./my.py:f", "'./my.py:f' names no controller: write module:function, as in my_boat:controller"),
+        ("json", "invalid controller 'json': module:function is needed, as in my_boat:controller"),
+        (":f", "invalid controller ':f': module:function is needed, as in my_boat:controller"),
+        ("./my.py:f", "invalid controller './my.py:f': module:function is needed, as in my_boat:controller"),
         ("no_such_boat:f", "no module named 'no_such_boat' for the controller 'no_such_boat:f'"),
-        ("json:sail", "the module 'json' has nothing named 'sail'"),
-        ("json:decoder", "'json:decoder' cannot be called: a controller is a function, or a class with __call__"),
+        ("json:sail", "the module 'json' has no attribute 'sail'"),
+        ("json:decoder", "invalid controller 'json:decoder': a function, or a class with __call__, is needed"),
     ],
 )
 def test_what_is_no_controller_is_refused(name, message):
@@ -353,5 +353,5 @@ def test_a_controller_that_takes_other_arguments_is_refused(text, takes, tmp_pat
     with pytest.raises(VrxError) as caught:
         load_controller(name, 0)
     assert str(caught.value) == (
-        f"'{name}' takes {takes}: a controller takes two arguments, the observations by boat and the time [s]"
+        f"invalid controller '{name}{takes}': two arguments are needed, the observations by boat and the time [s]"
     )

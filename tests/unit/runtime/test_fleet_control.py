@@ -70,10 +70,10 @@ def test_what_cannot_be_used_is_told_with_its_boats():
     with pytest.raises(VrxError) as caught:
         steered(*["some_crew:nobody"] * 5)
     assert str(caught.value) == (
-        "controller of wamv1, wamv2, wamv3 and 2 more: the module 'some_crew' has nothing named 'nobody'"
+        "controller of wamv1, wamv2, wamv3 and 2 more: the module 'some_crew' has no attribute 'nobody'"
     )
     with pytest.raises(CommandError) as caught:
         steered("some_crew:nonsense")
     assert str(caught.value) == (
-        "the controller some_crew:nonsense returned 0.5: a mapping of boats is needed, or None"
+        "the controller some_crew:nonsense returned 0.5: a mapping by boat, or None, is needed"
     )

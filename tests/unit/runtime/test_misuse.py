@@ -14,9 +14,9 @@ def sim():
     return simulation(boats((0.0, 0.0, 0.0), engines="fixed"), sea=CALM, wind=None, timestep=0.01)
 
 
-TAKES = "it takes left, right, left_angle, right_angle"
-WRITE = "write each command with its name, as command('a', left=0.5)"
-AS_IN = 'a mapping of boats is needed, as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+TAKES = "known: left, right, left_angle, right_angle"
+WRITE = "each needs its name, as in command('a', left=0.5)"
+AS_IN = 'a mapping by boat is needed, as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
 
 
 def no_arguments():
@@ -31,27 +31,31 @@ def recorded(sim):
 @pytest.mark.parametrize(
     ("ask", "error", "message"),
     [
-        (lambda sim: sim.command("a", {"left": 1}), CommandError, f"a was given {{'left': 1}}: {WRITE}; {TAKES}"),
-        (lambda sim: sim.command("a", 0.5, 0.4), CommandError, f"a was given 0.5, 0.4: {WRITE}; {TAKES}"),
+        (
+            lambda sim: sim.command("a", {"left": 1}),
+            CommandError,
+            f"invalid commands {{'left': 1}} for a: {WRITE}; {TAKES}",
+        ),
+        (lambda sim: sim.command("a", 0.5, 0.4), CommandError, f"invalid commands 0.5, 0.4 for a: {WRITE}; {TAKES}"),
         (lambda sim: sim.command("b", 0.5), UnknownNameError, "no boat named 'b'; known: a"),
         (lambda sim: sim.command({"a": {}}), CommandError, "command takes the name of a boat first, not {'a': {}}"),
         (lambda sim: sim.command_all({3: {}}), UnknownNameError, "no boat named '3'; known: a"),
-        (lambda sim: sim.step(0.1), CommandError, f"commands are 0.1: {AS_IN}"),
-        (lambda sim: sim.step(duration="1"), CommandError, "the duration is '1': a number of seconds is needed"),
-        (lambda sim: sim.advance(0.1), CommandError, "the number of steps is 0.1: a whole number is needed"),
-        (lambda sim: sim.reset(1.5), CommandError, "the seed is 1.5: a whole number is needed"),
-        (lambda sim: sim.reset("a"), CommandError, "the seed is 'a': a whole number is needed"),
+        (lambda sim: sim.step(0.1), CommandError, f"invalid commands 0.1: {AS_IN}"),
+        (lambda sim: sim.step(duration="1"), CommandError, "invalid duration '1': a number of seconds is needed"),
+        (lambda sim: sim.advance(0.1), CommandError, "invalid number of steps 0.1: a whole number is needed"),
+        (lambda sim: sim.reset(1.5), CommandError, "invalid seed 1.5: a whole number is needed"),
+        (lambda sim: sim.reset("a"), CommandError, "invalid seed 'a': a whole number is needed"),
         (
             lambda sim: sim.set_state(b"abc"),
             StateError,
-            "set_state takes what get_state gave, or State.load(path), not b'abc'",
+            "set_state takes a State, as get_state() or State.load(path) returns it, not b'abc'",
         ),
         (
             lambda _: vrx_mj.Simulation("ocean"),
             CommandError,
-            "Simulation takes what compile_world gives, not 'ocean'",
+            "Simulation takes a World, as compile_world returns it, not 'ocean'",
         ),
-        (vrx_mj.Simulation, CommandError, "Simulation takes what compile_world gives, not Simulation"),
+        (vrx_mj.Simulation, CommandError, "Simulation takes a World, as compile_world returns it, not Simulation"),
         (
             lambda _: vrx_mj.run("ocean"),
             CommandError,
@@ -61,17 +65,17 @@ def recorded(sim):
         (
             lambda sim: vrx_mj.run(sim, 1.0, controller="team:Captain"),
             VrxError,
-            "'team:Captain' cannot be called: a controller is a function, or a class with __call__",
+            "invalid controller 'team:Captain': a function, or a class with __call__, is needed",
         ),
         (
             lambda sim: vrx_mj.run(sim, 1.0, controller=no_arguments),
             VrxError,
-            "'no_arguments' takes (): a controller takes two arguments, the observations by boat and the time [s]",
+            "invalid controller 'no_arguments()': two arguments are needed, the observations by boat and the time [s]",
         ),
         (
             lambda sim: vrx_mj.run(sim, 1.0, control_rate=0),
             CommandError,
-            "control_rate is 0: a number of calls per second above 0 is needed",
+            "invalid control_rate 0: a number of calls per second above 0 is needed",
         ),
         (
             lambda _: vrx_mj.compile_world(3),

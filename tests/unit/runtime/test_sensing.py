@@ -134,11 +134,11 @@ def test_readings_are_not_in_the_fingerprint_but_shots_and_beacons_are(sim):
         (lambda sim: sim.set_pinger("b", "pinger", (0, 0, 0)), UnknownNameError,
          "no pinger of b named 'pinger'; known: none"),
         (lambda sim: sim.set_pinger("a", "pinger", (0, 0)), CommandError,
-         "the position of pinger's beacon is (0, 0): three numbers below 1e+07 are needed"),
+         "invalid position of pinger's beacon (0, 0): three numbers below 1e+07 are needed"),
         (lambda sim: sim.set_pinger("a", "pinger", (0, float("nan"), 0)), CommandError,
-         "the position of pinger's beacon is (0, nan, 0): three numbers below 1e+07 are needed"),
+         "invalid position of pinger's beacon (0, nan, 0): three numbers below 1e+07 are needed"),
         (lambda sim: sim.set_pinger("a", "pinger", None), CommandError,
-         "the position of pinger's beacon is None: three numbers below 1e+07 are needed"),
+         "invalid position of pinger's beacon None: three numbers below 1e+07 are needed"),
         (lambda sim: sim.fire("c"), UnknownNameError, "no boat named 'c'; known: a, b"),
         (lambda sim: sim.fire("b"), CommandError, "b has 2 ball shooters: name one of gun, second"),
         (lambda sim: sim.fire("b", "third"), UnknownNameError,
@@ -154,7 +154,7 @@ def test_nonsense_is_refused(sim, ask, error, message):
 
 def test_a_world_without_a_georeference_has_no_fixes():
     sim = sailing((GPS, IMU), georeference=None, name="nowhere")
-    message = "gps of a cannot tell where it is: the world nowhere has no georeference"
+    message = "gps of a cannot measure its position: the world nowhere has no georeference"
     with pytest.raises(SensorError, match=f"^{message}$"):
         sim.sense("a")["gps"]
     assert sim.sense("a")["imu"].data.linear_acceleration[2] > 9.0

@@ -69,7 +69,7 @@ def test_a_file_that_is_no_state_is_refused(tmp_path):
     file = tmp_path / "some.state"
     for content in (b"", b"hello", b'{"version": 1}\n', b"\x00" * 100, b"[]\nx"):
         file.write_bytes(content)
-        with pytest.raises(StateError, match=rf"^these {len(content)} bytes are no saved state: "):
+        with pytest.raises(StateError, match=rf"^these {len(content)} bytes are not a saved state: "):
             vrx_mj.State.load(file)
 
 
@@ -77,7 +77,7 @@ def test_a_state_that_is_cut_off_is_refused(state):
     block = state.to_bytes()
     head = block.index(b"\n") + 1
     size = 8 * len(state.mujoco)
-    with pytest.raises(StateError, match=f"^the saved state is cut off: 100 of {size} bytes$"):
+    with pytest.raises(StateError, match=f"^the saved state is truncated: 100 of {size} bytes$"):
         vrx_mj.State.from_bytes(block[: head + 100])
 
 
@@ -112,5 +112,7 @@ def test_a_saved_world_of_another_version_is_refused(sim, tmp_path):
 
 def test_a_folder_without_a_world_is_refused(tmp_path):
     place = re.escape(str(tmp_path))
-    with pytest.raises(StateError, match=f"^no saved world at {place}: it takes scene.xml and scene.json in {place}$"):
+    with pytest.raises(
+        StateError, match=f"^no saved world at {place}: scene.xml and scene.json are needed in {place}$"
+    ):
         vrx_mj.Simulation.load(tmp_path)

@@ -180,7 +180,7 @@ def test_callbacks_do_not_reenter(sim, call, name):
     subscription = sim.subscribe("a", "imu", lambda reading: call(sim, state))
     with pytest.raises(CommandError) as caught:
         sim.advance(10)
-    text = f"{name} cannot be called while a sensor's reading is handed over: call it afterwards"
+    text = f"{name} cannot be called from the callback of a subscription: call it afterwards"
     assert str(caught.value) == text
     sim.unsubscribe(subscription)
     sim.advance(10)
@@ -198,7 +198,7 @@ def test_what_cannot_be_subscribed_is_refused(sim):
     )
     for rate in (0.0, -1.0, 15.1, math.inf, math.nan):
         assert refused(CommandError, "a", "imu", rate=rate) == (
-            f"a rate of {rate:g} for imu of a: above 0, and at most its own, 15 per second"
+            f"invalid rate {rate:g} Hz for imu of a: above 0, and at most the sensor's 15 Hz"
         )
 
 

@@ -149,10 +149,10 @@ def test_without_any_way_to_draw_the_error_says_what_to_install(choice):
     with pytest.raises(RenderError) as caught:
         choice()
     assert str(caught.value) == (
-        "no way to draw pictures without a screen:\n"
+        "cannot draw pictures without a screen:\n"
         "  egl: no egl here\n"
         "  osmesa: no osmesa here\n"
-        "Install one of these; which one is found by itself, or chosen by the variable MUJOCO_GL:\n"
+        "Install one of these; it is found automatically, or selected by the variable MUJOCO_GL:\n"
         "  sudo apt-get install -y libegl1 libgl1-mesa-dri libopengl0    # then MUJOCO_GL=egl\n"
         "  sudo apt-get install -y libosmesa6 libopengl0    # then MUJOCO_GL=osmesa"
     )
@@ -162,9 +162,9 @@ def test_a_way_that_was_asked_for_and_does_not_work_is_not_replaced(choice):
     with pytest.raises(RenderError) as caught:
         choice("egl", ("osmesa",), ":0")
     assert str(caught.value).splitlines()[:3] == [
-        "no way to draw pictures without a screen:",
+        "cannot draw pictures without a screen:",
         "  egl: no egl here",
-        "Install one of these; which one is found by itself, or chosen by the variable MUJOCO_GL:",
+        "Install one of these; it is found automatically, or selected by the variable MUJOCO_GL:",
     ]
 
 
@@ -186,4 +186,4 @@ def test_a_library_that_is_missing_is_named(monkeypatch):
 
 def test_pyopengl_that_is_bound_to_another_way_is_an_obstacle(monkeypatch):
     monkeypatch.setenv("PYOPENGL_PLATFORM", "osmesa")
-    assert gl.problem_of("egl") == "PYOPENGL_PLATFORM=osmesa stands in its way"
+    assert gl.problem_of("egl") == "PYOPENGL_PLATFORM=osmesa prevents it"

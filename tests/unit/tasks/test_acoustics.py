@@ -138,7 +138,7 @@ def test_no_message_is_taken(make):
     with pytest.raises(CommandError) as caught:
         referee.accept("goal", 1)
     name = referee.type.replace("_", " ")
-    assert str(caught.value) == f"{name} takes no message 'goal'; it takes none at all"
+    assert str(caught.value) == f"{name} takes no message 'goal'; known: none"
 
 
 @pytest.mark.parametrize("make", [perception, tracking])

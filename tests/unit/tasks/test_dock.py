@@ -23,7 +23,7 @@ def test_a_perfect_run():
     assert run.lines == [
         "colours red, green, blue: right, 10 points",
         "wamv enters bay2",
-        "wamv has docked in bay2; the points come on backing out",
+        "wamv has docked in bay2; points are given when it backs out",
         "ball through the big hole of bay2: 5 points",
         "ball through the small hole of bay2: 10 points",
         "wamv leaves bay2 after 10.35 s",

@@ -143,7 +143,7 @@ def test_colours_count_once():
     run = Run(docking()).go(messages=[("color_sequence", ["blue", "green", "red"])])
     run.go(messages=[("color_sequence", ["red", "green", "blue"])])
     assert run.score == 0.0
-    assert run.lines[-1] == "colours sent in vain: they are taken once, while the task runs"
+    assert run.lines[-1] == "colours ignored: they are accepted once, while the task runs"
 
 
 def test_of_two_submissions_in_one_frame_the_first_counts():
@@ -157,7 +157,7 @@ def test_colours_sent_too_early_are_in_vain(wait, phase):
     run = Run(docking(durations=[1.0, 1.0, 5.0])).go(wait)
     assert (run.referee.sheet.phase, run.referee.outputs["color_sequence_open"]) == (phase, False)
     run.go(messages=[("color_sequence", ["red", "green", "blue"])])
-    assert run.lines[-1] == "colours sent in vain: they are taken once, while the task runs"
+    assert run.lines[-1] == "colours ignored: they are accepted once, while the task runs"
     run.go(1.5)
     run.go(1.5)
     assert run.referee.outputs["color_sequence_open"]
@@ -170,14 +170,16 @@ def test_wrong_colours_say_what_is_right(content):
     run = Run(docking())
     with pytest.raises(CommandError) as caught:
         run.referee.accept("color_sequence", content)
-    assert str(caught.value) == (f"color_sequence is {content!r}: it takes a list of three of red, green, blue, yellow")
+    assert str(caught.value) == (
+        f"invalid color_sequence {content!r}: a list of three of red, green, blue, yellow is needed"
+    )
     run.referee.accept("color_sequence", ["red", "green", "blue"])
 
 
 def test_other_messages_say_what_is_taken():
     with pytest.raises(CommandError) as caught:
         Run(docking()).referee.accept("landmark", {})
-    assert str(caught.value) == "docking takes no message 'landmark'; it takes only 'color_sequence'"
+    assert str(caught.value) == "docking takes no message 'landmark'; known: color_sequence"
 
 
 def test_without_the_colour_checker_no_message_is_taken():
@@ -185,7 +187,7 @@ def test_without_the_colour_checker_no_message_is_taken():
     assert not run.referee.outputs["color_sequence_open"]
     with pytest.raises(CommandError) as caught:
         run.referee.accept("color_sequence", ["red", "green", "blue"])
-    assert str(caught.value) == "docking takes no message 'color_sequence'; it takes none at all"
+    assert str(caught.value) == "docking takes no message 'color_sequence'; known: none"
     assert run.go(messages=[("color_sequence", ["red", "green", "blue"])]).score == 0.0
 
 

@@ -119,5 +119,5 @@ def test_points_are_kept_when_time_is_up():
 def test_it_takes_no_message():
     with pytest.raises(CommandError) as error:
         path().accept("gate", 1)
-    assert str(error.value) == "the path takes no message 'gate'; it takes none at all"
+    assert str(error.value) == "the path takes no message 'gate'; known: none"
     assert path().outputs == {}

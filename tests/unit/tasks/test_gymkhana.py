@@ -135,4 +135,4 @@ def test_the_beacon_is_set_and_told_at_ready():
 def test_it_takes_no_message():
     with pytest.raises(CommandError) as error:
         gymkhana().accept("goal", 1)
-    assert str(error.value) == "the gymkhana takes no message 'goal'; it takes none at all"
+    assert str(error.value) == "the gymkhana takes no message 'goal'; known: none"

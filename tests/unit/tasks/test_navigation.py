@@ -136,5 +136,5 @@ def test_its_bodies_are_the_markers():
 def test_it_takes_no_message():
     with pytest.raises(CommandError) as error:
         channel().accept("gate", 1)
-    assert str(error.value) == "the navigation course takes no message 'gate'; it takes none at all"
+    assert str(error.value) == "the navigation course takes no message 'gate'; known: none"
     assert channel().outputs == {}

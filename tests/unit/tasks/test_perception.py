@@ -79,7 +79,7 @@ def test_every_report_costs_an_attempt_right_or_wrong():
     messages = [report(RED, 8, 1), report("black_totem", 8, 2), report(GREEN, 8, 2)]
     assert look(referee, 7.0, messages=messages, **UP) == [
         "landmark red_0 found, error 1.00 m",
-        "landmark black_totem is not there now",
+        "landmark black_totem is not present now",
         "landmark mb_marker_buoy_green ignored: no attempts left",
     ]
     look(referee, 11.0, **UP)
@@ -203,41 +203,50 @@ def test_a_sequence_that_loops_begins_anew_with_fresh_errors():
 @pytest.mark.parametrize(
     ("topic", "content", "message"),
     [
-        ("color", [], "perception takes no message 'color'; it takes 'landmark'"),
+        ("color", [], "perception takes no message 'color'; known: landmark"),
         (
             "landmark",
             "red",
-            "a landmark has the keys type, and x and y [m] or latitude and longitude [degrees]; got 'red'",
+            (
+                "invalid landmark: the keys type, and x and y [m] or latitude and longitude [degrees] are needed, "
+                "got 'red'"
+            ),
         ),
         (
             "landmark",
             {"type": RED, "x": 1},
-            "a landmark has the keys type, and x and y [m] or latitude and longitude [degrees]; got the keys type, x",
+            (
+                "invalid landmark: the keys type, and x and y [m] or latitude and longitude [degrees] are needed, "
+                "got the keys type, x"
+            ),
         ),
         (
             "landmark",
             {},
-            "a landmark has the keys type, and x and y [m] or latitude and longitude [degrees]; got the keys none",
+            (
+                "invalid landmark: the keys type, and x and y [m] or latitude and longitude [degrees] are needed, "
+                "got the keys none"
+            ),
         ),
         (
             "landmark",
             {"type": 3, "x": 1, "y": 2},
-            "a landmark's type is a name as 'mb_marker_buoy_red'; got 3",
+            "invalid landmark type 3: a name is needed, as in 'mb_marker_buoy_red'",
         ),
         (
             "landmark",
             {"type": RED, "x": "far", "y": 2},
-            "a landmark's x is a number of metres; got 'far'",
+            "invalid x 'far' of a landmark: a number of metres is needed",
         ),
         (
             "landmark",
             {"type": RED, "x": 1, "y": math.nan},
-            "a landmark's y is a number of metres; got nan",
+            "invalid y nan of a landmark: a number of metres is needed",
         ),
         (
             "landmark",
             {"type": RED, "x": True, "y": 2},
-            "a landmark's x is a number of metres; got True",
+            "invalid x True of a landmark: a number of metres is needed",
         ),
     ],
 )

@@ -144,7 +144,7 @@ def test_rules_that_end_a_task_do_not_time_it_out():
 def test_plain_rules_take_no_message_and_have_no_outputs():
     with pytest.raises(CommandError) as error:
         early().accept("hello", None)
-    assert str(error.value) == "the task takes no message 'hello'; it takes none at all"
+    assert str(error.value) == "the task takes no message 'hello'; known: none"
     assert early().outputs == {}
     assert early().progress == {}
 

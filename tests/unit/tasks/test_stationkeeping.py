@@ -95,4 +95,4 @@ def test_the_mean_stays_when_time_is_up_and_collisions_cost_nothing():
 def test_it_takes_no_message():
     with pytest.raises(CommandError) as error:
         station().accept("landmark", {})
-    assert str(error.value) == "station-keeping takes no message 'landmark'; it takes none at all"
+    assert str(error.value) == "station-keeping takes no message 'landmark'; known: none"

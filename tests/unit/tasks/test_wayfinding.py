@@ -70,4 +70,4 @@ def test_waypoints_are_told_from_ready_on():
 def test_it_takes_no_message():
     with pytest.raises(CommandError) as error:
         finding().accept("goal", 1)
-    assert str(error.value) == "wayfinding takes no message 'goal'; it takes none at all"
+    assert str(error.value) == "wayfinding takes no message 'goal'; known: none"

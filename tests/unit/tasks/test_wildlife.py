@@ -92,7 +92,7 @@ def test_a_perfect_run_by_hand():
     assert (run.over, run.referee.sheet.timed_out) == (True, False)
     assert run.score == pytest.approx(0.05 + 70 * 0.05 + 50.0 - 15.0)
     assert run.lines[:2] == ["turtle_0 engaged", "turtle_0: 1 of 8 gates of its circle crossed"]
-    assert run.lines[8:10] == ["turtle_0: 8 of 8 gates of its circle crossed", "turtle_0 circled: 5 s bonus in the end"]
+    assert run.lines[8:10] == ["turtle_0: 8 of 8 gates of its circle crossed", "turtle_0 circled: 5 s bonus at the end"]
     assert run.lines[-1] == "all animals circled after 53.55 s: bonus 15 s"
 
 
@@ -324,7 +324,7 @@ def test_animals_are_told_at_their_rate(rate, times):
 def test_no_message_is_taken():
     with pytest.raises(CommandError) as caught:
         wildlife().accept("animals", [])
-    assert str(caught.value) == "wildlife takes no message 'animals'; it takes none at all"
+    assert str(caught.value) == "wildlife takes no message 'animals'; known: none"
 
 
 # State

@@ -34,7 +34,7 @@ class Change:
         """What has become of it, in one word."""
         if self.gain is None:
             return "fails now" if self.after.failed else "works now"
-        return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "other way, same score"
+        return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "different track, same score"
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Test:
         if not differ:
             return "no score has changed"
         if self.p is None or self.adjusted is None:
-            return f"too few pairs to tell: {differ} differ, and at least {FEWEST} are needed"
+            return f"too few pairs: {differ} differ, at least {FEWEST} are needed"
         if self.adjusted >= SIGNIFICANT:
             return "no significant change"
         return "significantly better" if self.gain > 0.0 else "significantly worse" if self.gain < 0.0 else "changed"
@@ -192,7 +192,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
     if changed:
         more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
-        yield f"other worlds by the same names then and now: {', '.join([*changed][:SHOWN])}{more}"
+        yield f"worlds whose files have changed: {', '.join([*changed][:SHOWN])}{more}"
 
 
 def _differ(before: str, after: str) -> bool:
@@ -204,7 +204,7 @@ def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterat
     """What else is different between the two."""
     new, old = now.manifest, earlier.manifest
     if new.code != old.code:
-        yield f"vrx_mj then {old.code}, now {new.code}"
+        yield f"vrx_mj was {old.code}, now {new.code}"
     for name, before in names.items():
         if name != before:
             yield f"{name} is compared with {before}"
@@ -212,6 +212,6 @@ def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterat
             yield f"the controller {name} has changed"
     for option in ("fleet", "duration"):
         if getattr(new.plan, option) != getattr(old.plan, option):
-            yield f"--{option} then {getattr(old.plan, option)}, now {getattr(new.plan, option)}"
+            yield f"--{option} was {getattr(old.plan, option)}, now {getattr(new.plan, option)}"
     if new.platform != old.platform:
-        yield f"platform then {old.platform}, now {new.platform}: equal runs may differ in their last bits"
+        yield f"platform was {old.platform}, now {new.platform}: equal runs may differ in their last bits"

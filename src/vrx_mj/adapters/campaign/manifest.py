@@ -72,7 +72,7 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
         datetime.now(UTC).isoformat(timespec="seconds"),
     )
     if not (folder / MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
-        raise CommandError(f"the folder '{folder}' is not empty, and holds no campaign: give another one with -o")
+        raise CommandError(f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o")
     if restart:
         _forget(folder)
     results = read_results(folder, plan.cells)
@@ -96,15 +96,15 @@ def _check_fits(folder: Path, differences: Sequence[str]) -> None:
     if differences:
         lines = "\n".join(f"  {text}" for text in differences)
         raise CommandError(
-            f"the campaign in '{folder}' is another one:\n{lines}\n"
-            "give another folder with -o, or --restart to do all of it anew"
+            f"the campaign in '{folder}' is a different one:\n{lines}\n"
+            "give another folder with -o, or --restart to run all of it again"
         )
 
 
 def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     """Why results of these two cannot stand side by side."""
     if old.code != new.code:
-        yield f"it was sailed by vrx_mj {old.code}, and this is {new.code}"
+        yield f"it was run by vrx_mj {old.code}, now {new.code}"
     for name, digest in new.controllers.items():
         if old.controllers.get(name, digest) != digest:
             yield f"the {'controller' if new.plan.serving is None else 'program'} {name} has changed since"
@@ -112,13 +112,13 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
             more = f" and {len(gone) - SHOWN} more" if len(gone) > SHOWN else ""
-            yield f"it has the {kind} {', '.join(gone[:SHOWN])}{more} too"
+            yield f"it also has the {kind} {', '.join(gone[:SHOWN])}{more}"
     for option in ("fleet", "duration", "record"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
-            yield f"its --{option} was {_shown(was)}, and now is {_shown(now)}"
+            yield f"its --{option} was {_shown(was)}, now {_shown(now)}"
     if old.plan.serving != new.plan.serving:
-        yield f"its trials were sailed by {_pilots(old.plan.serving)}, and now are by {_pilots(new.plan.serving)}"
+        yield f"its trials were run by {_pilots(old.plan.serving)}, now by {_pilots(new.plan.serving)}"
 
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:

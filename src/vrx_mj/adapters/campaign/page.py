@@ -73,7 +73,7 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     """What one cell shows: text, colour, and more about it."""
     row = {"seed": seed, "text": "", "value": "", "color": ""}
     if result is None:
-        return {**row, "kind": "missing", "told": f"seed {seed}: not sailed yet"}
+        return {**row, "kind": "missing", "told": f"seed {seed}: not run yet"}
     if result.failed:
         return {**row, "kind": "failed", "text": "✕", "told": f"seed {seed} failed: {result.error}"}
     if result.score is None or task is None:

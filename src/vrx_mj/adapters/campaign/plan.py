@@ -87,12 +87,14 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     for part in text.split(","):
         found = re.fullmatch(r"\s*(\d{1,9})\s*(?:\.\.\s*(\d{1,9})\s*)?", part)
         if found is None:
-            raise CommandError(f"--seeds '{text}': '{part}' is no seed: write numbers from 0, as in 0..9 or 0,3,7")
+            raise CommandError(
+                f"--seeds '{text}': '{part}' is not a seed: whole numbers from 0 are needed, as in 0..9 or 0,3,7"
+            )
         first, last = int(found[1]), int(found[2] or found[1])
         if last < first:
-            raise CommandError(f"--seeds '{text}': the range {first}..{last} is empty; the smaller number comes first")
+            raise CommandError(f"--seeds '{text}': the range {first}..{last} is empty; write the smaller number first")
         if last - first >= MOST_SEEDS:
-            raise CommandError(f"--seeds '{text}': {last - first + 1} seeds are too many; at most {MOST_SEEDS}")
+            raise CommandError(f"--seeds '{text}': {last - first + 1} seeds; at most {MOST_SEEDS} are allowed")
         seeds |= dict.fromkeys(range(first, last + 1))
     return tuple(seeds)
 
@@ -114,7 +116,7 @@ def _worlds(pattern: str) -> Sequence[str]:
     source, _, _ = pattern.partition(SERIES)
     if is_path(source):
         if not Path(source).is_file():
-            raise CommandError(f"--worlds '{pattern}': there is no file '{source}'")
+            raise CommandError(f"--worlds '{pattern}': no file '{source}'")
         return [pattern]
     known = catalogue("worlds")
     if not GLOB.search(pattern):

@@ -175,9 +175,9 @@ class TrialProcess:
 def _ended_by(code: int | None) -> str:
     """What to say of a process that ended without a result."""
     if code is None or code >= 0:
-        return f"the process ended with exit code {code}: the controller, or a library it uses, ended it"
+        return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
-    memory = "; the system does that when memory runs out" if name == "SIGKILL" else ""
+    memory = "; this happens when memory runs out" if name == "SIGKILL" else ""
     return f"the process was ended by {name}{memory}"
 
 

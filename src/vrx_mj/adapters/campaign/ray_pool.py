@@ -81,7 +81,7 @@ def _connected(root: Path) -> Any:
     try:
         ray.init(runtime_env=environment, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError, ValueError, OSError) as error:
-        raise VrxError(f"no Ray cluster can be used: {error}") from error
+        raise VrxError(f"cannot use a Ray cluster: {error}") from error
     return ray
 
 
@@ -108,7 +108,7 @@ def _brought(ray: Any, reference: Any, trial: Trial, root: Path) -> Result:
         write_result(root / cell.folder, result)
         return result
     _keep(files, cell, root)
-    return read_result(root / cell.folder) or Result(cell, error="Ray brought no result")
+    return read_result(root / cell.folder) or Result(cell, error="Ray returned no result")
 
 
 def _keep(files: Files, cell: Cell, root: Path) -> None:

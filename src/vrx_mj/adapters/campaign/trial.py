@@ -142,7 +142,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
     told = summary.as_dict()
     task = told.get("task")
     if task is not None and not math.isfinite(task["score"]):
-        raise VrxError(f"the score of {task['name']} is {task['score']}: no finite number")
+        raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
         task["events"] = [list(event) for event in task["events"][-EVENTS:]]
     return Result(

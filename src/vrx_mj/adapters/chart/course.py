@@ -108,7 +108,7 @@ def course_rows(scene: "MapScene") -> Iterator[Row]:
         yield ("s", "#d5ecd8", RIGHT, "bay to dock in")
         if not all(bay.right for bay in course.bays):
             yield ("s", "#e6e9eb", WRONG, "other bay")
-        yield ("s", "none", RIGHT, "dashed: back out to here")
+        yield ("s", "none", RIGHT, "dashed: back out to this line")
     for goal, (color, turn, text) in GOALS.items():
         reach = [animal.radius for animal in course.animals if animal.goal == goal]
         if reach:
@@ -118,11 +118,11 @@ def course_rows(scene: "MapScene") -> Iterator[Row]:
         tolerance = course.beacons[0].radius
         yield ("x", BEACON, BEACON, course.beacons[0].name + (f", found within {tolerance:g} m" if tolerance else ""))
     if course.paths:
-        yield (r"$\rightarrow$", PATH, PATH, "way of what swims")
+        yield (r"$\rightarrow$", PATH, PATH, "path of a moving object")
     if course.lights:
         yield ("o", RGB[course.lights[0].colors[0]], INK, "light buoy: its colours, in order")
     if course.showings:
-        yield ("o", "none", INK, "comes up before the boat")
+        yield ("o", "none", INK, "appears in front of the boat")
 
 
 def _arrow(axes: Any, start: Any, tip: Any, color: str, **style: Any) -> None:

@@ -1,7 +1,7 @@
-"""Gymnasium: tasks to learn, one boat at a time or thousands. To import this registers them.
+"""Gymnasium environments with one boat each, one at a time or thousands; importing this package registers them.
 
 `gymnasium.make("vrx_mj.adapters.gym:vrx_mj/StationKeeping-v0")`, `gymnasium.make_vec(..., num_envs=256)`. Gymnasium and
-what it needs come with `pip install 'vrx-mj[rl]'`.
+its dependencies come with `pip install 'vrx-mj[rl]'`.
 """
 
 import gymnasium

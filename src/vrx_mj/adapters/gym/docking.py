@@ -45,8 +45,9 @@ class Docking(Problem):
     duration = 90.0
     entries = (
         Entry("middle of the bay ahead [m]", 10.0), Entry("middle of the bay to port [m]", 10.0),
-        Entry("sine of the turn to the bay's axis", 1.0), Entry("cosine of that", 1.0),
-        Entry("how far the mouth is along the axis [m]", 10.0), Entry("how far the axis is to port of it [m]", 3.0),
+        Entry("sine of the turn to the bay's axis", 1.0), Entry("cosine of the turn to the bay's axis", 1.0),
+        Entry("distance of the bay's mouth along its axis [m]", 10.0),
+        Entry("distance of the bay's axis to port of the boat [m]", 3.0),
     )  # fmt: skip
 
     def __init__(self, n: int, world: World) -> None:

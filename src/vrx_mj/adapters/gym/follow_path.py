@@ -35,8 +35,8 @@ class FollowPath(Problem):
     entries = (
         Entry("present gate's port end ahead [m]", 10.0), Entry("present gate's port end to port [m]", 10.0),
         Entry("present gate's starboard end ahead [m]", 10.0), Entry("present gate's starboard end to port [m]", 10.0),
-        Entry("middle of the gate after it ahead [m]", 10.0), Entry("middle of the gate after it to port [m]", 10.0),
-        Entry("whether there is one after it", 1.0),
+        Entry("middle of the next gate ahead [m]", 10.0), Entry("middle of the next gate to port [m]", 10.0),
+        Entry("whether a gate follows the present one", 1.0),
     )  # fmt: skip
 
     def __init__(self, n: int, world: World) -> None:

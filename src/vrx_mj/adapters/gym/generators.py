@@ -58,11 +58,11 @@ def _each(seed: Any, n: int) -> list[int | None]:
         given = list(seed)
     else:
         text = f"a whole number of 0 or more is needed, or one for each of {n} rows"
-        raise gymnasium.error.Error(f"seed is {seed!r}: {text}")
+        raise gymnasium.error.Error(f"invalid seed {seed!r}: {text}")
     if len(given) != n:
-        raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one for each is needed, or one")
+        raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one seed, or one for each row, is needed")
     for row, own in enumerate(given):
         if own is not None and (not isinstance(own, int | np.integer) or own < 0):
             text = "a whole number of 0 or more is needed"
-            raise gymnasium.error.Error(f"the seed of row {row} is {own!r}: {text}")
+            raise gymnasium.error.Error(f"invalid seed {own!r} of row {row}: {text}")
     return [None if own is None else int(own) for own in given]

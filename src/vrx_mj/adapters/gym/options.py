@@ -19,25 +19,25 @@ LARGEST = 8192
 def episode_steps(duration: Any) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
     if not is_number(duration) or duration < PERIOD:
-        raise gymnasium.error.Error(f"duration is {duration!r}: a number of {PERIOD:g} or more is needed [s]")
+        raise gymnasium.error.Error(f"invalid duration {duration!r}: a number of {PERIOD:g} s or more is needed")
     return round(float(duration) / PERIOD)
 
 
 def check_count(name: str, value: Any) -> None:
     """gymnasium.error.Error: the option of that name is no whole number above 0."""
     if not isinstance(value, int | np.integer) or value < 1:
-        raise gymnasium.error.Error(f"{name} is {value!r}: a whole number above 0 is needed")
+        raise gymnasium.error.Error(f"invalid {name} {value!r}: a whole number above 0 is needed")
 
 
 def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
     """gymnasium.error.Error: `mode` is none of the ways to draw, or pictures have no such size [pixels]."""
     if mode not in (None, *modes):
         possible = ", ".join(["None", *map(repr, modes[:-1])])
-        raise gymnasium.error.Error(f"render_mode is {mode!r}: {possible} or {modes[-1]!r} is possible")
+        raise gymnasium.error.Error(f"invalid render_mode {mode!r}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
         if not isinstance(size, int | np.integer) or not 1 <= size <= LARGEST:
-            text = f"a whole number from 1 to {LARGEST} is needed [pixels]"
-            raise gymnasium.error.Error(f"{name} is {size!r}: {text}")
+            text = f"a whole number of pixels from 1 to {LARGEST} is needed"
+            raise gymnasium.error.Error(f"invalid {name} {size!r}: {text}")
 
 
 def reset_mode(mode: Any) -> AutoresetMode:
@@ -46,7 +46,7 @@ def reset_mode(mode: Any) -> AutoresetMode:
         return AutoresetMode(mode)
     except ValueError:
         known = ", ".join(repr(one.value) for one in AutoresetMode)
-        raise gymnasium.error.Error(f"autoreset_mode is {mode!r}: one of {known} is needed") from None
+        raise gymnasium.error.Error(f"invalid autoreset_mode {mode!r}: one of {known} is needed") from None
 
 
 def is_number(value: Any) -> bool:

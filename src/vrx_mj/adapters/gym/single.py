@@ -14,15 +14,15 @@ __all__ = ["Env"]
 
 
 class Env(gymnasium.Env[Floats32, Floats32]):
-    """A row of `VectorEnv` alone: its actions, observations, rewards and options are described there.
+    """One boat and one problem; actions, observations, rewards and options are those of `VectorEnv`.
 
-    After an episode has ended `reset` must be called.
+    `reset` must be called before the first episode and after each one.
     """
 
     metadata = VectorEnv.metadata
 
     def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
-        """Compile the world; `options` are those of `VectorEnv`, but for `num_envs` and `autoreset_mode`."""
+        """Compile the world; `options` are those of `VectorEnv` except `num_envs` and `autoreset_mode`."""
         options = {"threads": 1} | options
         self._rows = VectorEnv(problem, 1, render_mode=render_mode, autoreset_mode=AutoresetMode.DISABLED, **options)
         self.render_mode, self._ended = render_mode, False
@@ -31,13 +31,13 @@ class Env(gymnasium.Env[Floats32, Floats32]):
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the features are, and in which units."""
+        """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats32, dict[str, Any]]:
-        """Begin an episode; there are no `options`."""
+        """Begin an episode; `options` are ignored."""
         super().reset(seed=seed, options=options)
         self._rows.use(0, self.np_random)
         observation, info = self._rows.reset()
@@ -45,15 +45,15 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         return observation[0], info
 
     def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Act for 0.1 s; errors are those of `VectorEnv.step`."""
+        """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
         if self._ended and not self._rows.closed:
             raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
         try:
             given = np.asarray(action, np.float32)
         except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("the action is no array of numbers") from None
+            raise gymnasium.error.InvalidAction("invalid action: an array of numbers is needed") from None
         if given.shape != self.action_space.shape:
-            text = f"the action has shape {given.shape} instead of {self.action_space.shape}"
+            text = f"invalid action of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)
         observation, reward, done, cut, info = self._rows.step(given[None])
         self._ended = bool(done[0] or cut[0])
@@ -61,10 +61,10 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), facts
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """A picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
+        """Picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
         pictures = self._rows.render()
         return None if pictures is None else pictures[0]
 
     def close(self) -> None:
-        """Give back what it holds; more than once if you like."""
+        """Release threads and renderer; further calls have no effect."""
         self._rows.close()

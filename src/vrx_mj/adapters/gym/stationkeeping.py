@@ -26,7 +26,7 @@ class StationKeeping(Problem):
     duration = 60.0
     entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0), Entry("goal ahead [m]", 1.0),
                Entry("goal to port [m]", 1.0), Entry("sine of the turn to the goal's heading", 1.0),
-               Entry("cosine of that", 1.0))  # fmt: skip
+               Entry("cosine of the turn to the goal's heading", 1.0))  # fmt: skip
 
     def __init__(self, n: int, world: World) -> None:
         super().__init__(n, world)

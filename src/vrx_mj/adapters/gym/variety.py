@@ -42,6 +42,6 @@ def _range(name: str, value: Any) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
     least = 1e-3 if name == "mass" else 0.0
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1]:
-        text = f"a number of {least:g} or more, or two, the least and the greatest, is needed"
-        raise gymnasium.error.Error(f"{name} is {value!r}: {text}")
+        text = f"a number of {least:g} or more, or a pair (least, greatest), is needed"
+        raise gymnasium.error.Error(f"invalid {name} {value!r}: {text}")
     return float(pair[0]), float(pair[1])

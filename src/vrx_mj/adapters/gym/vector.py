@@ -31,17 +31,17 @@ Arrays = tuple[Floats32, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDA
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
-    """`num_envs` worlds with one boat and one problem each; row i is `Env` with the seed of row i, to the last bit.
+    """`num_envs` worlds with one boat and one problem each; row i equals an `Env` with the seed of row i exactly.
 
     Action, (num_envs, channels), float32 in [-1, 1]: every thrust as a share of full power ahead or astern, then every
-    steering angle as a share of the largest. Each holds for 0.1 s, 10 physics steps.
+    steering angle as a share of the largest. An action holds for 0.1 s, 10 physics steps.
 
     Observation, (num_envs, features), float32, clipped to [-5, 5]: surge and sway velocity [3 m/s], yaw rate
     [0.5 rad/s], roll and pitch [0.3 rad], roll and pitch rate [0.5 rad/s], the air's velocity over ground ahead and to
     port [10 m/s], the previous action, and the problem's entries (`observation_names`). Axes are the boat's: x ahead,
-    y to port. The numbers are true; no sensor's noise is in them.
+    y to port. The values are exact, without sensor noise.
 
-    A row whose state is no longer finite ends (terminated, reward 0, `info["diverged"]`).
+    A row whose state becomes NaN or too large ends (terminated, reward 0, `info["diverged"]`).
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
@@ -68,26 +68,26 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """Compile the world and make its rows.
 
         Args:
-            problem: StationKeeping, Wayfinding, FollowPath or Docking.
-            num_envs: how many.
-            world: instead of the problem's own; without a task, and with a dock for docking.
-            fleet: of one boat; by default a WAM-V with VRX's layout H.
-            duration: of an episode [s]; then it is truncated.
-            wind_speed: mean wind [m/s], from any direction. This and the next four: a number, or (least, greatest) of
-                which each episode draws its own; by default as the world has it.
-            gusts: their standard deviation [m/s].
+            problem: name of the problem: StationKeeping, Wayfinding, FollowPath or Docking.
+            num_envs: number of rows.
+            world: world to use instead of the problem's own; without a task, and with a dock for Docking.
+            fleet: fleet of one boat; by default a WAM-V with VRX's layout H.
+            duration: duration of an episode [s], after which it is truncated.
+            wind_speed: mean wind [m/s], from any direction. This and the next four: a number, or a pair (least,
+                greatest) from which each episode draws; by default as in the world.
+            gusts: standard deviation of the gusts [m/s].
             waves: factor of the waves' amplitudes.
             mass: factor of the boat's mass and inertia.
             thrust: factor of all thrusters' forces.
-            threads: as for `vrx_mj.Batch`.
+            threads: number of threads, as for `vrx_mj.Batch`.
             render_mode: None or rgb_array.
-            width: of pictures [pixels].
-            height: of pictures [pixels].
+            width: width of the pictures [pixels].
+            height: height of the pictures [pixels].
             autoreset_mode: when a row whose episode ended is reset (`gymnasium.vector.AutoresetMode`).
 
         Raises:
-            gymnasium.error.Error: an option is wrong.
-            VrxError: the world or the fleet is, as `compile_world` tells.
+            gymnasium.error.Error: an option is invalid.
+            VrxError: the world or the fleet is invalid, as for `compile_world`.
         """
         if problem not in PROBLEMS:
             raise UnknownNameError("problem", problem, PROBLEMS)
@@ -112,7 +112,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the features are, and in which units."""
+        """Names of the features of an observation, with their units."""
         return self._features.names
 
     # What Gymnasium wants
@@ -121,11 +121,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """Begin an episode in every row.
 
         Args:
-            seed: of row 0; row i has the next ones. Or one for each row. None: the rows' generators go on.
-            options: `reset_mask` (num_envs,): which rows are reset; the others stay as they are.
+            seed: seed of row 0, with seed + i for row i, or one seed for each row; None continues the rows' generators.
+            options: `reset_mask` (num_envs,), bool: rows to reset; the others are kept.
 
         Raises:
-            gymnasium.error.Error: another shape.
+            gymnasium.error.Error: the seeds or the mask are invalid.
         """
         self._check_open()
         rows = self._masked((options or {}).get("reset_mask"))
@@ -134,11 +134,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         return self._observe(self._seen()), {}
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
-        """Act for 0.1 s in every row; with NEXT_STEP, rows whose episodes ended are reset instead.
+        """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
 
         Raises:
-            gymnasium.error.InvalidAction: another shape, numbers that are not finite, or beyond [-1, 1].
-            gymnasium.error.ResetNeeded: no episode was begun, or, with DISABLED, one has ended.
+            gymnasium.error.InvalidAction: the shape is wrong, or a number is not finite or outside [-1, 1].
+            gymnasium.error.ResetNeeded: no episode has begun, or, with DISABLED, one has ended.
         """
         self._check_open()
         given = self._checked(actions)
@@ -166,10 +166,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         return observation, reward, done, cut, info
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
-        """A picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
+        """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
         self._check_open()
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         self._random.check_begun()
         waves = self._variety.waves.tolist()
@@ -229,20 +229,20 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             ended = np.flatnonzero(self._over)
             text = "reset them with options={'reset_mask': ...}"
             raise gymnasium.error.ResetNeeded(
-                f"the episodes of rows {ended[:5].tolist()} have ended or never began: {text}"
+                f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
             )
         try:
             given = np.asarray(actions, np.float32)
         except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("actions are no array of numbers") from None
+            raise gymnasium.error.InvalidAction("invalid actions: an array of numbers is needed") from None
         if given.shape != self.action_space.shape:
-            text = f"actions have shape {given.shape} instead of {self.action_space.shape}"
+            text = f"invalid actions of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)
         wrong = ~(np.abs(given) <= 1.0)
         if wrong.any():
             row, channel = np.argwhere(wrong)[0]
             name = self._batch.channels[channel][1]
-            text = f"the action {name} of row {row} is {given[row, channel]}: it must be within -1 and 1"
+            text = f"invalid action {given[row, channel]} for {name} of row {row}: a number from -1 to 1 is needed"
             raise gymnasium.error.InvalidAction(text)
         return given
 
@@ -251,20 +251,20 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             return np.arange(self.num_envs)
         given = np.asarray(mask)
         if given.shape != (self.num_envs,) or given.dtype != bool:
-            text = f"reset_mask has shape {given.shape} and type {given.dtype}: ({self.num_envs},) of bool is needed"
-            raise gymnasium.error.Error(text)
+            text = f"invalid reset_mask of shape {given.shape} and type {given.dtype}"
+            raise gymnasium.error.Error(f"{text}: ({self.num_envs},) of bool is needed")
         return np.flatnonzero(given)
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
 def _compiled(world: Source, fleet: Source | None) -> World:
     """The world with one boat."""
     compiled = compile_world(world, fleet={"sensors": "none"} if fleet is None else fleet)
     if len(compiled.boats) != 1:
-        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: these problems are for one")
+        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: this problem needs one")
     return compiled
 
 

@@ -29,9 +29,10 @@ class Wayfinding(Problem):
     duration = 120.0
     entries = (
         Entry("present waypoint ahead [m]", 10.0), Entry("present waypoint to port [m]", 10.0),
-        Entry("sine of the turn to its heading", 1.0), Entry("cosine of that", 1.0),
-        Entry("waypoint after it ahead [m]", 10.0), Entry("waypoint after it to port [m]", 10.0),
-        Entry("whether there is one after it", 1.0),
+        Entry("sine of the turn to the present waypoint's heading", 1.0),
+        Entry("cosine of the turn to the present waypoint's heading", 1.0),
+        Entry("next waypoint ahead [m]", 10.0), Entry("next waypoint to port [m]", 10.0),
+        Entry("whether a waypoint follows the present one", 1.0),
     )  # fmt: skip
 
     def __init__(self, n: int, world: World) -> None:

@@ -13,9 +13,9 @@ __all__ = ["HELP", "OURS", "terminal_keys", "window_key"]
 HELP = (
     ("drive", "arrow keys: more or less power, turn left or right; space or k: stop"),
     ("as in VRX", "i j l , u o m .  power and turn at once; h ;  engine angle"),
-    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: a tenth more, a tenth less"),
-    ("boat", "1 ... 9, n (in a terminal also Tab): the next one"),
-    ("time", "p: pause, + -: twice or half the pace, backspace: start again"),
+    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: 10 % more, 10 % less"),
+    ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
+    ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
 )
 """What the keys do, for people."""
 

@@ -129,7 +129,7 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     if "path" in given:
         given["path"] = _path(given["path"])
     if "leader" in given and not isinstance(given["leader"], str):
-        raise CommandError(f"formation: leader is {given['leader']!r}: the name of a boat is needed")
+        raise CommandError(f"formation: invalid leader {given['leader']!r}: the name of a boat is needed")
     return given
 
 
@@ -139,7 +139,7 @@ def _from_words(text: str) -> dict[str, Any]:
     for word in rest:
         key, equals, value = word.partition("=")
         if not equals:
-            raise CommandError(f"formation '{text}': '{word}' is no name=value, as in wedge spacing=12")
+            raise CommandError(f"formation '{text}': '{word}' is not name=value, as in wedge spacing=12")
         given[key] = value
     return given
 
@@ -148,7 +148,7 @@ def _from_json(text: str) -> dict[str, Any]:
     try:
         given = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise CommandError(f"formation: no JSON object: {error}") from None
+        raise CommandError(f"formation: not a JSON object: {error}") from None
     return dict(given)
 
 
@@ -158,7 +158,7 @@ def _number(key: str, value: Any) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise CommandError(f"formation: {key} is {value!r}: a finite number is needed")
+        raise CommandError(f"formation: invalid {key} {value!r}: a finite number is needed")
     return number
 
 
@@ -166,4 +166,6 @@ def _path(value: Any) -> list[tuple[float, float]]:
     try:
         return [(_number("path", x), _number("path", y)) for x, y in value]
     except (TypeError, ValueError, VrxError):
-        raise CommandError(f"formation: path is {value!r}: pairs of numbers, as [[0, 0], [50, 20]]") from None
+        raise CommandError(
+            f"formation: invalid path {value!r}: pairs of numbers are needed, as in [[0, 0], [50, 20]]"
+        ) from None

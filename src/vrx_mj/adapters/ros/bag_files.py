@@ -34,7 +34,7 @@ WIDER = 8
 ROS1_MAGIC, MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
 VERSION: Final = 9
 """Of rosbag2's metadata."""
-KINDS = "a .bag file (ROS 1), an .mcap file, or a folder, whose name has no such ending (rosbag2)"
+KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
 
 
 class BagFile(Protocol):
@@ -66,7 +66,7 @@ def open_bag(path: Path) -> BagFile:
         _make_room(path, MCAP_MAGIC)
         return _mcap(path)
     if path.suffix:
-        raise RecordError(f"the bag '{path}' is none of: {KINDS}")
+        raise RecordError(f"invalid bag name '{path}'; allowed: {KINDS}")
     _clear(path)
     return _rosbag2(path)
 
@@ -78,7 +78,7 @@ def _make_room(path: Path, magic: bytes) -> None:
     with path.open("rb") as file:
         head = file.read(len(magic))
     if head not in {b"", magic}:
-        raise RecordError(f"'{path}' is there already and is no bag: choose another name, or remove it")
+        raise RecordError(f"'{path}' already exists and is not a bag: choose another name, or remove it")
     path.unlink()
 
 
@@ -87,11 +87,11 @@ def _clear(folder: Path) -> None:
     if not folder.exists():
         return
     if not folder.is_dir():
-        raise RecordError(f"'{folder}' is there already and is no folder: choose another name, or remove it")
+        raise RecordError(f"'{folder}' already exists and is not a folder: choose another name, or remove it")
     ours = {"metadata.yaml", f"{folder.name}.db3", f"{folder.name}.db3-journal"}
     for file in sorted(folder.iterdir()):
         if file.name not in ours:
-            raise RecordError(f"'{file}' is in the way of a bag: choose another folder, or remove it")
+            raise RecordError(f"'{file}' already exists and is not part of a bag: choose another folder, or remove it")
     for file in folder.iterdir():
         file.unlink()
     folder.rmdir()

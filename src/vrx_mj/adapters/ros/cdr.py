@@ -76,7 +76,7 @@ def decode(raw: bytes, type_name: str) -> Message:
         parse = read.deserialize_cdr_le if raw[1] else read.deserialize_cdr_be
         return parse(memoryview(raw)[HEAD:], 0, read.cls, typestore())[0]
     except Exception as error:  # rosbags raises what numpy and struct raise
-        raise CommandError(f"{len(raw)} bytes are no {type_name}: {error}") from error
+        raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
 
 
 _LARGE_LETTERS = {"sensor_msgs/CameraInfo": {"d": "D", "k": "K", "r": "R", "p": "P"}}

@@ -55,7 +55,9 @@ class Diagnosis:
         same = (f"/{boat}/{tail}" for tail in tails for boat in self._sim.boats)
         close = next((name for name in same if name in table.inputs), None) or nearest(topic, table.inputs)
         hint = f"did you mean {close}?" if close else f"topics of boats begin with /{self._sim.boats[0]}/"
-        self._once(f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat: {hint}")
+        self._once(
+            f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat subscribes: {hint}"
+        )
 
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
@@ -78,7 +80,7 @@ class Diagnosis:
             share = round(100.0 * timeout / gaps[len(gaps) // 2])
             self._once(
                 f"{command.topic} slow",
-                f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s and a thrust lasts {timeout:g} s: thrust is "
+                f"{command.topic} comes every {gaps[len(gaps) // 2]:.2g} s but a thrust lasts {timeout:g} s: thrust is "
                 f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
             )
 
@@ -96,14 +98,14 @@ class Diagnosis:
         task = self._sim.task
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
-            self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust moves it afterwards")
+            self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
 
     def pushed(self, boat: str, thruster: Thruster, force: float) -> None:
         """See whether a thruster can give a force [N]."""
         least, most = -thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
             said = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
-            self._once(f"{boat} {thruster.name} N", f"{said}: it gives the nearest of these")
+            self._once(f"{boat} {thruster.name} N", f"{said}: it is clamped to this range")
 
     def look(self) -> None:
         """See whether boats are aground or capsized, if it is time."""
@@ -149,10 +151,11 @@ def _limits(row: Mapping[str, Any]) -> tuple[float, float]:
 
 def _clipped(value: float, least: float, most: float, row: Mapping[str, Any], *, angle: bool) -> str:
     if angle:
-        return f"{value:.4g} rad: the engine turns to {min(max(value, least), most):.4g} rad at most"
+        return f"{value:.4g} rad: the angle is clamped to {min(max(value, least), most):.4g} rad"
     ahead, astern = row["max_forward"], abs(row["max_reverse"])
     unit = "" if most == 1.0 else " N"
-    return f"{value:.4g}{unit}, beyond {least:g} to {most:g}: the force ends at {ahead:g} N ahead, {astern:g} N astern"
+    text = f"{value:.4g}{unit}, beyond {least:g} to {most:g}"
+    return f"{text}: the force is limited to {ahead:g} N ahead, {astern:g} N astern"
 
 
 def overlaps(sim: Simulation) -> Iterator[str]:
@@ -173,8 +176,8 @@ def shared_frames(sim: Simulation) -> Iterator[str]:
             other = owners.setdefault(sensor.frame, boat)
             if other != boat:
                 yield (
-                    f"the frame {sensor.frame} is that of {sensor.name} of {boat} and of {other}: their readings "
-                    "cannot be told apart; take the namespace out of the frame's name"
+                    f"the frame {sensor.frame} belongs to {sensor.name} of {boat} and of {other}: their readings "
+                    "cannot be distinguished; remove the namespace from the frame's name"
                 )
 
 

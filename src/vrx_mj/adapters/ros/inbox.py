@@ -82,7 +82,7 @@ class Inbox:
             if not full:
                 self._calls.append(Call(service, request, caller, answer))
         if full:
-            answer(None, f"{service}: {MOST_CALLS} calls are waiting already")
+            answer(None, f"{service}: {MOST_CALLS} calls are already waiting")
         self._arrived.set()
 
     def stranger(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:

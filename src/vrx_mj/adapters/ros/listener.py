@@ -24,7 +24,7 @@ def who_listens(port: int, proc: Path = PROC) -> str | None:
         if not owners.keys().isdisjoint(_sockets_of(pid, proc)):
             return _told(pid, proc)
     user = next(iter(owners.values()))
-    return f"a process of the user {_user(user)} that this one may not look at; 'sudo ss -ltnp' shows it"
+    return f"a process of the user {_user(user)} that this user may not inspect; 'sudo ss -ltnp' shows it"
 
 
 def _sockets(port: int, proc: Path) -> Iterator[tuple[str, int]]:
@@ -66,7 +66,7 @@ def _command(pid: int, proc: Path) -> str:
     try:
         raw = (proc / str(pid) / "cmdline").read_bytes()
     except OSError:
-        return "already gone"
+        return "already ended"
     text = shlex.join(part.decode("utf-8", "replace") for part in raw.rstrip(b"\0").split(b"\0"))
     line = "".join(character if character.isprintable() else "?" for character in text)
     return line if len(line) <= SHOWN else f"{line[: SHOWN - 3]}..."

@@ -106,7 +106,7 @@ def decode(raw: bytes | memoryview, type_name: str) -> Message:
     try:
         return typestore().deserialize_ros1(raw, full_name(type_name))
     except Exception as error:  # rosbags raises what numpy and struct raise
-        raise CommandError(f"{len(raw)} bytes are no {type_name}: {error}") from error
+        raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
 
 
 @cache

@@ -83,7 +83,7 @@ def serve(
         DivergedError: the state became NaN or huge.
     """
     if wanted.rate is not None and not wanted.rate > 0.0:
-        raise CommandError(f"--rate {wanted.rate:g}: above 0, 1 for real time, or max")
+        raise CommandError(f"invalid --rate {wanted.rate:g}: a number above 0 (1 for real time) or max is needed")
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
@@ -186,7 +186,7 @@ class _Loop:
 
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
     if not (wanted.ros1 or wanted.ros2 or wanted.rosbridge is not None):
-        raise CommandError("nothing to serve on: --ros1, --rosbridge or --ros2")
+        raise CommandError("no transport is given: --ros1, --rosbridge or --ros2 is needed")
     if wanted.ros1:
         from vrx_mj.adapters.ros.ros1 import Ros1
 
@@ -236,19 +236,19 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
     for dialect, table in tables.items():
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
-        tell("INFO", f"{counts}; cameras and lidars are drawn while somebody subscribes")
+        tell("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
     if wanted.cmd_vel == "thrust":
-        tell("INFO", "cmd_vel is thrust, as VRX's twist2thrust; --cmd-vel velocity: a velocity that is kept")
+        tell("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
     else:
-        tell("INFO", "cmd_vel is a velocity [m/s, rad/s] that is kept; --cmd-vel thrust: VRX's twist2thrust")
+        tell("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         tell("INFO", f"lockstep: time waits for {topics}")
     for topic in wanted.lockstep or ():
         if not any(topic in table.inputs for table in tables.values()):
-            tell("WARN", f"lockstep: nobody here listens to {topic}, so time will stand still")
+            tell("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.host not in LOOPBACK:
-        tell("WARN", f"listening on {wanted.host}: anybody on that network can drive the boats and end the run")
+        tell("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         for line in _to_paste(wanted):
             tell("INFO", line)
     if os.environ.get("VRX_DEBUG") == "false":
@@ -263,7 +263,7 @@ def _to_paste(wanted: Wanted) -> Iterator[str]:
     if wanted.ros1:
         port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
         uri = f"http://{here}:{port}"
-        yield f"there, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
+        yield f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
         yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
     if wanted.rosbridge is not None:
         yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"

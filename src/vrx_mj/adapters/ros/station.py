@@ -76,7 +76,7 @@ class Station:
         """
         if not 0.0 < clock_rate <= 1.0 / sim.timestep + EARLY:
             raise CommandError(
-                f"a clock of {clock_rate:g} Hz: above 0, and at most the {1.0 / sim.timestep:g} Hz of the physics"
+                f"invalid clock rate {clock_rate:g} Hz: above 0 and at most {1.0 / sim.timestep:g} Hz is needed"
             )
         self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
         self.sensor_load: Mapping[tuple[str, str], float] = {}
@@ -159,7 +159,7 @@ class Station:
             CommandError: it is negative, no multiple of the physics' step, or an hour and more.
         """
         if not 0.0 <= duration < LONGEST_STEP:
-            raise CommandError(f"a step of {duration:g} s: at least 0, and below {LONGEST_STEP:g}")
+            raise CommandError(f"invalid step {duration:g} s: at least 0 and below {LONGEST_STEP:g} s is needed")
         if duration == 0.0:
             self._advance()
             return
@@ -187,7 +187,7 @@ class Station:
     def _answer(self, call: Call) -> None:
         service = self._services.get(call.service)
         if service is None:
-            call.answer(None, f"there is no service {call.service} any more")
+            call.answer(None, f"the service {call.service} no longer exists")
             return
         try:
             response = service.answer(call.request)
@@ -212,7 +212,7 @@ class Station:
             CommandError: the force is not a finite number.
         """
         if not math.isfinite(force):
-            raise CommandError(f"the thrust {thruster} of {boat} is {force} N: a finite number is needed")
+            raise CommandError(f"invalid thrust {force} N for {thruster} of {boat}: a finite number is needed")
         newtons = self.sim.world.parameters["profile"] == "vrx3"
         command = force if newtons else self.seen[boat].thrusters[thruster].command(force)
         self.command(boat, {thruster: command})
@@ -243,9 +243,9 @@ class Station:
             VrxError: as `Simulation.spawn`.
         """
         if len(urdf) > LARGEST_URDF:
-            raise CommandError(f"{name}: a URDF of {len(urdf)} characters; at most {LARGEST_URDF}")
+            raise CommandError(f"{name}: the URDF has {len(urdf)} characters; at most {LARGEST_URDF} are allowed")
         if "<robot" not in urdf:
-            raise CommandError(f"{name}: what came is no URDF, which has a <robot> element")
+            raise CommandError(f"{name}: invalid URDF: a <robot> element is needed")
         self._spawn(name, urdf, pose)
         self._left.discard(name)
         self._changed()
@@ -268,7 +268,7 @@ class Station:
         """Put boats and floating objects back where they started; time goes on."""
         self._starts.put_back()
         self._seen = None
-        self._tell("INFO", "everything is back where it started")
+        self._tell("INFO", "the simulation is reset")
 
     def reset_simulation(self) -> None:
         """Begin again at time 0 with the same seed, and with the boats that there are now.
@@ -288,7 +288,7 @@ class Station:
         if self.lockstep is not None:
             self.lockstep.begin()
             self.announce()  # the clock that is to be answered now
-        self._tell("INFO", "time begins again at 0")
+        self._tell("INFO", "time restarts at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")

@@ -70,9 +70,9 @@ def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator
         yield f"In the browser: {reason}."
         yield f"Open {screen.url}"
         tunnel = " ".join(f"-L {port}:127.0.0.1:{port}" for port in screen.ports)
-        yield f"It listens to this machine only; from another one, first: ssh {tunnel} this-machine"
+        yield f"It listens on this machine only; from another machine, first run: ssh {tunnel} this-machine"
     if keys or screen.url is None:
         yield from (f"  {name:<10} {text}" for name, text in HELP)
     else:
-        yield "No keys are read here, since this is no terminal; --thrust or --control steer the boats."
-    yield "Ctrl-C stops." if screen.url is not None else "Closing the window stops, and so does Ctrl-C."
+        yield "No keys are read, since standard input is not a terminal; --thrust or --control steer the boats."
+    yield "Press Ctrl-C to stop." if screen.url is not None else "Close the window or press Ctrl-C to stop."

@@ -72,9 +72,9 @@ def no_window(
     """
     variables = os.environ if environment is None else environment
     if platform == "darwin" and not (_has_main_thread() if main_thread is None else main_thread):
-        return "on macOS MuJoCo's window needs its own Python: mjpython -m vrx_mj view ..."
+        return "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
     if platform.startswith("linux") and not (variables.get("DISPLAY") or variables.get("WAYLAND_DISPLAY")):
-        return "there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
+        return "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
     attempt = try_backend("glfw", variables)
     return None if attempt.works else f"the display cannot draw: {attempt.said}"
 

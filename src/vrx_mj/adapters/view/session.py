@@ -88,7 +88,7 @@ class Session:
         if boat is not None and boat not in sim.boats:
             raise UnknownNameError("boat", boat, sim.boats)
         if not (math.isfinite(pace) and pace > 0.0):
-            raise CommandError(f"a pace of {pace:g}: a number above 0 is needed, 1 for real time")
+            raise CommandError(f"invalid pace {pace:g}: a number above 0 is needed, 1 for real time")
         self.sim, self._world = sim, sim.world
         self.pacer = Pacer(sim.timestep, pace, clock())
         self.pilot = Pilot({name: engines_of(sim.world, name) for name in sim.boats}, boat or sim.boats[0])
@@ -153,9 +153,7 @@ class Session:
         """Screens have models of the world with which they were opened, and keys drive its boats."""
         if self.sim.world is not self._world:
             shown, now = ", ".join(self._world.boats), ", ".join(self.sim.boats)
-            raise CommandError(
-                f"boats came or went, {shown} are now {now}: a view keeps to the boats with which it began"
-            )
+            raise CommandError(f"the boats changed from {shown} to {now}: a view needs the boats with which it began")
 
     def status(self) -> tuple[tuple[str, str], ...]:
         """What a screen writes beside the picture: names and values."""

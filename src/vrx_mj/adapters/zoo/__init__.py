@@ -1,6 +1,6 @@
-"""PettingZoo: problems for teams of boats, one world at a time or thousands.
+"""PettingZoo environments for teams of boats, one world at a time or thousands.
 
-`ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`. PettingZoo and what it needs come with
+`ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`. PettingZoo and its dependencies come with
 `pip install 'vrx-mj[rl]'`.
 """
 

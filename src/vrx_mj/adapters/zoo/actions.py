@@ -15,7 +15,7 @@ __all__ = ["ActionError", "Actions"]
 
 
 class ActionError(gymnasium.error.InvalidAction, AssertionError):
-    """An action is none: PettingZoo asserts that they are within their space, Gymnasium has an error for it."""
+    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
 
 
 class Actions:
@@ -52,19 +52,17 @@ class Actions:
         try:
             given = np.asarray(actions, np.float32)
         except (TypeError, ValueError):
-            raise ActionError("actions are no array of numbers") from None
+            raise ActionError("invalid actions: an array of numbers is needed") from None
         shape = (*present.shape, self.most)
         if given.shape != shape:
-            raise ActionError(f"actions have shape {given.shape} instead of {shape}")
+            raise ActionError(f"invalid actions of shape {given.shape}: {shape} is needed")
         counts = present[..., None] & (np.arange(self.most) < self._own[:, None])
         wrong = counts & ~(np.abs(given) <= 1.0)
         if wrong.any():
             row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
-            raise ActionError(
-                f"in row {row}, {self.told(self._boats[boat], channel, float(given[row, boat, channel]))}"
-            )
+            raise ActionError(f"row {row}: {self.told(self._boats[boat], channel, float(given[row, boat, channel]))}")
         return np.where(counts, given, np.float32(0.0))
 
     def told(self, boat: str, channel: int, value: float) -> str:
         """What is wrong with a number."""
-        return f"the action {self.names[boat][channel]} of {boat} is {value:g}: it must be within -1 and 1"
+        return f"invalid action {value:g} for {self.names[boat][channel]} of {boat}: a number from -1 to 1 is needed"

@@ -47,9 +47,9 @@ class Encounter(TeamProblem):
     duration = 60.0
     entries = (
         Entry("goal ahead [m]", 20.0), Entry("goal to port [m]", 20.0),
-        Entry("sine of the turn since the start", 1.0), Entry("cosine of that", 1.0),
-        Entry("speed since the start [m/s]", 3.0), Entry("whether they meet head-on", 1.0),
-        Entry("whether it has to keep clear", 1.0), Entry("whether they have passed", 1.0),
+        Entry("sine of the turn since the start", 1.0), Entry("cosine of the turn since the start", 1.0),
+        Entry("change of speed since the start [m/s]", 3.0), Entry("whether the boats meet head-on", 1.0),
+        Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
     )  # fmt: skip
     boats = 2
     fixed = True

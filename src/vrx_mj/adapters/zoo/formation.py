@@ -43,7 +43,7 @@ class Formation(TeamProblem):
     entries = (
         Entry("own place ahead [m]", 10.0), Entry("own place to port [m]", 10.0),
         Entry("velocity of that place ahead [m/s]", 3.0), Entry("velocity of that place to port [m/s]", 3.0),
-        Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of that", 1.0),
+        Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of the turn to the leader's course", 1.0),
     )  # fmt: skip
 
     def __init__(self, n: int, boats: int) -> None:

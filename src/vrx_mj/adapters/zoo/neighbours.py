@@ -36,8 +36,8 @@ class Eyes(NamedTuple):
         unit = self.range / 5.0
         of = (
             ("is seen", 1.0), ("ahead [m]", unit), ("to port [m]", unit), ("sine of the turn to its heading", 1.0),
-            ("cosine of that", 1.0), ("its velocity relative to the own, ahead [m/s]", 3.0),
-            ("its velocity relative to the own, to port [m/s]", 3.0),
+            ("cosine of the turn to its heading", 1.0), ("its velocity relative to this boat, ahead [m/s]", 3.0),
+            ("its velocity relative to this boat, to port [m/s]", 3.0),
         )  # fmt: skip
         return tuple(Entry(f"neighbour {k + 1}: {name}", scale) for k in range(self.neighbours) for name, scale in of)
 

@@ -23,11 +23,10 @@ Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, b
 
 
 class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ignore[misc]
-    """A row of `TeamVectorEnv` alone: actions, observations, rewards and options are described there.
+    """One team of boats and one problem; actions, observations, rewards and options are those of `TeamVectorEnv`.
 
-    Agents are the boats. One that has not come yet, has left, or is done is in `possible_agents` alone; one that joins
-    is among what `step` returns from the step in which it came, with reward 0. After all have ended `reset` must be
-    called.
+    Agents are the boats. A boat that has not joined, has left, or is done is only in `possible_agents`; `step` returns
+    a boat that joins from the step in which it joins, with reward 0. `reset` must be called after all have ended.
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -35,7 +34,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     }  # fmt: skip
 
     def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
-        """Compile the world; `options` are those of `TeamVectorEnv`, but for `num_envs` and `autoreset`."""
+        """Compile the world; `options` are those of `TeamVectorEnv` except `num_envs` and `autoreset`."""
         self._rows = TeamVectorEnv(problem, 1, render_mode=render_mode, autoreset=False, **({"threads": 1} | options))
         self.render_mode = render_mode
         self.possible_agents = list(self._rows.boats)
@@ -51,19 +50,19 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the features are, and in which units."""
+        """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """What a boat observes: as many numbers for every boat."""
+        """Space of a boat's observations, of the same size for every boat."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """What a boat is commanded by: its own thrusts and steering angles."""
+        """Space of a boat's actions: its thrusts and steering angles."""
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:
-        """Begin an episode; there are no `options`."""
+        """Begin an episode; `options` are ignored."""
         seen, info = self._rows.reset(seed=seed)
         self._begun = True
         there = self._note(seen, info)
@@ -71,11 +70,11 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return {boat: self._observation(boat) for boat in there}, self._facts(there, info)
 
     def step(self, actions: Mapping[str, npt.ArrayLike]) -> Step:
-        """Act for 0.1 s; one action for each of `agents`, and those of boats that are not there do not count.
+        """Apply one action for each of `agents` for 0.1 s; actions of absent boats are ignored.
 
         Raises:
-            ActionError: an AssertionError: an action is missing, of no boat, of another shape, or not in its space.
-            AssertionError: no episode was begun.
+            ActionError: an action is missing, names an unknown boat, has the wrong shape, or is not in its space.
+            AssertionError: no episode has begun.
             gymnasium.error.ClosedEnvironmentError: after `close`.
         """
         self._check_begun(EnvLogger.error_step_before_reset)
@@ -97,16 +96,16 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         )
 
     def state(self) -> Floats32:
-        """All that is observed, boat by boat, zeros for absent ones: of `state_space`."""
+        """Observations of all boats, one after another, with zeros for absent ones, as in `state_space`."""
         self._check_begun(EnvLogger.error_state_before_reset)
         whole: Floats32 = self._seen.ravel().copy()
         return whole
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """A picture (height, width, 3) with the whole team in it; with `human` it is drawn in the terminal."""
+        """Picture (height, width, 3) of the whole team; with `human` it is drawn in the terminal."""
         self._check_begun(EnvLogger.error_render_before_reset)
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render_mode: give 'rgb_array' when the environment is made")
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         (picture,) = self._rows.render()
         if self.render_mode == "rgb_array":
@@ -115,7 +114,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return None
 
     def close(self) -> None:
-        """Nothing can be done any more; more than once if you like."""
+        """Close the environment; further calls have no effect."""
         self._rows.close()
         self.agents = []
 
@@ -144,13 +143,17 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def _array(self, actions: Mapping[str, npt.ArrayLike]) -> Floats32:
         """Actions by boat as an array (1, boats, channels)."""
         if not isinstance(actions, Mapping):
-            raise ActionError(f"actions are a {type(actions).__name__}: a mapping of boats to actions is needed")
+            raise ActionError(
+                f"invalid actions of type {type(actions).__name__}: a mapping of boats to actions is needed"
+            )
         strange, missing = [set(actions) - set(self.possible_agents), set(self.agents) - set(actions)]
         if strange:
-            text = f"the boats are {', '.join(self.possible_agents)}"
-            raise ActionError(f"an action is for {sorted(map(str, strange))[0]}: {text}")
+            text = f"known: {', '.join(self.possible_agents)}"
+            raise ActionError(f"invalid actions: no boat named '{sorted(map(str, strange))[0]}'; {text}")
         if missing:
-            raise ActionError(f"no action for {min(missing, key=self.possible_agents.index)}, which is in the water")
+            raise ActionError(
+                f"invalid actions: none for {min(missing, key=self.possible_agents.index)}, which is present"
+            )
         whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
         for boat in self.agents:
             own = self._one(boat, actions[boat])
@@ -162,14 +165,14 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         try:
             given = np.asarray(action, np.float32)
         except (TypeError, ValueError):
-            raise ActionError(f"the action of {boat} is no array of numbers") from None
+            raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
         if given.shape != (len(names),):
-            raise ActionError(f"the action of {boat} has shape {given.shape} instead of {(len(names),)}")
+            raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")
         wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
         if len(wrong):
             name, value = names[wrong[0]], given[wrong[0]]
             why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
-            raise ActionError(f"{why}: {name} of {boat} is {value:g}, and must be within -1 and 1")
+            raise ActionError(f"{why}: {value:g} for {name} of {boat}; a number from -1 to 1 is needed")
         return given
 
     def _show(self) -> None:
@@ -178,7 +181,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     def _check_begun(self, complain: Any) -> None:
         if self._rows.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
         if not self._begun:
             complain()
 

@@ -29,10 +29,10 @@ class Score(TeamProblem):
 
     world = open_water()
     entries = (
-        Entry("way east since the start [m]", 20.0), Entry("way north since the start [m]", 20.0),
+        Entry("displacement east since the start [m]", 20.0), Entry("displacement north since the start [m]", 20.0),
         Entry("cosine of the heading", 1.0), Entry("sine of the heading", 1.0),
-        Entry("whether the task runs", 1.0), Entry("time that it may still run [s]", 100.0),
-        Entry("whether it is this boat that is scored", 1.0),
+        Entry("whether the task runs", 1.0), Entry("time left of the task [s]", 100.0),
+        Entry("whether this boat is scored", 1.0),
     )  # fmt: skip
     boats = 1
     placed = False

@@ -38,7 +38,7 @@ def staged(
         raise UnknownNameError("problem", name, (*PROBLEMS, SCORE))
     kind: type[TeamProblem] = PROBLEMS.get(name, Score)
     if name == SCORE and (n != 1 or world is None):
-        needs = f"num_envs is {n}, and a referee watches one" if n != 1 else "give its world, one with a task"
+        needs = f"invalid num_envs {n}: a referee watches one world" if n != 1 else "give a world with a task"
         raise gymnasium.error.Error(f"{SCORE}: {needs}")
     compiled = compile_world(kind.world if world is None else world, fleet=_fleet(kind, boats, fleet))
     _check_size(name, kind, len(compiled.boats), boats, moving=moving)
@@ -60,8 +60,8 @@ def _fleet(kind: type[TeamProblem], boats: Any, fleet: Source | None) -> Source:
 
 def _check_size(name: str, kind: type[TeamProblem], size: int, boats: Any, *, moving: bool) -> None:
     if boats is not None and size != boats:
-        raise gymnasium.error.Error(f"boats is {boats}, and the fleet has {size}: give one of both")
+        raise gymnasium.error.Error(f"invalid boats {boats}: the fleet has {size}; give one of the two")
     if kind.fixed and size != kind.boats:
-        raise gymnasium.error.Error(f"{name} is for {kind.boats} boats: {size} are too {_MORE[size > kind.boats]}")
+        raise gymnasium.error.Error(f"{name} needs {kind.boats} boats: {size} are too {_MORE[size > kind.boats]}")
     if kind.fixed and moving:
-        raise gymnasium.error.Error(f"{name} needs its {kind.boats} boats all the time: no joining, no leaving")
+        raise gymnasium.error.Error(f"{name} needs {kind.boats} boats all the time: joining and leaving must be 0")

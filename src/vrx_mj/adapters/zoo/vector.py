@@ -36,21 +36,21 @@ VARIED = ("wind_speed", "gusts", "waves", "mass", "thrust")
 
 
 class TeamVectorEnv:
-    """`num_envs` worlds with a team and a problem each, as arrays; row i is `ParallelEnv` with its seed, bit for bit.
+    """`num_envs` worlds with a team and a problem each, as arrays; row i equals a `ParallelEnv` with its seed exactly.
 
     Action, (num_envs, boats, channels), float32 in [-1, 1]: every thrust of a boat as a share of full power ahead or
-    astern, then every steering angle as a share of the largest. Each holds for 0.1 s, 10 physics steps. What is given
-    for absent boats, or beyond a boat's own channels where boats differ, does not count.
+    astern, then every steering angle as a share of the largest. An action holds for 0.1 s, 10 physics steps. Numbers
+    for absent boats, or beyond a boat's own channels where boats differ, are ignored.
 
-    Observation, (num_envs, boats, features), float32, clipped to [-5, 5], in each boat's axes: what a boat feels, as
-    in `gym.VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). Zeros for
-    absent boats.
+    Observation, (num_envs, boats, features), float32, clipped to [-5, 5], in each boat's axes: its own motion, as
+    in `gym.VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). Rows of
+    absent boats are zero.
 
-    Reward, (num_envs, boats), and who has ended or was cut, (num_envs, boats). `info["acted"]` tells whose numbers
-    these are, `info["present"]` who is in the water for the next step, `team_reward` (num_envs,) and `own_reward`
-    what rewards are made of, `diverged` (num_envs,) rows whose state is no longer finite; they end with reward 0.
+    Reward, terminated and truncated, (num_envs, boats). `info["acted"]` has the boats to which these numbers belong,
+    `info["present"]` the boats in the next step, `team_reward` (num_envs,) and `own_reward` the parts of the rewards,
+    `diverged` (num_envs,) the rows whose state became NaN or too large; they end with reward 0.
 
-    A row in which nobody is left begins another episode in the next step, which gives no rewards there, unless
+    A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
     `autoreset` is false.
     """
 
@@ -83,29 +83,29 @@ class TeamVectorEnv:
         """Compile the world and make its rows.
 
         Args:
-            problem: Formation, Rendezvous, Encounter, or Score, which is one row of any world with a task.
-            num_envs: how many.
-            boats: how many; by default the problem's number, or the fleet's.
-            world: instead of the problem's own; without a task, but for Score.
-            fleet: by default WAM-Vs with VRX's layout H.
-            duration: of an episode [s]; then it is truncated.
-            reward: `individual`, `team`, or the team's share in what every boat is given, 0 to 1.
-            neighbours: how many others a boat observes, the nearest ones.
-            range: how far it sees them [m].
-            noise: standard deviations of their places [m], velocities [m/s] and headings [rad].
-            delay: how old what it sees is [s].
-            joining: share of boats, but for the first, that come only in the first half of an episode.
-            leaving: share of them that go in its second half; they are truncated.
-            threads: as for `vrx_mj.Batch`.
+            problem: name of the problem: Formation, Rendezvous, Encounter, or Score, one row of any world with a task.
+            num_envs: number of rows.
+            boats: number of boats; by default that of the problem or of the fleet.
+            world: world to use instead of the problem's own; without a task, except for Score.
+            fleet: fleet of the team; by default WAM-Vs with VRX's layout H.
+            duration: duration of an episode [s], after which it is truncated.
+            reward: `individual`, `team`, or the share of the team's reward in every boat's reward, 0 to 1.
+            neighbours: number of other boats that a boat observes, the nearest ones.
+            range: greatest distance at which a boat observes others [m].
+            noise: standard deviations of their positions [m], velocities [m/s] and headings [rad].
+            delay: delay of the observation of neighbours [s].
+            joining: share of the boats, except the first, that join in the first half of an episode.
+            leaving: share of them that leave in its second half; they are truncated.
+            threads: number of threads, as for `vrx_mj.Batch`.
             render_mode: None, rgb_array, or human, which draws in the terminal.
-            width: of pictures [pixels].
-            height: of pictures [pixels].
-            autoreset: whether rows begin another episode by themselves.
+            width: width of the pictures [pixels].
+            height: height of the pictures [pixels].
+            autoreset: whether rows begin another episode automatically.
             variety: wind_speed, gusts, waves, mass and thrust, as in `gym.VectorEnv`; not with Score.
 
         Raises:
-            gymnasium.error.Error: an option is wrong.
-            VrxError: the world or the fleet is, as `compile_world` tells.
+            gymnasium.error.Error: an option is invalid.
+            VrxError: the world or the fleet is invalid, as for `compile_world`.
         """
         check_count("num_envs", num_envs)
         check_picture(render_mode, RENDER_MODES, width, height)
@@ -127,39 +127,39 @@ class TeamVectorEnv:
 
     @property
     def boats(self) -> tuple[str, ...]:
-        """Names of the boats, in the order of the second axis."""
+        """Names of the boats, in the order of the second axis of actions and observations."""
         return self._batch.boats
 
     @property
     def observation_names(self) -> tuple[str, ...]:
-        """What the features are, and in which units."""
+        """Names of the features of an observation, with their units."""
         return self._features.names
 
     @property
     def action_names(self) -> dict[str, tuple[str, ...]]:
-        """What the channels of each boat are."""
+        """Names of the channels of each boat's actions."""
         return self._actions.names
 
     @property
     def present(self) -> Mask:
-        """(num_envs, boats): who is in the water."""
+        """Whether each boat is present, (num_envs, boats)."""
         return self._roster.present.copy()
 
     def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode.
 
         Args:
-            seed: of row 0; row i has the next ones. Or one for each row. None: the rows' generators go on.
-            rows: a mask (num_envs,) of those that are reset; by default all.
+            seed: seed of row 0, with seed + i for row i, or one seed for each row; None continues the rows' generators.
+            rows: mask (num_envs,), bool, of the rows to reset; by default all.
 
         Raises:
-            gymnasium.error.Error: another shape.
+            gymnasium.error.Error: the seeds or the mask are invalid.
         """
         self._check_open()
         mask = np.ones(self.num_envs, np.bool_) if rows is None else np.asarray(rows)
         if mask.shape != (self.num_envs,) or mask.dtype != bool:
             text = f"({self.num_envs},) of bool is needed"
-            raise gymnasium.error.Error(f"rows has shape {mask.shape} and type {mask.dtype}: {text}")
+            raise gymnasium.error.Error(f"invalid rows of shape {mask.shape} and type {mask.dtype}: {text}")
         which = np.flatnonzero(mask)
         self._random.seed(which, seed)
         self._begin(which)
@@ -167,11 +167,11 @@ class TeamVectorEnv:
         return self._observe(self._seen()), self._told(acted)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
-        """Act for 0.1 s.
+        """Apply the actions for 0.1 s.
 
         Raises:
-            ActionError: another shape, or numbers of boats in the water that are not within [-1, 1].
-            gymnasium.error.ResetNeeded: no episode was begun, or, without `autoreset`, one has ended.
+            ActionError: the shape is wrong, or a number of a present boat is outside [-1, 1].
+            gymnasium.error.ResetNeeded: no episode has begun, or, without `autoreset`, one has ended.
         """
         self._check_open()
         given = self._checked(actions)
@@ -198,13 +198,13 @@ class TeamVectorEnv:
         return observation, reward, ended, cut, info
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
-        """A picture (height, width, 3) of each row, from the south, with the whole team in it."""
+        """Picture (height, width, 3) of each row, from the south, of the whole team."""
         self._check_open()
         self._random.check_begun()
         return tuple(self._drawn(row) for row in range(self.num_envs))
 
     def close(self) -> None:
-        """Nothing can be done any more; more than once if you like."""
+        """Close the environment; further calls have no effect."""
         self.closed = True
 
     # Inside
@@ -262,7 +262,7 @@ class TeamVectorEnv:
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment was closed")
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
 def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
@@ -270,5 +270,5 @@ def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
     strange = [name for name in given if name not in VARIED or problem == SCORE]
     if strange:
         text = f"{problem} has no option {strange[0]}"
-        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world is as it is")
+        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world cannot be varied")
     return Variety(n, **(dict.fromkeys(VARIED) | given))

@@ -70,8 +70,8 @@ _TURN = (
     Parameter("P", "number", 0.0, "rad", "pitch; positive looks down"),
     Parameter("Y", "number", 0.0, "rad", "yaw; positive looks to port"),
 )
-_POST_YAW = Parameter("post_Y", "number", 0.0, "rad", "direction of the arm that holds it")
-_POST_FOOT = Parameter("post_z_from", "number", 1.2965, "m", "height where its post stands: the deck")
+_POST_YAW = Parameter("post_Y", "number", 0.0, "rad", "direction of the arm that carries it")
+_POST_FOOT = Parameter("post_z_from", "number", 1.2965, "m", "height of the post's foot: the deck")
 
 _ALL = (
     PartType(
@@ -177,11 +177,11 @@ HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
 """Links of the bare hull, without their suffix `_link`."""
 
 ELSEWHERE = {
-    "wamv_3d_lidar": "VRX has this macro, but no file may call it; write 'lidar'",
-    "wamv_multibeam_laser": "VRX has this macro, but no file may call it; write 'lidar'",
-    "wamv_planar_lidar": "no file may have a planar lidar; type 'lidar'",
-    "battery": "no file may name it: the boat always has its two batteries",
-    "cpu_cases": "no file may name it: a boat with components always has them",
+    "wamv_3d_lidar": "VRX does not allow this macro in a component file; write 'lidar'",
+    "wamv_multibeam_laser": "VRX does not allow this macro in a component file; write 'lidar'",
+    "wamv_planar_lidar": "VRX does not allow a planar lidar in a component file; write 'lidar'",
+    "battery": "not allowed in a component file: the boat always has its two batteries",
+    "cpu_cases": "not allowed in a component file: a boat with components always has them",
 }
 """What VRX has and its files may not ask for, and what to do instead."""
 

@@ -139,7 +139,7 @@ def _outside(point: Point, boxes: Sequence[Box]) -> str:
         return f"inside {' and '.join(full)}, which {'is' if len(full) == 1 else 'are'} full"
     near = nearest_box(point, boxes)
     if near is None:
-        return "there is no box for it"
+        return "no box exists for it"
     off = (x - there for x, there in zip(point, near.point, strict=True))
     ways = (f"{abs(d):.4g} m {words[d > 0]}" for d, words in zip(off, WAYS, strict=True) if abs(d) > FACE)
     return f"outside every box; it misses {near.box.name} by {near.distance:.4g} m: {', '.join(ways)}"

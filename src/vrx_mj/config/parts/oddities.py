@@ -24,7 +24,7 @@ def oddities(instance: Instance) -> Iterator[Oddity]:
     yield from _post(instance)
     kind = instance.parameters.get("type", LIDAR_TYPES[0])
     if instance.type == "lidar" and kind not in LIDAR_TYPES:
-        yield "type", f"{shown(kind)} makes no lidar; the types are {' and '.join(LIDAR_TYPES)}"
+        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
     if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
         message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
         yield "position", message

@@ -156,7 +156,7 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
         if parameter.default is None and parameter.name not in section:
             reading.wrong(section.place, (*loc, parameter.name), "required, but missing")
     if "name" in section and JAZZY_NAMES & section.keys():
-        message = "not both 'name' (VRX classic) and 'sensor_name' or 'pinger_name' (VRX jazzy)"
+        message = "give 'name' (VRX classic) or 'sensor_name' or 'pinger_name' (VRX jazzy), not both"
         reading.wrong(section.place, loc, message)
     index = sum(instance.type == part.name for _, instance in reading.parts)
     reading.parts.append((loc, Instance(part.name, index, parameters, section.place)))
@@ -188,9 +188,9 @@ def _check_names(reading: _Reading) -> None:
             continue  # a name that is no name was complained about
         if name in seen:
             default = "" if key in instance.parameters else ", as this one is by default"
-            message = f"the part on line {seen[name].line} is called '{name}'{default}; each needs its own name"
+            message = f"the part on line {seen[name].line} is named '{name}'{default}; each needs its own name"
             reading.wrong(place, (*loc, key), message)
         elif name in HULL_LINKS and reading.kind == "components":
-            reading.wrong(place, (*loc, key), f"the hull has a link '{name}_link' already; choose another name")
+            reading.wrong(place, (*loc, key), f"the hull already has a link '{name}_link'; choose another name")
         if name:
             seen.setdefault(name, place)

@@ -104,7 +104,7 @@ def _text(value: Any, *, named: bool) -> str:
         hint = "; put it in quotes" if isinstance(value, int | float) and not isinstance(value, bool) else ""
         raise ValueError(f"expected text, got {shown(value)}{hint}")  # noqa: TRY004
     if named and not _NAME.fullmatch(value):
-        raise ValueError(f"a name has up to 64 letters A-Z, digits, '_' or '-', got {shown(value)}")
+        raise ValueError(f"expected a name of up to 64 letters A-Z, digits, '_' or '-', got {shown(value)}")
     if not named and not _WORD.fullmatch(value):
         raise ValueError(f"expected up to 64 letters A-Z, digits, '_', '-', '.' or '/', got {shown(value)}")
     return value

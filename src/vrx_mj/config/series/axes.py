@@ -24,7 +24,7 @@ MOST_WORLDS = 10_000
 """Worlds of one file."""
 KEYS = ("steps", "macros", "sequence", "yamls")
 """Of an axis."""
-PATCHED = "begins with '+', as lines do in a file of differences; take the '+' out"
+PATCHED = "begins with '+', as in a patch file; remove the '+'"
 
 Loc = tuple[str | int, ...]
 
@@ -144,7 +144,7 @@ def _odd_steps(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
         yield problem_at(root, loc, f"expected steps, as in `0:`, got {shown(content)}")
     for step, value in content.items() if isinstance(content, Section) else ():
         if not (step.isascii() and step.isdigit() and len(step) < 10):
-            yield problem_at(root, (*loc, step), f"a step is a whole number from 0, got '{step}'")
+            yield problem_at(root, (*loc, step), f"expected a whole number of 0 or more as step, got '{step}'")
         elif loc[-1] == "sequence":
             yield from _odd_calls(root, (*loc, step), value)
 
@@ -155,7 +155,7 @@ def _odd_calls(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
         yield problem_at(root, loc, f"expected macros, each with a list of calls, got {shown(content)}")
     for macro, calls in content.items() if isinstance(content, Section) else ():
         if not isinstance(calls, Items):
-            text = f"expected a list of calls, where '-' alone is one with the defaults; got {shown(calls)}"
+            text = f"expected a list of calls, where '-' alone is a call with the defaults, got {shown(calls)}"
             yield problem_at(root, (*loc, macro), text)
             continue
         for index, call in enumerate(calls):
@@ -166,7 +166,7 @@ def _odd_calls(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
 def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:
     if repeats:
         keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
-        yield f"given twice, of which the later one counts, as in VRX: {keys}"
+        yield f"given twice; the later one counts, as in VRX: {keys}"
 
 
 def _never_reached(series: Series) -> Iterator[str]:
@@ -175,4 +175,4 @@ def _never_reached(series: Series) -> Iterator[str]:
         if beyond:
             steps = ", ".join(map(str, beyond))
             has = "1 step" if axis.steps == 1 else f"steps 0 to {axis.steps - 1}"
-            yield f"step {steps} of {axis.name} never comes: it has {has}"
+            yield f"step {steps} of {axis.name} does not exist: it has {has}"

@@ -120,6 +120,6 @@ def read_block(call: Call, key: str) -> Block:
     block = Block(Tag(element, call, key), call.parameters.entries[key].value)
     if block.stray:
         name, line, _ = block.place.file.name, block.place.line, block.place.column
-        told = f"{name}:{line}: {shown(block.stray)} between the elements of {key} is left out"
+        told = f"{name}:{line}: {shown(block.stray)} between the elements of {key} is ignored"
         warnings.warn(told, VrxWarning, stacklevel=2)
     return block

@@ -76,7 +76,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
             values[key] = _value(key, value, step, budget)
         except ExpressionError as error:
             words = str(error).replace("robot file", "axes file").replace("no property named", "no name")
-            message = f"{shown(value)}: {words}; a text stands in single quotes inside of double ones"
+            message = f"{shown(value)}: {words}; a text needs single quotes inside the double ones"
             raise ConfigError([problem_at(series.root, (*loc, key), message)]) from None
     return Section(values, given.place, given.entries)
 

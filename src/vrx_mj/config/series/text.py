@@ -14,7 +14,7 @@ __all__ = ["HEAD", "side_text", "world_text"]
 HEAD = "# World "
 """How the text of a world of a series begins."""
 WIDTH = 120
-STALE = """# VRX's wind acts on the link base_link, which boats have no more; here it acts on the boat
+STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
 # (`physics: {quirks: [wind_stale_link]}` for VRX's).
 """
 SHORT = 100

@@ -94,7 +94,7 @@ def _refuse_axes(file: Path, source: str | Path) -> None:
 def _numbered(series: Series, text: str) -> SeriesWorld:
     last = series.count - 1
     if not re.fullmatch("[0-9]{1,9}", text) or int(text) > last:
-        raise VrxError(f"{series.file.name}{MARK}{text}: there is no such world; the series has 0 to {last}")
+        raise VrxError(f"{series.file.name}{MARK}{text}: no such world; the series has 0 to {last}")
     return series_world(series, int(text))
 
 
@@ -120,7 +120,7 @@ def _counted(pieces: Sequence[Piece]) -> list[Piece]:
             continue
         call, line = piece.call, first.call.place.line
         if piece.part in SINGLE:
-            text = f"a world has one {piece.part}, and '{first.call.macro}' on line {line} gives it one already"
+            text = f"a world has one {piece.part}, which '{first.call.macro}' on line {line} already gives"
             raise call.fault(None, text)
         text = f"{call.place.file.name}: {call.macro} is called on lines {line} and {call.place.line}"
         warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)

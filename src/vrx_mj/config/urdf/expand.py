@@ -68,7 +68,7 @@ def _engine(
 ) -> Engine:  # fmt: skip
     """An engine made ready for a file that exists."""
     if not file.is_file():
-        raise ConfigError([Problem(display(file), None, None, "", "there is no such file")])
+        raise ConfigError([Problem(display(file), None, None, "", "no such file")])
     given = {str(name): str(value) for name, value in arguments.items()}
     ours = own_packages() if packages is None else {}
     first = ours if file.resolve().is_relative_to((root() / "assets").resolve()) else packages or {}

@@ -48,7 +48,7 @@ _COMPARE: dict[type[ast.cmpop], tuple[str, Callable[[Any, Any], Any]]] = {
     ast.In: ("in", lambda item, items: item in items), ast.NotIn: ("not in", lambda item, items: item not in items),
 }  # fmt: skip
 _REFUSED: dict[type[ast.AST], str] = {
-    ast.Lambda: "functions of one's own (lambda)",
+    ast.Lambda: "user-defined functions (lambda)",
     ast.NamedExpr: "assignments (:=)",
     ast.JoinedStr: "f-strings",
     ast.Await: "await",
@@ -92,7 +92,7 @@ def _parsed(text: str) -> ast.expr:
     except SyntaxError as error:
         raise ExpressionError(_unparsed(text, error.msg)) from None
     except (ValueError, RecursionError, MemoryError):
-        raise ExpressionError("is no expression, or nested too deeply") from None
+        raise ExpressionError("is not an expression, or nested too deeply") from None
 
 
 def _unparsed(text: str, said: str) -> str:
@@ -100,7 +100,7 @@ def _unparsed(text: str, said: str) -> str:
     hint = "; an expression ends at the first '}'" if "{" in text else ""
     brackets = re.match(r".*(never closed|unmatched|does not match|unterminated)[^(]*", said)
     reason = f": {brackets[0].strip()}" if brackets else ""
-    return f"is no expression{reason}{hint}" if text else "is empty"
+    return f"is not an expression{reason}{hint}" if text else "is empty"
 
 
 def _failed(error: Exception, values: list[Any]) -> str:
@@ -108,8 +108,8 @@ def _failed(error: Exception, values: list[Any]) -> str:
     said = str(error)
     if isinstance(error, TypeError | AttributeError) and "argument" not in said.replace("argument must be", ""):
         return f"does not work with {' and '.join(map(described, values)) or 'nothing'}"
-    said = re.sub(r"could not convert string to float: (.*)", r"\1 is no number", said)
-    said = re.sub(r"invalid literal for int\(\) with base 10: (.*)", r"\1 is no whole number", said)
+    said = re.sub(r"could not convert string to float: (.*)", r"\1 is not a number", said)
+    said = re.sub(r"invalid literal for int\(\) with base 10: (.*)", r"\1 is not a whole number", said)
     return _WORDED.get(said, said.replace("keyword argument", "name"))
 
 
@@ -205,7 +205,7 @@ class _Walk:
         except (IndexError, KeyError, AttributeError):
             raise ExpressionError(absent(owner, index)) from None
         except (TypeError, ValueError):
-            raise ExpressionError(f"'{ast.unparse(node)[:40]}': {kind_of(index)} is no index here") from None
+            raise ExpressionError(f"'{ast.unparse(node)[:40]}': {kind_of(index)} cannot be an index here") from None
 
     def slice(self, node: ast.Slice) -> slice:
         return slice(*(self.value(part) if part else None for part in (node.lower, node.upper, node.step)))
@@ -224,7 +224,7 @@ class _Walk:
     def call(self, node: ast.Call) -> Any:
         function = self.name(node.func, "function") if isinstance(node.func, ast.Name) else self.value(node.func)
         if not isinstance(function, Function):
-            raise ExpressionError(f"'{ast.unparse(node.func)[:40]}' is no function")
+            raise ExpressionError(f"'{ast.unparse(node.func)[:40]}' is not a function")
         values = self.items(node.args)
         named = {}
         for keyword in node.keywords:

@@ -82,7 +82,7 @@ def _read_element(node: Node, scope: Scope, forces: _Forces) -> None:
     if reference:
         node.path = f"gazebo '{reference}'"
     if reference and reference not in scope.urdf.links and reference not in scope.urdf.joints:
-        scope.warn(node, f"there is no link or joint '{reference}'; the element is left out")
+        scope.warn(node, f"no link or joint named '{reference}'; the element is ignored")
         return
     for sensor in node.children("sensor"):
         if reference in scope.urdf.links or not reference:
@@ -90,10 +90,10 @@ def _read_element(node: Node, scope: Scope, forces: _Forces) -> None:
     for plugin in node.children("plugin"):
         _read_plugin(plugin, scope, forces)
     if node.flag("static", False) or node.flag("turnGravityOff", False) or not node.flag("gravity", True):
-        scope.warn(node, "static, gravity and turnGravityOff are left out; everything floats and falls")
+        scope.warn(node, "static, gravity and turnGravityOff are ignored; everything floats and falls")
     parts = [f"<{part.tag}>" for tag in SDF_PARTS for part in node.children(tag)]
     if parts:
-        scope.warn(node, f"{', '.join(dict.fromkeys(parts))} in SDF: left out; nothing holds the boat in its place")
+        scope.warn(node, f"{', '.join(dict.fromkeys(parts))} in SDF: ignored; nothing fixes the boat in place")
 
 
 def _read_plugin(node: Node, scope: Scope, forces: _Forces) -> None:
@@ -118,7 +118,7 @@ def _check_names(thrusters: list[UrdfThruster], scope: Scope) -> None:
     lines: dict[str, int | None] = {}
     for thruster in thrusters:
         if thruster.name in lines:
-            message = f"a thruster of this name is in line {lines[thruster.name]} already"
+            message = f"duplicate name: line {lines[thruster.name]} has a thruster of this name"
             place = (scope.findings.file, thruster.line, None, f"thruster '{thruster.name}'")
             scope.findings.problems.append(Problem(*place, message))
         lines.setdefault(thruster.name, thruster.line)

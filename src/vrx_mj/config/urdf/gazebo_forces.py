@@ -77,7 +77,7 @@ def read_newer_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
         "max_angle": min(abs(limits.lower), abs(limits.upper)) if limits else math.pi / 2,
     }
     config = node.configured(ThrusterConfig, drive)
-    scope.warn(node, "commands are newtons in worlds of profile vrx3 alone, else shares of the largest thrust, -1 to 1")
+    scope.warn(node, "commands are newtons only in worlds of profile vrx3, else shares of the largest thrust, -1 to 1")
     own = node.text("name") or topic.rpartition("/")[2] or scope.local(joint.child).removesuffix("_propeller_link")
     return [UrdfThruster(own, joint.child, name, engine, config, line=node.line)] if config else []
 
@@ -100,14 +100,14 @@ def read_newer_hydrodynamics(drag: Node, surfaces: list[Node], scope: Scope) -> 
     """Newer VRX's drag, and its hulls with their points: one Surface plugin each, in water of one level and density."""
     hulls = [hull for node in surfaces if (hull := _hull(node, scope)) is not None]
     if not hulls:
-        scope.warn(drag, "there is no hull (Surface) with points beside it; the water does not carry it")
+        scope.warn(drag, "no hull (Surface plugin) with points belongs to it; it has no buoyancy")
         return None
     _check_body(drag, "link_name", scope)
     waters = [
         (node.value("fluid_level", 0.0), node.value("fluid_density", WATER_DENSITY, above=0)) for node in surfaces
     ]
     if len(set(waters)) > 1:
-        scope.warn(surfaces[0], "the fluid_level and fluid_density of this hull hold for all of them")
+        scope.warn(surfaces[0], "the fluid_level and fluid_density of this hull apply to all hulls")
     beam = 2 * max(abs(point[1]) for hull in hulls for point in hull.points)
     values = _coefficients(drag) | {
         "water_level": waters[0][0],
@@ -123,7 +123,7 @@ def read_newer_hydrodynamics(drag: Node, surfaces: list[Node], scope: Scope) -> 
 def _hull(node: Node, scope: Scope) -> HullConfig | None:
     points = [_point(point) for point in node.element.iterfind("points/point")]
     if not points or None in points:
-        scope.warn(node, "its <points> are no numbers, three each; this hull carries nothing")
+        scope.warn(node, "expected three numbers in each of its <points>; this hull has no buoyancy")
         return None
     values = {
         "length": node.value("hull_length", 4.9, above=0),

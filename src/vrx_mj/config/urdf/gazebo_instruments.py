@@ -28,7 +28,7 @@ def _gps(node: Node, scope: Scope) -> None:
 def _imu(node: Node, scope: Scope) -> None:
     values = _on_link(node, scope, "imu", "sensors/imu/imu", "data")
     if any(node.values("rpyOffsets", "roll pitch yaw", (0.0, 0.0, 0.0))):
-        scope.warn(node, "rpyOffsets is left out")
+        scope.warn(node, "rpyOffsets is ignored")
     errors = {"acceleration": _hector(node, "accel"), "angular_velocity": _hector(node, "rate")}
     scope.add(node, ImuConfig, values | errors | {"heading": _hector(node, "yaw")})
 
@@ -81,7 +81,7 @@ def _p3d(node: Node, scope: Scope) -> None:
     link, topic = scope.link(node, "bodyName"), node.text("topicName")
     for tag in ("xyzOffset", "rpyOffset", "xyzOffsets", "rpyOffsets"):
         if any(node.values(tag, "x y z", (0.0, 0.0, 0.0))):
-            scope.warn(node, f"{tag} is left out")
+            scope.warn(node, f"{tag} is ignored")
     own = topic.rpartition("/")[2] or (node.attribute("name") or "").removeprefix("p3d_plugin_")
     values = {
         "name": scope.name(node, "", own),
@@ -145,10 +145,10 @@ def _shooter(node: Node, scope: Scope) -> None:
     frame = scope.local(projectile.text("frame") if projectile else "", hard_coded=True)
     link = _first_link(scope, f"{own}_launcher_link", frame)
     if link is None:
-        scope.warn(node, f"there is no link '{own}_launcher_link' to launch from; the root link is taken")
+        scope.warn(node, f"no link named '{own}_launcher_link' to launch from; the root link is used")
     muzzle = projectile.values("pose", "x y z roll pitch yaw", ZERO) if projectile else ZERO
     if any(muzzle[3:]):
-        scope.warn(node, "the angles of the projectile's pose are left out")
+        scope.warn(node, "the angles of the projectile's pose are ignored")
     values = {
         "name": scope.name(node, "", own),
         "link": scope.local(link or scope.urdf.root),

@@ -91,7 +91,7 @@ class Scope:
         if wanted not in taken:
             return wanted
         number = next(number for number in range(2, 10_000) if f"{wanted}_{number}" not in taken)
-        self.warn(node, f"another sensor is called '{wanted}'; this one is '{wanted}_{number}'")
+        self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{wanted}_{number}'")
         return f"{wanted}_{number}"
 
     def rate(self, node: Node, tag: str, default: float = 0.0) -> float:

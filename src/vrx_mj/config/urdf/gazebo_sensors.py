@@ -33,7 +33,7 @@ def _camera(node: Node, link: str, scope: Scope) -> None:
         node.fault("required, but missing", "camera")
         return
     if plugin and any(plugin.value(tag, 0.0) for tag in DISTORTION):
-        scope.warn(plugin, "lenses do not distort here")
+        scope.warn(plugin, "lens distortion is not simulated")
     image, clip = camera.child("image"), camera.child("clip")
     name = scope.name(node, link, _own(node, scope))
     frame = plugin.text("frameName") if plugin else ""
@@ -67,7 +67,7 @@ def _lidar(node: Node, link: str, scope: Scope) -> None:
     rings = _whole(up, "samples", 1.0)
     scan = plugin_kind(plugin) in SCANS if plugin else rings == 1
     if scan and rings > 1:
-        scope.warn(node, f"a scan has one ring; the other {rings - 1} are left out")
+        scope.warn(node, f"a scan has one ring; the other {rings - 1} are ignored")
     name = scope.name(node, link, _own(node, scope))
     values = {
         "name": name,
@@ -102,7 +102,7 @@ def _range(reach: Node | None, plugin: Node | None) -> tuple[float, float]:
     if plugin:
         near, far = max(near, plugin.value("min_range", near)), min(far, plugin.value("max_range", far))
     if reach and near >= far:
-        reach.fault(f"the nearest return, {near:g} m, must be below the farthest, {far:g} m")
+        reach.fault(f"invalid range from {near:g} m to {far:g} m: the nearest return must be below the farthest")
     return near, far
 
 
@@ -171,7 +171,7 @@ def _noise(node: Node | None, scope: Scope) -> float:
     if node is None or "none" in {node.text("type"), node.attribute("type")}:
         return 0.0
     if node.value("mean", 0.0):
-        scope.warn(node, "a mean other than 0 is left out")
+        scope.warn(node, "a mean other than 0 is ignored")
     return node.value("stddev", 0.0, low=0)
 
 

@@ -43,18 +43,18 @@ def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str,
     for joint in joints.values():
         if joint.child in above:
             other = above[joint.child].name
-            message = f"the link '{joint.child}' is the child of the joint '{other}' already; it can have one parent"
+            message = f"the link '{joint.child}' is already the child of the joint '{other}'; it has one parent"
             findings.problems.append(Problem(findings.file, joint.line, None, f"joint '{joint.name}'", message))
         above.setdefault(joint.child, joint)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
-        message = f"{len(roots)} links are no joint's child: {names}; there must be one, the root"
+        message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
         findings.problems.append(Problem(findings.file, links[roots[1]].line, None, f"link '{roots[1]}'", message))
     loop = _loop(links, above)
     if loop:
         line = above[loop[0]].line
-        message = "the joints lead round in a circle: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
+        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
         findings.problems.append(Problem(findings.file, line, None, f"joint '{above[loop[0]].name}'", message))
     return roots[0] if roots else ""
 

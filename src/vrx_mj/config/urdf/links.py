@@ -136,7 +136,7 @@ def _check_inertia(node: Node, name: str, values: tuple[float, ...], around: Sur
     low, middle, high = moments = _principal(tensor)
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -1e-9 * abs(high):
-        node.fault(f"no body has these moments of inertia: about its principal axes they are {words} kg m2")
+        node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2")
     elif high > (low + middle) * (1 + 1e-6) and (mass, *tensor[:3]) != VRX_IMU:
         excess = high / (low + middle) if low + middle > 0 else math.inf
         around.impossible.append((node, name, excess, words))

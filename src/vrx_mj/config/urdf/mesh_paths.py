@@ -50,7 +50,7 @@ class MeshFiles:
                 return base, _inside(file, base)
             outside = outside or base is None
         if outside:
-            raise MissingMeshError(f"{shown(name)} leads out of the folders that may be read: {self._shown_bases()}")
+            raise MissingMeshError(f"{shown(name)} is outside the folders that may be read: {self._shown_bases()}")
         raise MissingMeshError(f"no file {shown(name)}; {self._advice(text)}")
 
     def _candidates(self, text: str) -> Iterator[Path]:
@@ -59,7 +59,7 @@ class MeshFiles:
             for folder in self._package(package[2]):
                 yield folder / package[3].lstrip("/")
         elif scheme and scheme[1] != "file":
-            raise VrxError(f"nothing is fetched: expected a path, package://, model:// or file://, got {shown(text)}")
+            raise VrxError(f"no downloads: expected a path, package://, model:// or file://, got {shown(text)}")
         else:
             path = text.removeprefix("file://")
             for base in [self.folder] if PurePosixPath(path).is_absolute() else [self.folder, *self.package_paths]:
@@ -82,7 +82,7 @@ class MeshFiles:
     def _advice(self, text: str) -> str:
         package = _PACKAGE.fullmatch(text)
         if package and not any(folder.is_dir() for folder in self._package(package[2])):
-            return f"the package {shown(package[2])} is not known: give the folder that holds it as package path"
+            return f"no package named {shown(package[2])}: give the folder that contains it as package path"
         return f"looked in {self._shown_bases()}"
 
     def _shown_bases(self) -> str:

@@ -109,7 +109,7 @@ def _scene(name: str, content: bytes, suffix: str) -> Any:
             io.BytesIO(content), file_type=suffix, process=False, resolver=None, skip_materials=suffix == "obj"
         )
     except Exception:  # whatever a broken file makes a reader raise
-        raise VrxError(f"mesh {name} cannot be read: it is no {suffix.upper()} file, or a damaged one") from None
+        raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
 def _parts(scene: Any) -> list[tuple[Any, Any]]:
@@ -158,7 +158,7 @@ def _color(geometry: Any) -> tuple[float, float, float, float] | None:
 def _checked(name: str, mesh: MeshData) -> MeshData:
     """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
     if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.points):
-        raise VrxError(f"mesh {name} is broken: a triangle names a point that the file does not have")
+        raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
     used, places = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.points[used]
     if not np.isfinite(points).all():
@@ -191,7 +191,7 @@ def _shown(found: re.Match[bytes] | None) -> str:
 def _check_collada(name: str, content: bytes) -> None:
     """Collada is XML, in which a short text can stand for a huge one."""
     if re.search(rb"<!(DOCTYPE|ENTITY)", content, re.IGNORECASE):
-        raise VrxError(f"mesh {name} has a document type or entities, which are not read")
+        raise VrxError(f"mesh {name} has a document type or entities, which are not allowed")
     instances = content.count(b"<instance_node")
     if instances > 20:
         raise VrxError(f"mesh {name} repeats nodes {instances} times; at most 20 are allowed: "

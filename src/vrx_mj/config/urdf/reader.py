@@ -21,11 +21,11 @@ LIGHT = 0.01
 ODD = {
     "post": "posts of sensors that end below the deck, to which VRX gives a negative length: no mass, no shape",
     "massless": "links with mass 0; they count as links without mass",
-    "inertia": "moments of inertia that no body has, one more than the other two together; they are used as they are",
-    "shapeless": "visuals without a geometry; they are left out",
-    "mesh": "meshes that are not found in the folders that may be read; they are not drawn",
-    "mimic": "joints that mimic another; they are free of it",
-    "element": "unknown elements; they are left out",
+    "inertia": "impossible moments of inertia, one more than the sum of the other two; they are used as they are",
+    "shapeless": "visuals without a geometry; they are ignored",
+    "mesh": "meshes not found in the folders that may be read; they are not drawn",
+    "mimic": "joints that mimic another; the mimic is ignored",
+    "element": "unknown elements; they are ignored",
 }
 """What is legal but suspicious, each said once for all that have it."""
 
@@ -91,7 +91,7 @@ def _named(root: Node, tag: str) -> list[Node]:
     for node in nodes:
         name = node.attribute("name") or ""
         if name in lines and name:
-            node.fault(f"a {tag} of this name is in line {lines[name]} already")
+            node.fault(f"duplicate name: line {lines[name]} has a {tag} of this name")
         lines.setdefault(name, node.line)
     return nodes
 
@@ -113,8 +113,8 @@ def _check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -
     for node, name, excess, words in around.impossible:
         inertial = links[name].inertial
         if excess > SLIGHT and inertial and inertial.mass > LIGHT * total:
-            node.fault(f"no body has these moments of inertia: about its principal axes they are {words} kg m2, "
-                       "and the largest is more than the other two together")  # fmt: skip
+            node.fault(f"impossible moments of inertia: about the principal axes they are {words} kg m2, "
+                       "and the largest is more than the sum of the other two")  # fmt: skip
         else:
             around.findings.note("inertia", name)
 

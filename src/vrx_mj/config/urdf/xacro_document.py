@@ -23,13 +23,13 @@ _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd]
 _WORDS = {
     "no element found": "ends before its outermost element does, or is empty",
     "unclosed token": "a tag, comment or quote is never closed",
-    "not well-formed (invalid token)": "is no XML here: a stray '<' or '&' (write &lt; &amp;), or no quote or '='",
+    "not well-formed (invalid token)": "is not XML: a stray '<' or '&' (write &lt; &amp;), or no quote or '='",
     "junk after document element": "text after the end of the outermost element",
     "duplicate attribute": "an attribute is given twice",
-    "syntax error": "is no XML, which begins with '<'",
+    "syntax error": "is not XML, which begins with '<'",
     "undefined entity": "no such &name; here; XML knows &lt; &gt; &amp; &quot; and &apos;",
     "XML or text declaration not at start of entity": "'<?xml ...?>' must be the very first thing in the file",
-    "unknown encoding": "its encoding is not known; save the file as UTF-8",
+    "unknown encoding": "unknown encoding; save the file as UTF-8",
     "encoding specified in XML declaration is incorrect": "is not in the encoding its first line names; use UTF-8",
 }
 
@@ -127,7 +127,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
         return Place(self.file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
     def start_doctype_decl_handler(self, name: str, *_: Any) -> None:
-        message = "document types and entities are not read from robot files; delete it"
+        message = "document types and entities are not allowed in robot files; delete them"
         raise FileError(self.here(), "<!DOCTYPE>", message)
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
@@ -173,7 +173,7 @@ def _check_names(element: Any) -> None:
     for name in names:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             raise FileError(
-                place_of(element), f"<{element.tagName}>", f"'{name}' is no name for an element or attribute"
+                place_of(element), f"<{element.tagName}>", f"'{name}' is not a valid name for an element or attribute"
             )
     for attribute in element.attributes.values():
         if not isinstance(attribute.value, str):
@@ -190,5 +190,5 @@ class _Sink:
     def write(self, part: str) -> None:
         self.room -= len(part)
         if self.room < 0:
-            raise ExpressionError(f"becomes longer than {LONGEST_OUTPUT / 1e6:g} MB")
+            raise ExpressionError(f"expands to more than {LONGEST_OUTPUT / 1e6:g} MB")
         self.parts.append(part)

@@ -183,7 +183,7 @@ class Engine:
 
     def _deprecated(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def warned(*values: Any) -> Any:
-            self._warn(f"{name}() is xacro.{name}() nowadays")
+            self._warn(f"{name}() is now xacro.{name}()")
             return call(*values)
 
         return warned
@@ -245,14 +245,14 @@ class Engine:
         node.setAttribute("params", params.strip())
         name = node.getAttribute("name").removeprefix("xacro:")
         if node.hasAttribute("name") and "." not in name and not _MACRO_NAME.fullmatch(name):
-            raise ExpressionError(f"'{name}' is no name for a macro")
+            raise ExpressionError(f"'{name}' is not a valid name for a macro")
         self._theirs["grab_macro"](node, macros)
         macro = macros[name]
         if len(macro.params) > MOST_PARAMETERS:
             raise ExpressionError(f"a macro has at most {MOST_PARAMETERS} parameters, got {len(macro.params)}")
         for param in macro.params:
             if not _PARAMETER.fullmatch(param):
-                raise ExpressionError(f"'{param[:60]}' in params is no parameter; write NAME or NAME:=DEFAULT")
+                raise ExpressionError(f"'{param[:60]}' in params is not a parameter; write NAME or NAME:=DEFAULT")
         for param, (forward, default) in macro.defaultmap.items():
             macro.defaultmap[param] = forward, default and Located.at(default, node)
         self.element = before
@@ -317,7 +317,7 @@ def _fresh_xacro() -> Any:
 def _check_call(node: Any, macro: Any) -> None:
     """Refuse attributes that a macro does not take, and the lack of those that it needs."""
     names = [param for param in macro.params if not param.startswith("*")]
-    takes = f"it takes {', '.join(names)}" if names else "it takes none"
+    takes = f"it takes {', '.join(names)}" if names else "it takes no parameters"
     for name in node.attributes.keys():  # noqa: SIM118 - not a dict
         if name not in names:
             raise ExpressionError(f"macro has no parameter '{name}'; {takes}")
@@ -349,7 +349,7 @@ def _is_blank(node: Any) -> bool:
 def _tokens(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
     """A text split at any of some characters."""
     if not sep or set(sep) & set("[]\\^-"):
-        raise ExpressionError(f"tokenize: '{sep[:20]}' cannot separate")
+        raise ExpressionError(f"tokenize: '{sep[:20]}' cannot be a separator")
     found = re.split(f"[{sep}]", text)
     return [item for item in found if item] if skip_empty else found
 

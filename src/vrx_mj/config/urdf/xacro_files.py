@@ -71,7 +71,7 @@ class Files:
         try:
             found = Path(path).resolve()
         except (OSError, ValueError, RuntimeError):
-            raise ExpressionError(f"'{path[:200]}' is no path") from None
+            raise ExpressionError(f"'{path[:200]}' is not a path") from None
         if not any(found.is_relative_to(folder) for folder in self.roots):
             raise ExpressionError(
                 f"may not read '{_shown(path)}': it is neither in the folder of the robot file nor in a package; "
@@ -119,10 +119,10 @@ def read_bytes(file: Path) -> bytes:
         with file.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "its name is none"
+        reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
         raise ExpressionError(f"cannot be read: {reason}") from None
     if len(data) > MAX_BYTES:
-        raise ExpressionError(f"over {MAX_BYTES / 1e6:g} MB; a file has at most that")
+        raise ExpressionError(f"more than {MAX_BYTES / 1e6:g} MB, the largest size that is read")
     return data
 
 
@@ -155,7 +155,7 @@ def _missing(path: str) -> str:
     try:
         names = [entry.name for entry in folder.iterdir()][:1000]
     except (OSError, ValueError):
-        return f"no file '{_shown(path)}': there is no folder {display(folder)}"
+        return f"no file '{_shown(path)}': no such folder {display(folder)}"
     close = nearest(Path(path).name, names)
     return f"no file '{Path(path).name}' in {display(folder)}" + (f"; did you mean '{close}'?" if close else "")
 

@@ -57,7 +57,7 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
 
     def counted(*values: Any) -> int:
         if any(isinstance(value, int) and value > _MOST_CHOICES for value in values):
-            raise ExpressionError(f"{function.__name__}: of at most {_MOST_CHOICES}")
+            raise ExpressionError(f"{function.__name__}: expected at most {_MOST_CHOICES}")
         return function(*values)
 
     return counted
@@ -68,7 +68,7 @@ def _product(values: Iterable[Any], *, start: Any = 1) -> Any:
     for value in values:
         result *= value
         if not isinstance(result, int | float) or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
-            raise ExpressionError("prod: the product is no number, or too large")
+            raise ExpressionError("prod: the product is not a number, or too large")
     return result
 
 
@@ -83,7 +83,7 @@ def _multiple(*values: int) -> int:
 
 def _sum(values: Iterable[Any], start: Any = 0) -> Any:
     if isinstance(values, list | tuple) and any(isinstance(value, list | tuple) for value in values):
-        raise ExpressionError("sum: adds numbers, not lists")
+        raise ExpressionError("sum: expected numbers, got lists")
     return sum(values, start)
 
 

@@ -55,7 +55,7 @@ class Module:
         self.members = members
 
     def __str__(self) -> str:
-        raise ExpressionError(f"'{self.name}' is no value; write {self.name}.NAME")
+        raise ExpressionError(f"'{self.name}' is not a value; write {self.name}.NAME")
 
     __repr__ = __str__
 

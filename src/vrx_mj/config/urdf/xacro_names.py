@@ -75,7 +75,7 @@ def member(owner: Any, name: str, names: Names) -> Any:
         if dict.__contains__(owner, name) and not hasattr(dict, name):
             return owner[name]
         raise ExpressionError(absent(owner, name))
-    raise ExpressionError(f"'.{name}': {described(owner)} has no such part in a robot file")
+    raise ExpressionError(f"'.{name}': {described(owner)} has no such member in a robot file")
 
 
 def _in_space(space: Any, name: str) -> Any:

@@ -63,10 +63,10 @@ class Substitutions:
         try:
             return evaluate(expression, Names(table, lambda: self.arguments), self.budget)
         except ExpressionError as error:
-            if "(" not in expression or not str(error).startswith("is no expression"):
+            if "(" not in expression or not str(error).startswith("is not an expression"):
                 raise
             hint = "$(eval) ends at the first ')'; write ${...}, with xacro.arg('NAME')"
-            raise ExpressionError(f"is no expression: {hint}") from None
+            raise ExpressionError(f"is not an expression: {hint}") from None
 
 
 def _closed(name: str) -> str:

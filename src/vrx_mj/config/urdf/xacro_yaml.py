@@ -53,7 +53,7 @@ def load_plain(data: bytes, name: str, folder: Path, number: Callable[[str], Any
     except FileError:
         raise
     except (ExpressionError, yaml.YAMLError, ValueError, RecursionError) as error:
-        raise FileError(Place(file, 1, 1), "", f"not YAML that can be used: {str(error).splitlines()[0]}") from None
+        raise FileError(Place(file, 1, 1), "", f"invalid YAML: {str(error).splitlines()[0]}") from None
     return found
 
 
@@ -77,7 +77,7 @@ class _Loader(yaml.SafeLoader):
         if tag is not None and tag not in _UNITS:
             shown = str(tag).replace("tag:yaml.org,2002:", "!!", 1)
             raise yaml.MarkedYAMLError(
-                problem=f"{shown}: tags but units are not allowed", problem_mark=event.start_mark
+                problem=f"{shown}: only tags of units are allowed", problem_mark=event.start_mark
             )
         if self.depth > DEEPEST:
             raise yaml.MarkedYAMLError(problem=f"nested deeper than {DEEPEST} levels", problem_mark=event.start_mark)

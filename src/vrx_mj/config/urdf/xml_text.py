@@ -16,7 +16,7 @@ _REWORDED = (
     (r"Opening and ending tag mismatch: (\S+) line (\d+) and (\S+)", r"the <\1> of line \2 ends with </\3>"),
     (r"Premature end of data in tag (\S+) line (\d+)", r"the <\1> of line \2 does not end"),
     (r"xmlParseEntityRef: no name|EntityRef: expecting ';'", "write '&' as '&amp;'"),
-    (r"Attribute (\S+) redefined", r"the attribute '\1' stands twice"),
+    (r"Attribute (\S+) redefined", r"the attribute '\1' is given twice"),
     (r"(?i)excessive depth.*", "elements are nested too deeply; at most 256"),
     (r"Start tag expected, '<' not found", "expected '<robot>'"),
 )
@@ -50,7 +50,7 @@ def _check(text: str, file: str) -> None:
     found = _DOCUMENT_TYPE.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
-        raise _error(file, "document types and entities are not read; take '<!...' out", line)
+        raise _error(file, "document types and entities are not allowed; remove '<!...'", line)
 
 
 def _parsed(text: str, file: str) -> Any:

@@ -67,7 +67,7 @@ def test_cells_that_changed_are_told_and_others_counted(tmp_path):
     assert [(change.cell.seed, change.kind) for change in result.changes] == [
         (2, "fails now"), (1, "worse"), (3, "works now"),
     ]  # fmt: skip
-    assert result.tests[0].verdict == "too few pairs to tell: 1 differ, and at least 6 are needed"
+    assert result.tests[0].verdict == "too few pairs: 1 differ, at least 6 are needed"
 
 
 def test_the_same_results_show_no_change(tmp_path):
@@ -87,9 +87,7 @@ def test_worlds_that_are_not_the_same_are_noted(tmp_path):
     names = ["cove", "bay", "lake", "pond", "open"]
     before = [replace(scored("a:f", world, 0, 5.0), world_sha256="1") for world in names]
     after = [replace(scored("a:f", world, 0, 4.0), world_sha256="2" if world != "open" else "1") for world in names]
-    assert both(tmp_path, before, after).notes == (
-        "other worlds by the same names then and now: cove, bay, lake and 1 more",
-    )
+    assert both(tmp_path, before, after).notes == ("worlds whose files have changed: cove, bay, lake and 1 more",)
     assert both(tmp_path, before, [replace(after[0], world_sha256="")]).notes == ()
 
 
@@ -97,8 +95,8 @@ def test_what_else_differs_is_noted(tmp_path):
     before, after = [scored("a:f", "hold", 0, 5.0)], [scored("a:f", "hold", 0, 4.0)]
     result = both(tmp_path, before, after, code="0.2.0 def", platform="there", hashes={"a:f": "2"}, duration=9.0)
     assert result.notes == (
-        "vrx_mj then 0.1.0 abc, now 0.2.0 def",
+        "vrx_mj was 0.1.0 abc, now 0.2.0 def",
         "the controller a:f has changed",
         "--duration then None, now 9.0",
-        "platform then here, now there: equal runs may differ in their last bits",
+        "platform was here, now there: equal runs may differ in their last bits",
     )

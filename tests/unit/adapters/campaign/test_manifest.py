@@ -29,9 +29,9 @@ def message(folder, plan):
 def another(folder, *lines):
     return "\n".join(
         [
-            f"the campaign in '{folder}' is another one:",
+            f"the campaign in '{folder}' is a different one:",
             *(f"  {line}" for line in lines),
-            "give another folder with -o, or --restart to do all of it anew",
+            "give another folder with -o, or --restart to run all of it again",
         ]
     )
 
@@ -57,12 +57,12 @@ def test_another_plan_is_noticed(folder):
     other = Plan(("ship:f",), ("bay",), (1, 2), fleet="trio", record=True)
     assert message(folder, other) == another(
         folder,
-        "it has the controllers boat:f too",
-        "it has the worlds hold too",
+        "it also has the controllers boat:f",
+        "it also has the worlds hold",
         "it has the seeds 0 too",
-        "its --fleet was not given, and now is trio",
-        "its --duration was 10.0, and now is not given",
-        "its --record was off, and now is on",
+        "its --fleet was not given, now trio",
+        "its --duration was 10.0, now not given",
+        "its --record was off, now on",
     )
 
 
@@ -71,20 +71,20 @@ def test_a_changed_controller_or_program_is_noticed(folder, monkeypatch):
     (folder.parent / "boat.py").write_text("def f(obs, t): return None\n", encoding="utf-8")
     monkeypatch.setattr("vrx_mj.adapters.campaign.manifest.code_version", lambda: "9.9 new")
     assert message(folder, PLAN) == another(
-        folder, f"it was sailed by vrx_mj {before}, and this is 9.9 new", "the controller boat:f has changed since"
+        folder, f"it was run by vrx_mj {before}, now 9.9 new", "the controller boat:f has changed since"
     )
 
 
 def test_programs_are_not_mixed_with_others_or_served_otherwise(folder):
     first = Plan(("run boat.py",), ("hold",), (0,), serving=Serving(2.0, ("/a", "/b"), rosbridge=True))
     assert read_campaign(begin(folder, first).folder).manifest.plan == first
-    served = "its trials were sailed by --exec --rate 2 --lockstep /a,/b --rosbridge, and now are by "
+    served = "its trials were run by --exec --rate 2 --lockstep /a,/b --rosbridge, now by "
     assert message(folder, replace(first, serving=Serving(None, ()))) == another(
         folder, f"{served}--exec --rate max --lockstep step"
     )
     controllers = replace(first, controllers=("boat:f",), serving=None)
     assert message(folder, controllers) == another(
-        folder, "it has the controllers run boat.py too", f"{served}controllers"
+        folder, "it also has the controllers run boat.py", f"{served}controllers"
     )
 
 
@@ -123,7 +123,7 @@ def test_restart_forgets_the_campaign_and_nothing_else(folder):
 def test_a_folder_of_other_things_is_left_alone(folder):
     folder.mkdir()
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
-    text = f"the folder '{folder}' is not empty, and holds no campaign: give another one with -o"
+    text = f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o"
     assert message(folder, PLAN) == text
     with pytest.raises(CommandError):
         begin(folder, PLAN, restart=True)

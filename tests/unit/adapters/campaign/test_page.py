@@ -112,7 +112,7 @@ def test_what_changed_is_on_the_page():
     after = [scored("a:f", "w", seed, 1.0) for seed in range(7)] + [failed("a:f", "w", 7)]
     now = campaign_of("new", after)
     words = Parsed(page(now, {}, compare(now, campaign_of("old", before)))).words
-    assert "What changed since old" in words
+    assert "Changes since old" in words
     assert "significantly better" in words
     assert "fails now" in words
 

@@ -21,11 +21,11 @@ def test_seeds(text, seeds):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "--seeds '': '' is no seed: write numbers from 0, as in 0..9 or 0,3,7"),
-        ("0-9", "--seeds '0-9': '0-9' is no seed: write numbers from 0, as in 0..9 or 0,3,7"),
-        ("-1", "--seeds '-1': '-1' is no seed: write numbers from 0, as in 0..9 or 0,3,7"),
-        ("9..0", "--seeds '9..0': the range 9..0 is empty; the smaller number comes first"),
-        ("0..999999", "--seeds '0..999999': 1000000 seeds are too many; at most 100000"),
+        ("", "--seeds '': '' is not a seed: whole numbers from 0 are needed, as in 0..9 or 0,3,7"),
+        ("0-9", "--seeds '0-9': '0-9' is not a seed: whole numbers from 0 are needed, as in 0..9 or 0,3,7"),
+        ("-1", "--seeds '-1': '-1' is not a seed: whole numbers from 0 are needed, as in 0..9 or 0,3,7"),
+        ("9..0", "--seeds '9..0': the range 9..0 is empty; write the smaller number first"),
+        ("0..999999", "--seeds '0..999999': 1000000 seeds; at most 100000 are allowed"),
     ],
 )
 def test_what_is_no_seed(text, message):
@@ -69,7 +69,7 @@ def test_a_pattern_that_matches_nothing(worlds):
 def test_worlds_that_are_not_there(worlds):
     with pytest.raises(UnknownNameError, match=r"^no world named 'mine/a3'; did you mean 'mine/a2'\?$"):
         choose_worlds(["mine/a3"])
-    with pytest.raises(CommandError, match=r"^--worlds 'two\.yaml#1': there is no file 'two\.yaml'$"):
+    with pytest.raises(CommandError, match=r"^--worlds 'two\.yaml#1': no file 'two\.yaml'$"):
         choose_worlds(["two.yaml#1"])
 
 

@@ -34,9 +34,9 @@ def test_the_hash_of_a_package_holds_all_its_modules(folder):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("lone", "'lone' names no controller: write module:function, as in my_boat:controller"),
+        ("lone", "invalid controller 'lone': module:function is needed, as in my_boat:controller"),
         ("lone.py:f", "no module named 'lone.py' for the controller 'lone.py:f'"),
-        ("../lone:f", "'../lone:f' names no controller: write module:function, as in my_boat:controller"),
+        ("../lone:f", "invalid controller '../lone:f': module:function is needed, as in my_boat:controller"),
         ("nobody:f", "no module named 'nobody' for the controller 'nobody:f'"),
         ("crew.sail:f", "no module named 'crew.sail' for the controller 'crew.sail:f'"),
     ],

@@ -262,7 +262,7 @@ def test_a_file_that_is_no_bag_is_kept(tmp_path, name):
     with pytest.raises(RecordError) as caught:
         Bag(tmp_path / name).start()
     path = tmp_path / name
-    assert str(caught.value) == f"'{path}' is there already and is no bag: choose another name, or remove it"
+    assert str(caught.value) == f"'{path}' already exists and is not a bag: choose another name, or remove it"
     assert path.read_text(encoding="utf-8") == "a diary"
 
 
@@ -272,7 +272,7 @@ def test_a_folder_with_other_files_is_kept(tmp_path):
     with pytest.raises(RecordError) as caught:
         Bag(tmp_path / "out").start()
     assert str(caught.value) == (
-        f"'{tmp_path / 'out/diary.txt'}' is in the way of a bag: choose another folder, or remove it"
+        f"'{tmp_path / 'out/diary.txt'}' already exists and is not part of a bag: choose another folder, or remove it"
     )
     assert len(read(tmp_path / "out")) == 15
 
@@ -280,7 +280,7 @@ def test_a_folder_with_other_files_is_kept(tmp_path):
 @pytest.mark.parametrize(
     ("path", "reason"),
     [
-        ("out.txt", f"the bag '{{}}' is none of: {KINDS}"),
+        ("out.txt", f"invalid bag name '{{}}'; allowed: {KINDS}"),
         ("nowhere/out.bag", "cannot write the bag '{}': No such file or directory"),
         ("nowhere/out.mcap", "cannot write the bag '{}': No such file or directory"),
         ("file/out", "cannot write the bag '{}': Not a directory"),

@@ -105,14 +105,16 @@ def test_bytes_that_are_no_message_are_refused_and_nothing_else(raw):
 
 def test_a_list_longer_than_any_is_refused_before_memory_is_taken():
     raw = bytes.fromhex("00010000") + bytes(12) + (1 << 30).to_bytes(4, "little")
-    with pytest.raises(CommandError, match=r"^20 bytes are no ros_gz_interfaces/StringVec: "):
+    with pytest.raises(CommandError, match=r"^20 bytes are not a ros_gz_interfaces/StringVec: "):
         cdr.decode(raw, "ros_gz_interfaces/StringVec")
 
 
 def test_bytes_of_another_encoding_are_refused_with_what_they_begin_with():
     with pytest.raises(CommandError) as caught:
         cdr.decode(bytes.fromhex("0003000000000000"), "std_msgs/Float64")
-    assert str(caught.value) == ("8 bytes are no std_msgs/Float64: they begin with 00 03 00 00, which is not plain CDR")
+    assert str(caught.value) == (
+        "8 bytes are not a std_msgs/Float64: they begin with 00 03 00 00, which is not plain CDR"
+    )
 
 
 def test_big_endian_bytes_are_read():

@@ -22,7 +22,7 @@ def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic
     scene.inbox.stranger(topic, "std_msgs/Float32", "/rostopic_1")
     scene.inbox.stranger("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
     scene.station.receive()
-    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no boat: {hint}"
+    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no boat subscribes: {hint}"
 
 
 def test_a_command_that_comes_too_rarely_is_told(scene):
@@ -30,7 +30,7 @@ def test_a_command_that_comes_too_rarely_is_told(scene):
         scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/rostopic_1")
         run(scene, 2.0)
     slow = (
-        "/wamv1/thrusters/left_thrust_cmd comes every 2 s and a thrust lasts 1 s: thrust is on 50 % of the time; use "
+        "/wamv1/thrusters/left_thrust_cmd comes every 2 s but a thrust lasts 1 s: thrust is on 50 % of the time; use "
     )
     assert scene.told == [f"{slow}-r 2 or more"]
 
@@ -41,8 +41,8 @@ def test_commands_beyond_what_engines_do_are_told_once(scene):
         scene.inbox.message("/wamv1/thrusters/left_thrust_angle", new("std_msgs/Float32", data=3.0), "/test")
         run(scene, 0.1)
     assert sorted(scene.told) == [
-        "left of wamv1 is 5, beyond -1 to 1: the force ends at 250 N ahead, 100 N astern",
-        "left_angle of wamv1 is 3 rad: the engine turns to 1.571 rad at most",
+        "left of wamv1 is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern",
+        "left_angle of wamv1 is 3 rad: the angle is clamped to 1.571 rad",
     ]
 
 
@@ -57,7 +57,7 @@ def test_a_held_boat_says_until_when(course):
     scene = served(vrx_mj.compile_world("stationkeeping_task"))
     scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
     scene.station.receive()
-    assert scene.told == ["wamv is held by its task until t = 10 s: thrust moves it afterwards"]
+    assert scene.told == ["wamv is held by its task until t = 10 s: thrust has no effect before"]
 
 
 def test_a_boat_that_is_put_into_another_is_told(scene):

@@ -57,7 +57,7 @@ def test_who_cannot_be_looked_at_is_told_by_the_user(tmp_path):
     (tmp_path / "net" / "tcp").write_text(f"header\n{line.format(4294900000)}", encoding="ascii")
     (tmp_path / "7").mkdir()
     assert who_listens(0x2382, tmp_path) == (
-        "a process of the user 4294900000 that this one may not look at; 'sudo ss -ltnp' shows it"
+        "a process of the user 4294900000 that this user may not inspect; 'sudo ss -ltnp' shows it"
     )
     assert who_listens(0x2383, tmp_path) is None
 

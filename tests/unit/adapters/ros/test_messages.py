@@ -198,7 +198,7 @@ def test_bytes_that_are_no_message_are_told(name, raw):
         decode(raw, name)
     except CommandError as error:
         told = str(error)
-    assert told is None or told.startswith(f"{len(raw)} bytes are no {name}: ")
+    assert told is None or told.startswith(f"{len(raw)} bytes are not a {name}: ")
 
 
 @given(st.floats(0, 4e9))

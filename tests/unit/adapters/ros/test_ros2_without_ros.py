@@ -27,7 +27,7 @@ def test_without_rclpy_users_are_told_what_to_do(monkeypatch):
     with pytest.raises(NetworkError) as caught:
         Ros2(Inbox()).start()
     assert str(caught.value) == (
-        "ROS 2's rclpy is not here: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same "
+        "ROS 2's rclpy is not installed: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same "
         f"Python (Jazzy's is 3.12, this is {OWN}); without ROS on this machine: pip install {WHEELS}"
     )
 
@@ -36,7 +36,9 @@ def test_an_rclpy_that_does_not_load_says_why(monkeypatch, tmp_path):
     (tmp_path / "rclpy.py").write_text("raise ImportError('librcl.so: cannot open\\nmore')", encoding="utf-8")
     monkeypatch.delitem(sys.modules, "rclpy", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(NetworkError, match=r"^ROS 2's rclpy does not load \(librcl\.so: cannot open\): source ROS 2, "):
+    with pytest.raises(
+        NetworkError, match=r"^ROS 2's rclpy cannot be imported \(librcl\.so: cannot open\): source ROS 2, "
+    ):
         installed.load_rclpy()
 
 
@@ -139,8 +141,8 @@ def sent(output, number):
 
 def test_lines_say_where_it_is_and_what_to_install(opened):
     missing = (
-        "ROS 2: no tf2_msgs here (apt-get install ros-kilted-tf2-msgs): topics with its messages, as /tf and "
-        "/tf_static, are left out"
+        "ROS 2: no tf2_msgs here (apt-get install ros-kilted-tf2-msgs): its topics, as /tf and /tf_static, "
+        "are not published"
     )
     assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE}=OFF", missing]
 

@@ -54,15 +54,18 @@ def test_a_formation_is_kept_and_told(scene):
     ("text", "message"),
     [
         ("wegde", "no formation named 'wegde'; did you mean 'wedge'?"),
-        ("wedge 12", "formation 'wedge 12': '12' is no name=value, as in wedge spacing=12"),
-        ("wedge spacing=wide", "formation: spacing is 'wide': a finite number is needed"),
+        ("wedge 12", "formation 'wedge 12': '12' is not name=value, as in wedge spacing=12"),
+        ("wedge spacing=wide", "formation: invalid spacing 'wide': a finite number is needed"),
         (
             "wedge gap=3",
             "no parameter of a formation named 'gap'; known: shape, spacing, leader, path, speed, radius, apart",
         ),
-        ('{"shape": "wedge", "path": [[0]]}', "formation: path is [[0]]: pairs of numbers, as [[0, 0], [50, 20]]"),
+        (
+            '{"shape": "wedge", "path": [[0]]}',
+            "formation: invalid path [[0]]: pairs of numbers are needed, as in [[0, 0], [50, 20]]",
+        ),
         ('{"shape": "wedge", "leader": "boat"}', "no boat named 'boat'; known: wamv1, wamv2"),
-        ("wedge spacing=2", "spacing 2 m: must be above 7 m, which boats keep apart"),
+        ("wedge spacing=2", "invalid spacing 2 m: more than the 7 m that boats keep apart is needed"),
     ],
 )
 def test_a_wrong_formation_is_told(scene, text, message):
@@ -106,13 +109,13 @@ def test_a_boat_joins_with_its_topics_and_leaves_with_them(scene):
 
 SDF = (
     "'buoy' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); buoys, docks and other "
-    "objects belong into the world's file"
+    "objects belong in the world's file"
 )
-ITS_OWN = "give both the same, or leave the namespace empty"
-NAMESPACE = f"model 'x' in the namespace 'y': here a boat's name is its namespace; {ITS_OWN}"
+ITS_OWN = "make both the same, or leave the namespace empty"
+NAMESPACE = f"model 'x' in the namespace 'y': a boat's name is its namespace; {ITS_OWN}"
 NOWHERE = {"model_name": "wamv1", "pose": {"position": {"x": math.nan}}}
-NOT_FINITE = "pose.position is [nan, 0.0, 0.0]: finite numbers are needed"
-NO_URDF = "x: what came is no URDF, which has a <robot> element"
+NOT_FINITE = "invalid pose.position [nan, 0.0, 0.0]: finite numbers are needed"
+NO_URDF = "x: invalid URDF: a <robot> element is needed"
 
 
 @pytest.mark.parametrize(
@@ -158,4 +161,4 @@ def test_a_pause_stops_nothing_but_time(scene):
     call(scene, "/gazebo/unpause_physics", "std_srvs/Empty")
     assert not scene.station.paused
     why = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=-1.0)
-    assert why == "a step of -1 s: at least 0, and below 3600"
+    assert why == "invalid step -1 s: at least 0 and below 3600 s is needed"

@@ -169,7 +169,7 @@ def test_backspace_stops_and_resets(world):
     helmsman = at_helm(world)
     helmsman.turn("i")
     helmsman.turn(["backspace"])
-    turned(helmsman, lambda: "everything is back where it started" in helmsman.said)
+    turned(helmsman, lambda: "the simulation is reset" in helmsman.said)
     helmsman.close()
     assert (world.called, helmsman.pilot.wheels) == (["reset_world"], {})
     assert world.values("/wamv1/thrusters/left_thrust_cmd")[-1] == 0.0
@@ -179,7 +179,7 @@ def test_boats_come_and_go(world):
     helmsman = at_helm(world, "wamv2")
     world.tell("wamv1", "wamv10", "wamv9")
     turned(helmsman, lambda: helmsman.pilot.boat == "wamv1")
-    assert helmsman.said[-1] == "wamv2 is gone; the keys drive wamv1 now"
+    assert helmsman.said[-1] == "wamv2 was removed; the keys drive wamv1 now"
     helmsman.turn("ni")
     world.wait(lambda here: here.values("/wamv9/thrusters/left_thrust_cmd"))  # 9 comes before 10
     helmsman.close()
@@ -206,7 +206,7 @@ def test_where_nothing_answers_the_error_says_what_to_start():
     with pytest.raises(NetworkError) as caught:
         Helmsman(url, None, say=print)
     assert str(caught.value) == (
-        f"nothing answers at {url} (Connection refused); start a world there: vrx-mj serve WORLD --rosbridge"
+        f"no rosbridge answers at {url} (Connection refused); start a world there: vrx-mj serve WORLD --rosbridge"
     )
 
 
@@ -221,7 +221,7 @@ def test_another_rosbridge_is_told(monkeypatch):
     with Bridged() as other, pytest.raises(NetworkError) as caught:
         Helmsman(other.url, None, say=print)
     assert str(caught.value) == (
-        f"what answers at {other.url} is not `vrx-mj serve`: it has no /vrx_mj/world or no boats' topics"
+        f"the server at {other.url} is not `vrx-mj serve`: it has no /vrx_mj/world or no boats' topics"
     )
 
 
@@ -229,7 +229,9 @@ def test_another_rosbridge_is_told(monkeypatch):
 def test_what_is_no_address_is_told(url):
     with pytest.raises(NetworkError) as caught:
         Helmsman(url, None, say=print)
-    assert str(caught.value) == f"'{url}' is no address of a rosbridge, as ws://127.0.0.1:9090"
+    assert (
+        str(caught.value) == f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
+    )
 
 
 def test_topics_are_named_as_in_vrx():

@@ -74,7 +74,7 @@ def test_the_page_is_told_where_the_rosbridge_is():
 def test_nothing_else_is_there(server, path):
     status, _, text = asked(server, path)
     assert status == 404
-    assert text == f"there is no {path} here; there is {', '.join(FILES)}\n"
+    assert text == f"no file {path}; known: {', '.join(FILES)}\n"
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:8090", "localhost", "localhost:1", "[::1]:8090", "127.0.0.1"])
@@ -86,7 +86,7 @@ def test_this_machine_may_ask_by_each_of_its_names_and_any_port(server, host):
 def test_a_name_that_is_not_of_this_machine_is_refused(server, host):
     status, headers, text = asked(server, "/settings.json", Host=host)
     assert status == 421
-    assert text == f"only for this machine, as {server.page}; not by the name {host or 'none'}\n"
+    assert text == f"only for this machine, as {server.page}; not under the name {host or 'none'}\n"
     assert "Content-Security-Policy" in headers
 
 
@@ -114,13 +114,15 @@ def test_a_port_that_is_taken_is_told_with_who_has_it():
 def test_an_address_that_is_none_or_would_loosen_the_policy_is_refused(url):
     with pytest.raises(NetworkError) as caught:
         PageServer(0, url)
-    assert str(caught.value) == f"'{url}' is no address of a rosbridge, as ws://127.0.0.1:9090"
+    assert (
+        str(caught.value) == f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
+    )
 
 
 def test_a_port_beyond_all_ports_is_told():
     with pytest.raises(NetworkError) as caught:
         PageServer(70000, URL)
-    assert str(caught.value) == "--web 70000: a port is 1 to 65535, or 0 for any that is free"
+    assert str(caught.value) == "invalid --web 70000: a port from 1 to 65535, or 0 for any free one, is needed"
 
 
 def test_the_port_of_the_page_may_be_left_out():

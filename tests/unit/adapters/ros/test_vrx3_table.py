@@ -223,7 +223,10 @@ def test_time_that_begins_again_ends_it(served, world):
 def test_a_thrust_that_is_no_number_is_refused(served, newtons):
     give(served, "/wamv/thrusters/left/thrust", newtons)
     assert served.lines == [
-        f"/wamv/thrusters/left/thrust from /client: the thrust left of wamv is {newtons} N: a finite number is needed"
+        (
+            f"/wamv/thrusters/left/thrust from /client: invalid thrust {newtons} N for left of wamv: "
+            "a finite number is needed"
+        )
     ]
     assert served.commands == {}
 
@@ -231,7 +234,7 @@ def test_a_thrust_that_is_no_number_is_refused(served, newtons):
 def test_a_thrust_beyond_the_engines_is_told_once(served):
     for _ in range(3):
         give(served, "/wamv/thrusters/left/thrust", 2000.0)
-    assert served.lines == ["left of wamv is 2000 N, beyond -100 to 242.7 N: it gives the nearest of these"]
+    assert served.lines == ["left of wamv is 2000 N, beyond -100 to 242.7 N: it is clamped to this range"]
 
 
 def test_in_profile_vrx3_the_thrust_goes_straight_to_the_engine(opened):

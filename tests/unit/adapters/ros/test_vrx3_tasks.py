@@ -155,7 +155,7 @@ def test_three_colours_are_reported_once(tasks):
     take = tasks.table.inputs["/vrx/scan_dock_deliver/color_sequence"].take
     take(SimpleNamespace(data=["red", "green", "blue"]))
     assert tasks.said == [("colors", ("red", "green", "blue"))]
-    with pytest.raises(CommandError, match=r"^no sequence of colours is taken now: one, while the task runs$"):
+    with pytest.raises(CommandError, match=r"^no sequence of colours is accepted now: only one, while the task runs$"):
         take(SimpleNamespace(data=["red", "green", "blue"]))
     with pytest.raises(CommandError, match=r"^2 colours: 3 make a sequence, as \['red', 'green', 'blue'\]$"):
         take(SimpleNamespace(data=["red", "green"]))

@@ -111,16 +111,16 @@ def test_noise_hangs_on_the_key_and_the_pair_alone():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ((-1, 50, SHARP, 0), "neighbours is -1: a whole number of 0 or more is needed"),
-        ((1.5, 50, SHARP, 0), "neighbours is 1.5: a whole number of 0 or more is needed"),
-        ((1, 0, SHARP, 0), "range is 0: a number above 0 is needed [m]"),
-        ((1, math.nan, SHARP, 0), "range is nan: a number above 0 is needed [m]"),
+        ((-1, 50, SHARP, 0), "invalid neighbours -1: a whole number of 0 or more is needed"),
+        ((1.5, 50, SHARP, 0), "invalid neighbours 1.5: a whole number of 0 or more is needed"),
+        ((1, 0, SHARP, 0), "invalid range 0: a number of metres above 0 is needed"),
+        ((1, math.nan, SHARP, 0), "invalid range nan: a number of metres above 0 is needed"),
         (
             (1, 50, (1, 2), 0),
             f"noise is (1, 2): three numbers of 0 or more are needed, {WHAT}",
         ),
-        ((1, 50, SHARP, 0.25), "delay is 0.25: a multiple of 0.1 s is needed"),
-        ((1, 50, SHARP, -1), "delay is -1: a multiple of 0.1 s is needed"),
+        ((1, 50, SHARP, 0.25), "invalid delay 0.25: a multiple of 0.1 s is needed"),
+        ((1, 50, SHARP, -1), "invalid delay -1: a multiple of 0.1 s is needed"),
     ],
 )
 def test_eyes_that_are_none(given, message):
@@ -137,4 +137,4 @@ def test_shares():
     assert str(caught.value) == text
     with pytest.raises(gymnasium.error.Error) as caught:
         chance("joining", 1.5)
-    assert str(caught.value) == "joining is 1.5: a share from 0 to 1 is needed"
+    assert str(caught.value) == "invalid joining 1.5: a share from 0 to 1 is needed"

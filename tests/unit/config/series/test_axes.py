@@ -189,7 +189,7 @@ a:
             +</fog>"
           /**ambient: ''
 """)
-    told = r"^bay\.yaml:8: '\+' between the elements of /\*\*fog is left out$"
+    told = r"^bay\.yaml:8: '\+' between the elements of /\*\*fog is ignored$"
     with pytest.warns(VrxWarning, match=told):
         assert world(series, 0)["scene"]["fog"] == {"density": 0.1}
 

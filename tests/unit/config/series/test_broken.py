@@ -24,16 +24,14 @@ SHAPES = {
     ),
     "a: {steps: 1, macros: {sandisland: }}": (
         "bay.yaml:1:35: a.macros.sandisland: "
-        "expected a list of calls, where '-' alone is one with the defaults; got nothing"
+        "expected a list of calls, where '-' alone is a call with the defaults, got nothing"
     ),
     "a: {steps: 1, macros: {sandisland: [7]}}": ("bay.yaml:1:37: a.macros.sandisland[0]: expected parameters, got 7"),
     "a: {steps: 1, sequence: {first: {}}}": (
-        "bay.yaml:1:33: a.sequence.first: a step is a whole number from 0, got 'first'"
+        "bay.yaml:1:33: a.sequence.first: expected a whole number of 0 or more as step, got 'first'"
     ),
     "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected steps, as in `0:`, got [1]",
-    "a: {steps: 1}\n+ b: {steps: 1}": (
-        "bay.yaml:2:6: + b: begins with '+', as lines do in a file of differences; take the '+' out"
-    ),
+    "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+'"),
     "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; a file may have 10000",
 }
 
@@ -66,21 +64,21 @@ CALLS = {
     "wayfinding: [null]": "bay.yaml:4:18: a.macros.wayfinding[0]: wayfinding needs the parameter '/**waypoints'",
     "ocean_waves: [{gain: big}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'big': no name 'big'; known: n; "
-        "a text stands in single quotes inside of double ones"
+        "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: \"'big'\"}]": ("bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got 'big'"),
     "ocean_waves: [{gain: [1]}]": "bay.yaml:4:26: a.macros.ocean_waves[0].gain: expected a number, got [1]",
     "ocean_waves: [{gain: 1 / n}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: '1 / n': division by zero; "
-        "a text stands in single quotes inside of double ones"
+        "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: lambda}]": (
-        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': is no expression; "
-        "a text stands in single quotes inside of double ones"
+        "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'lambda': is not an expression; "
+        "a text needs single quotes inside the double ones"
     ),
     "ocean_waves: [{gain: n.__class__}]": (
         "bay.yaml:4:26: a.macros.ocean_waves[0].gain: 'n.__class__': names that begin with '__' are not allowed: "
-        "__class__; a text stands in single quotes inside of double ones"
+        "__class__; a text needs single quotes inside the double ones"
     ),
     "usv_wind_gazebo: [{seed: 1.5}]": (
         "bay.yaml:4:30: a.macros.usv_wind_gazebo[0].seed: expected a whole number, got 1.5"
@@ -102,20 +100,20 @@ CALLS = {
         "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected elements <waypoint>, got '1 2 3'"
     ),
     "wayfinding: [{/**waypoints: '<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>'}]": (
-        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not read; take '<!...' out"
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; remove '<!...'"
     ),
     "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
         "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
     ),
     "sandisland: [null]\n    marina: [null]": (
-        "bay.yaml:5:14: a.macros.marina[0]: a world has one base, and 'sandisland' on line 4 gives it one already"
+        "bay.yaml:5:14: a.macros.marina[0]: a world has one base, which 'sandisland' on line 4 already gives"
     ),
     "ocean_waves: [{period: n}]": "bay.yaml:4:28: sea.period: must be above 0, got 0",
     "insert_model: [{uri: \"'dock_2019'\"}]": (
         "bay.yaml:4:26: objects[0].model: no object model named 'dock_2019'; did you mean 'dock_2018'?"
     ),
     "stationkeeping: [null]": (
-        "bay.yaml:4:22: task.goal: latitudes and longitudes need a `georeference`, and the world has none"
+        "bay.yaml:4:22: task.goal: latitude and longitude need a `georeference`, which this world does not have"
     ),
 }
 
@@ -138,9 +136,7 @@ def test_every_wrong_call_of_a_world_is_told(axes):
 @pytest.mark.parametrize("number", ["2", "-1", "x", "", "1.5", "99999999999"])
 def test_a_number_that_no_world_has(axes, number):
     axes("a: {steps: 2, macros: {}}")
-    with pytest.raises(
-        VrxError, match=f"^bay.yaml#{re.escape(number)}: there is no such world; the series has 0 to 1$"
-    ):
+    with pytest.raises(VrxError, match=f"^bay.yaml#{re.escape(number)}: no such world; the series has 0 to 1$"):
         load_world(f"bay.yaml#{number}")
 
 
@@ -160,7 +156,7 @@ def test_a_hash_in_a_folder_is_no_number(tmp_path, monkeypatch):
 
 
 def test_a_step_that_never_comes_is_told(axes):
-    with pytest.warns(VrxWarning, match="^bay.yaml: step 2, 7 of a never comes: it has steps 0 to 1$"):
+    with pytest.warns(VrxWarning, match="^bay.yaml: step 2, 7 of a does not exist: it has steps 0 to 1$"):
         axes("a: {steps: 2, macros: {}, sequence: {7: {}, 2: {}}}")
 
 
@@ -176,7 +172,7 @@ def quickly(run):
 def test_aliases_that_multiply_are_refused(axes):
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 10)]
-    assert "over 200000 values, aliases included" in quickly(lambda: axes("\n".join(lines)))
+    assert "more than 200000 values, including aliases" in quickly(lambda: axes("\n".join(lines)))
 
 
 @pytest.mark.parametrize("steps", [MOST_WORLDS + 1, 10**30])

@@ -181,7 +181,7 @@ def test_a_value_in_an_attribute_element_may_be_a_number(folder):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ('<xacro:element xacro:name="${1}"/>', "2:1: <1>: '1' is no name for an element or attribute"),
+        ('<xacro:element xacro:name="${1}"/>', "2:1: <1>: '1' is not a valid name for an element or attribute"),
         (
             '<a><xacro:attribute name="${1}" value="2"/></a>',
             "2:4: <xacro:attribute>: expected text, got a number or list",
@@ -192,7 +192,7 @@ def test_a_value_in_an_attribute_element_may_be_a_number(folder):
         ),
         (
             '<xacro:arg name="c" default="H"/><a b="$(eval arg(\'c\') == \'H\')"/>',
-            f"2:40: <a>: $(eval arg('c'): is no expression: {EVAL_HINT}",
+            f"2:40: <a>: $(eval arg('c'): is not an expression: {EVAL_HINT}",
         ),
         (
             '<xacro:property name="b"><xacro:insert_block name="b"/></xacro:property><xacro:insert_block name="b"/>',
@@ -252,7 +252,7 @@ def test_warnings_come_as_one(folder, monkeypatch, capfd):
         "boat.urdf.xacro: xacro warns\n"
         "boat.urdf.xacro:2: redefining global symbol: pi\n"
         "boat.urdf.xacro:3: xacro:property: unknown attribute(s): lazzy\n"
-        "boat.urdf.xacro:4: load_yaml() is xacro.load_yaml() nowadays\n"
+        "boat.urdf.xacro:4: load_yaml() is now xacro.load_yaml()\n"
         "boat.urdf.xacro:4: mind the step\n"
         "boat.urdf.xacro:5: no file matches 'none*.xacro'"
     )
@@ -290,7 +290,7 @@ def test_a_missing_file_is_an_error(folder, monkeypatch):
     for name in ("none.xacro", "far"):
         with pytest.raises(ConfigError) as caught:
             expand(Path(name))
-        assert str(caught.value) == f"{name}: there is no such file"
+        assert str(caught.value) == f"{name}: no such file"
 
 
 def package(folder, name=None):

@@ -221,7 +221,10 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
     found = gazebo(tags, "eye_link")
     assert [item.name for item in found.sensors] == ["eye", "second", "second_2"]
     assert found.warnings == (
-        "boat.urdf:4: gazebo 'eye_link' / sensor 'second': another sensor is called 'second'; this one is 'second_2'",
+        (
+            "boat.urdf:4: gazebo 'eye_link' / sensor 'second': duplicate name 'second'; "
+            "this sensor is renamed to 'second_2'"
+        ),
     )
 
 
@@ -236,15 +239,15 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
         ),
         (
             '<gazebo reference="mast"/>',
-            "gazebo 'mast': there is no link or joint 'mast'; the element is left out",
+            "gazebo 'mast': no link or joint named 'mast'; the element is ignored",
         ),
         (
             '<gazebo><link name="anchor"/><joint name="a" type="prismatic"/></gazebo>',
-            "gazebo: <link>, <joint> in SDF: left out; nothing holds the boat in its place",
+            "gazebo: <link>, <joint> in SDF: ignored; nothing fixes the boat in place",
         ),
         (
             "<gazebo><static>true</static></gazebo>",
-            "gazebo: static, gravity and turnGravityOff are left out; everything floats and falls",
+            "gazebo: static, gravity and turnGravityOff are ignored; everything floats and falls",
         ),
         (
             plugin("libgazebo_ros_p3d.so", "<bodyName>eye_link</bodyName><topicName>truth</topicName>"),
@@ -253,16 +256,16 @@ def test_two_sensors_of_one_link_have_names_of_their_own():
         (
             plugin("libgazebo_ros_p3d.so", "<bodyName>eye_link</bodyName><topicName>truth</topicName>"
                    "<updateRate>9</updateRate><xyzOffset>0 0 1</xyzOffset>"),
-            "gazebo / plugin 'p': xyzOffset is left out",
+            "gazebo / plugin 'p': xyzOffset is ignored",
         ),
         (
             plugin("libball_shooter_plugin.so", "<topic>shooters/gun/fire</topic>"),
-            "gazebo / plugin 'p': there is no link 'gun_launcher_link' to launch from; the root link is taken",
+            "gazebo / plugin 'p': no link named 'gun_launcher_link' to launch from; the root link is used",
         ),
         (
             sensor("camera", '<update_rate>9</update_rate><camera/><plugin name="c" filename="libgazebo_ros_camera.so">'
                    "<distortionK1>0.1</distortionK1></plugin>"),
-            "gazebo 'eye_link' / sensor 'eye_sensor' / plugin 'c': lenses do not distort here",
+            "gazebo 'eye_link' / sensor 'eye_sensor' / plugin 'c': lens distortion is not simulated",
         ),
     ],
 )  # fmt: skip

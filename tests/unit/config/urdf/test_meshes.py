@@ -145,9 +145,9 @@ def test_a_mesh_in_millimetres_called_metres_is_refused(wedge, tmp_path):
     [
         ("a.stl", b"", "mesh a.stl is empty: it has no triangles"),
         ("a.stl", b"\0" * 80 + struct.pack("<I", 2**31), "mesh a.stl is empty: it has no triangles"),
-        ("a.ply", b"ply\nformat nothing\n", "mesh a.ply cannot be read: it is no PLY file, or a damaged one"),
-        ("a.glb", b"glTF" + b"\xff" * 40, "mesh a.glb cannot be read: it is no GLB file, or a damaged one"),
-        ("a.dae", b"<COLLADA/>", "mesh a.dae cannot be read: it is no DAE file, or a damaged one"),
+        ("a.ply", b"ply\nformat nothing\n", "mesh a.ply cannot be read: it is not a PLY file, or is damaged"),
+        ("a.glb", b"glTF" + b"\xff" * 40, "mesh a.glb cannot be read: it is not a GLB file, or is damaged"),
+        ("a.dae", b"<COLLADA/>", "mesh a.dae cannot be read: it is not a DAE file, or is damaged"),
         (
             "a.dae",
             b"<COLLADA>" + b'<instance_node url="#a"/>' * 21 + b"</COLLADA>",

@@ -92,8 +92,8 @@ def test_newer_vrxs_forces_are_read(newer):
     assert water.drag_quadratic == (150, 100, 0, 600, 900, 800)
     assert newer.warnings == (
         (
-            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons in worlds of profile vrx3 "
-            "alone, else shares of the largest thrust, -1 to 1"
+            "boat.urdf:4: gazebo / plugin 'gz::sim::systems::Thruster': commands are newtons only in worlds of "
+            "profile vrx3, else shares of the largest thrust, -1 to 1"
         ),
     )
 
@@ -116,8 +116,8 @@ def test_newer_vrxs_hulls_need_not_be_alike():
     assert (found.hydrodynamics.water_level, found.hydrodynamics.water_density) == (0.1, 997.7735)
     assert found.warnings == (
         (
-            "boat.urdf:3: gazebo / plugin 'vrx::Surface': the fluid_level and fluid_density of this hull hold for all "
-            "of them"
+            "boat.urdf:3: gazebo / plugin 'vrx::Surface': the fluid_level and fluid_density of this hull apply to all "
+            "hulls"
         ),
     )
 
@@ -127,11 +127,11 @@ def test_a_newer_hull_without_points_carries_nothing():
     assert found.hydrodynamics is None
     assert found.warnings == (
         (
-            "boat.urdf:3: gazebo / plugin 'vrx::Surface': its <points> are no numbers, three each; this hull carries "
-            "nothing"
+            "boat.urdf:3: gazebo / plugin 'vrx::Surface': expected three numbers in each of its <points>; this hull "
+            "has no buoyancy"
         ),
         (
-            "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': there is no hull (Surface) with points beside "
-            "it; the water does not carry it"
+            "boat.urdf:3: gazebo / plugin 'vrx::SimpleHydrodynamics': no hull (Surface plugin) with points belongs to "
+            "it; it has no buoyancy"
         ),
     )

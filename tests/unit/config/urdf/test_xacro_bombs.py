@@ -63,8 +63,8 @@ BOMBS = {
     "siblings": ("<a/>" * 20000 + '<xacro:if value="1"><b/></xacro:if>' * 9000, TOO_MUCH),
     "dollars": ("<a>" + "$ " * 9000 + "</a>" + ("<a>" + "$ " * 9000 + "</a>") * 99, TOO_MUCH),
     "long_text": ("<a>${1}" + "x" * 30000 + "</a>", "more than 20000 characters"),
-    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', "is no parameter"),
-    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', "is no parameter"),
+    "parameters": (f'<xacro:macro name="m" params="{"a" * 40}:={"a" * 40}\'"/>', "is not a parameter"),
+    "quotes": (f'<xacro:macro name="m" params="a:={chr(39) * 60}&quot;"/>', "is not a parameter"),
     "many_parameters": (f'<xacro:macro name="m" params="{" ".join(f"p{n}" for n in range(900))}"/>', "at most 500"),
     "slices": (
         '<xacro:property name="l" value="${list(range(9000))}"/><a b="${[l[::2][0] for x in l for y in l]}"/>',

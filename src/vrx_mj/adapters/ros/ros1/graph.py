@@ -61,7 +61,7 @@ async def open_graph(uri: str, host: str, node: str, gate: Gate, notices: Notice
     except OSError as error:
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
     except (*BROKEN, Fault) as error:
-        raise NetworkError(f"what answers at {uri} is no ROS master: {error}{_who(where, port)}") from None
+        raise NetworkError(f"the server at {uri} is not a ROS master: {error}{_who(where, port)}") from None
     finally:
         proxy.close()
     await _refuse_second(uri, node)
@@ -78,14 +78,14 @@ async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: 
     if not is_local(where):
         raise NetworkError(
             f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
-            "ROS_MASTER_URI to have a master of our own here"
+            "ROS_MASTER_URI to start a master here"
         )
     hosts = bound(host)
     if hosts != ["0.0.0.0"]:  # a machine's own name is 127.0.1.1 where Debian has put it into /etc/hosts
         hosts += [one for one in addresses(where) if is_loopback(one) and one not in hosts]
     if not is_ours(where, hosts):
         raise NetworkError(
-            f"no ROS master answers at {uri}, and we listen at {', '.join(hosts)} only: "
+            f"no ROS master answers at {uri}, and this server listens at {', '.join(hosts)} only: "
             f"give --host {where} or --host 0.0.0.0"
         )
     known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
@@ -95,7 +95,7 @@ async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: 
         await server.start(hosts, port)
     except OSError as error:
         await server.close()
-        raise NetworkError(f"ROS 1: port {port} of our master cannot be opened: {error}{_who(where, port)}") from None
+        raise NetworkError(f"ROS 1: cannot open port {port} for the master: {error}{_who(where, port)}") from None
     for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
         master.parameters.set(name, value)
     master.start()
@@ -120,7 +120,7 @@ async def _refuse_second(uri: str, node: str) -> None:
     finally:
         other.close()
     about = shown_process(pid) if is_local(where) and isinstance(pid, int) else f"pid {pid} on {where}"
-    raise NetworkError(f"a simulation is served there already: node {node}, {about}, or with: rosnode kill {node}")
+    raise NetworkError(f"a simulation is already served there: node {node}, {about}, or with: rosnode kill {node}")
 
 
 def _who(where: str, port: int) -> str:

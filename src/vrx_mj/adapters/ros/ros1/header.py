@@ -33,7 +33,7 @@ def decode_header(raw: bytes) -> dict[str, str]:
     at = 0
     while at < len(raw):
         if len(raw) - at < _LENGTH.size:
-            raise CommandError(f"a header ends within the length of a field, at byte {at}")
+            raise CommandError(f"truncated header: it ends inside the length of a field, at byte {at}")
         (size,) = _LENGTH.unpack_from(raw, at)
         at += _LENGTH.size
         if size > len(raw) - at:

@@ -43,7 +43,7 @@ async def read_head(reader: asyncio.StreamReader) -> tuple[list[str], dict[str, 
         fields[name.lower()] = value.strip()
     words = lines[0].split(" ", 2)
     if len(words) < 2:
-        raise CommandError("no HTTP")
+        raise CommandError("not HTTP")
     return words, fields
 
 
@@ -54,12 +54,12 @@ def body_size(fields: dict[str, str]) -> int | None:
         CommandError: it is sent in a way that is not read here, or too large.
     """
     if "transfer-encoding" in fields or fields.get("content-encoding", "identity") != "identity":
-        raise CommandError("bodies are read plain and in one piece only")
+        raise CommandError("only plain bodies in one piece are supported")
     text = fields.get("content-length")
     if text is None:
         return None
     if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= LARGEST_BODY):
-        raise CommandError(f"Content-Length is {text[:20]!r}: a whole number of at most {LARGEST_BODY} is allowed")
+        raise CommandError(f"invalid Content-Length {text[:20]!r}: a whole number of at most {LARGEST_BODY} is needed")
     return int(text)
 
 
@@ -76,7 +76,7 @@ def address(uri: str, scheme: str = "http") -> tuple[str, int]:
         parts, port = urlsplit(""), None
     host = parts.hostname or ""
     if parts.scheme != scheme or not port or not _HOST.match(host) or any(len(one) > 63 for one in host.split(".")):
-        raise CommandError(f"{uri[:100]!r} is no URI like {scheme}://host:port")
+        raise CommandError(f"invalid URI {uri[:100]!r}: {scheme}://host:port is needed")
     return host, port
 
 
@@ -111,7 +111,7 @@ class Proxy:
         """The value of an answer as ROS has it, of code, text and value; CommandError where the code is no success."""
         answer = await self.call(method, *values, patience=patience)
         if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):
-            raise CommandError(f"{self.uri} answers to {method} not as ROS does")
+            raise CommandError(f"{self.uri} does not answer {method} as ROS does")
         if answer[0] != 1:
             raise CommandError(f"{method}: {answer[1]}")
         return answer[2]
@@ -137,7 +137,7 @@ class Proxy:
             writer.write(head.encode("latin-1", "replace") + request)
             words, fields = await read_head(reader)
             if not words[0].startswith("HTTP/") or words[1] != "200":
-                raise CommandError(f"{self.uri} answers '{' '.join(words)[:60]}' in place of XML-RPC")
+                raise CommandError(f"{self.uri} answers '{' '.join(words)[:60]}' instead of XML-RPC")
             size = body_size(fields)
             body = await (reader.readexactly(size) if size is not None else _all(reader))
             keep = size is not None and words[0] == "HTTP/1.1" and fields.get("connection", "").lower() != "close"

@@ -118,7 +118,7 @@ class HttpServer:
         try:
             values, method = await read(body)
             if method is None:
-                raise CommandError("an answer where a call should be")
+                raise CommandError("an answer instead of a call")
             if method == "system.multicall":
                 return answer_bytes([await self._one_of_many(call, host) for call in _calls(values)])
             return answer_bytes(await self._answer(method, values, host))
@@ -133,7 +133,7 @@ class HttpServer:
         try:
             method, values = call["methodName"], call["params"]
             if not isinstance(method, str) or not isinstance(values, list):
-                raise CommandError("a call has a name and a list of values")
+                raise CommandError("a call needs a name and a list of values")
             return [await self._answer(method, values, host)]
         except (CommandError, Fault, LookupError, TypeError) as error:
             return {"faultCode": 1, "faultString": getattr(error, "faultString", str(error))}
@@ -141,17 +141,17 @@ class HttpServer:
 
 def _calls(values: Sequence[Any]) -> list[Any]:
     if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
-        raise CommandError(f"system.multicall takes one list of at most {MOST_CALLS} calls")
+        raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
     return values[0]
 
 
 def _checked(words: list[str], fields: dict[str, str]) -> int:
     """Bytes of a request's body."""
     if len(words) != 3 or words[0] != "POST" or words[2] not in {"HTTP/1.0", "HTTP/1.1"}:
-        raise CommandError(f"this is XML-RPC: '{' '.join(words)[:60]}' is no POST of HTTP/1.0 or 1.1")
+        raise CommandError(f"this is XML-RPC: '{' '.join(words)[:60]}' is not a POST of HTTP/1.0 or 1.1")
     size = body_size(fields)
     if size is None:
-        raise CommandError("a request has a Content-Length")
+        raise CommandError("a request needs a Content-Length")
     return size
 
 

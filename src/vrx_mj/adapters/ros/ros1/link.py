@@ -68,7 +68,7 @@ class FarLink:
                 self._takes_many = False  # masters that are not in Python may not have it
             else:
                 if not isinstance(answers, list) or len(answers) != len(requests):
-                    raise CommandError("the master answers to system.multicall not as it should")
+                    raise CommandError("the master does not answer system.multicall as ROS does")
                 return [_value(answer[0] if isinstance(answer, list) and answer else None) for answer in answers]
         return [await self._one(method, values, patience) for method, values in requests]
 

@@ -38,7 +38,7 @@ class Master:
         self._methods: dict[str, tuple[str, Callable[..., Reply]]] = {
             "getPid": ("", lambda _: (1, "", os.getpid())),
             "getUri": ("", lambda _: (1, "", self.uri)),
-            "shutdown": ("v", lambda *_: (0, "this master ends with the simulation that it belongs to", 0)),
+            "shutdown": ("v", lambda *_: (0, "this master ends with its simulation", 0)),
             "registerPublisher": ("nta", self._register_publisher),
             "registerSubscriber": ("nta", self._register_subscriber),
             "registerService": ("nsa", self._register_service),
@@ -135,7 +135,7 @@ class Master:
 
     def _published_topics(self, node: str, subgraph: Any) -> Reply:
         if subgraph and not is_legal(subgraph):
-            return -1, "ERROR: parameter [subgraph] is no name", []
+            return -1, "ERROR: parameter [subgraph] is not a name", []
         under = f"{resolve(subgraph, node)}/" if subgraph and subgraph != "/" else "/"
         names = [name for name in self.known.names("publisher") if name.startswith(under)]
         return 1, "current topics", [[name, self.types.get(name, "*")] for name in names]
@@ -165,7 +165,7 @@ class Master:
 
     def _search_parameter(self, node: str, key: Any) -> Reply:
         if not isinstance(key, str) or not 0 < len(key) <= LONGEST or key.startswith("~"):
-            return -1, "ERROR: parameter [key] is no relative or absolute name", 0
+            return -1, "ERROR: parameter [key] is not a relative or absolute name", 0
         found = self.parameters.search(node, key)
         return (
             (-1, f"Cannot find parameter [{key}] in an upwards search", "")
@@ -238,7 +238,7 @@ def _checked(kind: str, value: Any, node: str) -> Any:
     if scheme and isinstance(value, str) and value.startswith(scheme) and len(value) < 300:
         return value
     what = {"n": "name", "t": "type", "k": "name of a parameter"}.get(kind, f"URI like {scheme}host:port")
-    raise CommandError(f"ERROR: {str(value)[:60]!r} is no {what}")
+    raise CommandError(f"ERROR: {str(value)[:60]!r} is not a {what}")
 
 
 def _removed(node: str, key: str, count: int) -> Reply:

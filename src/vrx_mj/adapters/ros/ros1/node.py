@@ -132,7 +132,7 @@ class Node:
         every: list[Output | Input | Service] = [*table.outputs.values(), *table.inputs.values()]
         for one in every + list(table.services.values()):
             if not _has_type(one):
-                self.notices.tell("ERROR", "type", one.name, f"{one.name}: no type {one.type} is known")
+                self.notices.tell("ERROR", "type", one.name, f"{one.name}: unknown type {one.type}")
         return Table(
             {name: one for name, one in table.outputs.items() if _has_type(one)},
             {name: one for name, one in table.inputs.items() if _has_type(one)},

@@ -61,7 +61,7 @@ class Parameters:
                 f"cannot set {key[:100]}: the root is a dictionary, and names are {DEEPEST} deep at most"
             )
         if self._bytes + _size(value) > MOST_BYTES:
-            raise CommandError(f"parameters of more than {MOST_BYTES} bytes")
+            raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
         if not parts:
             self.tree, self._bytes = value, _size(value)
             return

@@ -125,7 +125,7 @@ class Registrar:
         try:
             return [{str(name): [str(node) for node in nodes] for name, nodes in part} for part in raw]
         except (TypeError, ValueError):
-            raise ConnectionError("the master does not tell its state") from None
+            raise ConnectionError("the master does not report its state") from None
 
     def _look(self, state: State) -> None:
         """What of ours the master does not know any more has to be registered again."""

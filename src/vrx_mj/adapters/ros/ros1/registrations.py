@@ -38,7 +38,7 @@ class Registrations:
             CommandError: there are too many.
         """
         if self._held.total() >= MOST:
-            raise CommandError(f"over {MOST} registrations")
+            raise CommandError(f"more than {MOST} registrations")
         old = self.nodes.get(node)
         if old is not None and old != node_api:
             self._replaced(node, old, self.forget(node))

@@ -65,7 +65,7 @@ class Slave:
         if count >= 0 and len(values) != count + 1:
             return [-1, "Error: bad call arity", 0]
         if method in RESTRICTED and not self.trusted(host):
-            text = f"{host} ({values[0][:100]}) called {method}: only this machine and the master's may"
+            text = f"{host} ({values[0][:100]}) called {method}: only this machine and the master's machine may"
             self.notices.tell("WARN", method, host, text)
             return [-1, f"{method} is refused: {host} is neither this machine nor the master's", 0]
         return list(function(*values[1:]) if method != "shutdown" else function(*values))

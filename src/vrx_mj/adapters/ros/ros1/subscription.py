@@ -143,7 +143,7 @@ class Source:
         match answer:
             case ["TCPROS", str(host), int(port), *_]:
                 return address(f"tcpros://{host}:{port}", "tcpros")
-        raise CommandError(f"it answers {str(answer)[:60]!r} where it should say where it sends")
+        raise CommandError(f"it answers {str(answer)[:60]!r} instead of the address where it sends")
 
 
 class Receiver(asyncio.Protocol):
@@ -205,11 +205,11 @@ class Receiver(asyncio.Protocol):
 
     def _check(self, header: Mapping[str, str]) -> None:
         if "error" in header:
-            raise CommandError(f"it says: {header['error'][:300]}")
+            raise CommandError(f"it reports: {header['error'][:300]}")
         sent, own = header.get("md5sum", ""), md5sum(self._topic.type)
         if sent not in {"*", own}:
             kind = header.get("type", "?")
-            raise CommandError(f"it sends [{kind}/{sent}], and wanted is [{self._topic.type}/{own}]")
+            raise CommandError(f"it sends [{kind}/{sent}], but expected is [{self._topic.type}/{own}]")
 
     def _messages(self, sender: str) -> None:
         frames = []

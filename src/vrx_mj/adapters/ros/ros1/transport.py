@@ -128,11 +128,11 @@ class Ros1:
         if graph.master is not None:
             graph.master.changed = node.registrar.wake
         self.notices.listener = self._say
-        own = "our own master" if graph.master is not None else "the master"
+        own = "own master" if graph.master is not None else "the master"
         lines = [f"ROS 1: {own} at {self.master_uri}, node {self._name} at {node.slave.uri}"]
         if not is_ours(where, bound(self._host)):
             lines.append(
-                f"ROS 1: nodes are told the address {where} (ROS_HOSTNAME or ROS_IP), but we listen at "
+                f"ROS 1: nodes get the address {where} (ROS_HOSTNAME or ROS_IP), but this server listens at "
                 f"{', '.join(bound(self._host))} only: give --host {where} or --host 0.0.0.0"
             )
         return lines

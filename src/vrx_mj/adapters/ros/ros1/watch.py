@@ -101,8 +101,8 @@ class Watch:
                 continue
             where = "this machine" if await asyncio.to_thread(is_local, host) else host
             text = (
-                f"subscriber {node} on {where} never connected: can it reach {self.announced}? "
-                "That is what ROS_HOSTNAME, ROS_IP or --host say"
+                f"subscriber {node} on {where} never connected: can it reach {self.announced}, "
+                "the address set by ROS_HOSTNAME, ROS_IP or --host?"
             )
             self._notices.tell("WARN", "unreachable", node, text)
 

@@ -60,7 +60,7 @@ async def read(body: bytes) -> tuple[tuple[Any, ...], str | None]:
     except (CommandError, Fault):
         raise
     except Exception as error:  # Python's raises whatever its conversions raise
-        raise CommandError(f"no XML-RPC: {type(error).__name__} {error}"[:200]) from None
+        raise CommandError(f"not XML-RPC: {type(error).__name__} {error}"[:200]) from None
 
 
 def call_bytes(method: str, values: Sequence[Any]) -> bytes:
@@ -98,7 +98,7 @@ def plain(value: Any, depth: int = 0) -> Any:
     if isinstance(value, int) and value not in INTEGERS:
         return float(value)
     if not isinstance(value, str | int | float | Binary | DateTime):
-        raise CommandError(f"a {type(value).__name__} is no value of a parameter")
+        raise CommandError(f"a {type(value).__name__} is not a value of a parameter")
     return value
 
 

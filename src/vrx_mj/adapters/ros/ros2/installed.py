@@ -36,9 +36,9 @@ def _advice(error: ImportError) -> str:
         distro = os.environ.get("ROS_DISTRO", "here").title()
         return (
             f"ROS 2 {distro} is for Python {' or '.join(versions)}, and this is Python {own}: install vrx_mj with "
-            "that one, which has to be 3.11 or newer; Jazzy has 3.12"
+            "that Python, 3.11 or newer; Jazzy has 3.12"
         )
-    what = "is not here" if error.name == "rclpy" else f"does not load ({str(error).partition(chr(10))[0]})"
+    what = "is not installed" if error.name == "rclpy" else f"cannot be imported ({str(error).partition(chr(10))[0]})"
     return (
         f"ROS 2's rclpy {what}: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same Python "
         f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: pip install {WHEELS}"

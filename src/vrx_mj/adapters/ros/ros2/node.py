@@ -137,7 +137,7 @@ class Node:
     def _receive(self, topic: str, entry: Input, raw: bytes) -> None:
         sender = self._sender(topic)
         if len(raw) > LARGEST:
-            self._once(f"{topic} from {sender}: a message of {len(raw)} bytes; at most {LARGEST}")
+            self._once(f"{topic} from {sender}: a message of {len(raw)} bytes; at most {LARGEST} are allowed")
             return
         try:
             message = decode(raw, entry.type)
@@ -192,7 +192,7 @@ class Node:
         """The user's class of a type; without one the topic is left out."""
         found = message_class(type_name)
         if found is None:
-            _logger.debug("%s is left out: no %s here", topic, type_name)
+            _logger.debug("%s is not published: no %s here", topic, type_name)
         return found
 
     def _once(self, text: str) -> None:

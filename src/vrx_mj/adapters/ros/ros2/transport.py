@@ -62,9 +62,7 @@ class Ros2:
             if not has_package(package):
                 told = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
                 debian = f"ros-{distro}-{package.replace('_', '-')}"
-                lines.append(
-                    f"ROS 2: no {package} here (apt-get install {debian}): topics with its messages{told} are left out"
-                )
+                lines.append(f"ROS 2: no {package} here (apt-get install {debian}): its topics{told} are not published")
         return lines
 
     def offer(self, table: Table) -> None:

@@ -139,7 +139,7 @@ class Client:
         kind = message["op"]
         if kind in {"fragment", "png"}:
             if depth >= DEEPEST:
-                raise CommandError(f"{kind}: operations within operations go {DEEPEST} deep, no deeper")
+                raise CommandError(f"{kind}: nested operations are more than {DEEPEST} deep")
             inner = self._fragments.add(message) if kind == "fragment" else from_png(_data(message), MOST_INCOMING)
             if inner is not None:
                 self._handle(operation(inner), depth + 1)
@@ -172,7 +172,7 @@ class Client:
         if not asked and known is None:
             raise CommandError(f"subscribe: the type of topic {name} is not known yet; give it as type")
         if written not in self._subscriptions and len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise CommandError(f"subscribe: this client has {MOST_SUBSCRIPTIONS} topics; no more are taken")
+            raise CommandError(f"subscribe: this client has {MOST_SUBSCRIPTIONS} topics; no more are accepted")
         subscription = self._subscriptions.get(written) or Subscription(written, self._outgoing)
         subscription.add(identity, wish)
         topic = self._hub.topics.join(name, known_type(asked or known or ""))
@@ -216,7 +216,7 @@ class Client:
     def _set_level(self, message: Operation) -> None:
         level = text(message, "level")
         if level not in LEVELS:
-            raise CommandError(f"set_level: level {level!r}; allowed: {', '.join(LEVELS)}")
+            raise CommandError(f"set_level: invalid level {level!r}; allowed: {', '.join(LEVELS)}")
         self._level = level
 
     def _forget(self) -> None:
@@ -229,11 +229,11 @@ class Client:
 
 
 def _auth(_message: Operation) -> None:
-    raise CommandError("auth: this server asks nobody for authentication, and checks none; leave it out")
+    raise CommandError("auth: this server has no authentication; leave it out")
 
 
 def _data(message: Operation) -> str:
     data = message.get("data")
     if not isinstance(data, str):
-        raise CommandError(f"{message['op']}: data is missing, or no string")
+        raise CommandError(f"{message['op']}: data is missing, or not a string")
     return data

@@ -25,7 +25,7 @@ class Fragments:
         """
         identity, data = text(message, "id"), message.get("data")
         if not isinstance(data, str):
-            raise CommandError("fragment: data is missing, or no string")
+            raise CommandError("fragment: data is missing, or not a string")
         total = _whole(message, "total", 1, MOST_PIECES)
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})
@@ -50,5 +50,5 @@ class Fragments:
 def _whole(message: Operation, key: str, low: int, high: int) -> int:
     value = message.get(key)
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise CommandError(f"fragment: {key} {str(value)[:40]!r}; allowed: a whole number from {low} to {high}")
+        raise CommandError(f"fragment: invalid {key} {str(value)[:40]!r}; allowed: a whole number from {low} to {high}")
     return value

@@ -62,8 +62,8 @@ class Parameters:
         kept = {key: value for key, value in self._set.items() if not _within(key, name)}
         if len(kept) == len(self._set):
             if self.has(name):
-                raise CommandError(f"{name}: the parameter is the simulation's own, and stays")
-            raise CommandError(f"{name}: there is no such parameter")
+                raise CommandError(f"{name}: the parameter belongs to the simulation and cannot be deleted")
+            raise CommandError(f"{name}: no such parameter")
         self._set = kept
         self._all = self._table | self._set
 

@@ -42,4 +42,4 @@ def from_png(data: str, largest: int) -> str:
     except CommandError:
         raise
     except Exception as error:  # Pillow raises what each of its parts does
-        raise CommandError("data is no PNG in base64 with text in it") from error
+        raise CommandError("data is not a base64 PNG that holds text") from error

@@ -56,9 +56,9 @@ def operation(data: str | bytes) -> Operation:
         made = json.loads(data)
     except (ValueError, RecursionError) as error:
         start = reprlib.repr(data if isinstance(data, str) else bytes(data))
-        raise CommandError(f"a message is no JSON: {error}; it starts with {start}") from error
+        raise CommandError(f"a message is not JSON: {error}; it starts with {start}") from error
     if not isinstance(made, dict) or not isinstance(made.get("op"), str):
-        raise CommandError(f"a message is a JSON object with a string 'op', unlike {reprlib.repr(made)}")
+        raise CommandError(f"a message must be a JSON object with a string 'op', got {reprlib.repr(made)}")
     return made
 
 
@@ -68,7 +68,7 @@ def text(message: Operation, key: str, default: str | None = None) -> str:
     if value is None:
         value = default
     if not isinstance(value, str):
-        missing = "is missing" if key not in message else f"{reprlib.repr(value)} is no string"
+        missing = "is missing" if key not in message else f"{reprlib.repr(value)} is not a string"
         raise CommandError(f"{message['op']}: {key} {missing}")
     if len(value) > MOST_TEXT:
         raise CommandError(f"{message['op']}: {key} has {len(value)} characters; at most {MOST_TEXT}")
@@ -81,7 +81,9 @@ def number(message: Operation, key: str, largest: float, default: float = 0.0) -
     if value is None:
         return default
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= largest:
-        raise CommandError(f"{message['op']}: {key} {reprlib.repr(value)}; allowed: a number from 0 to {largest:g}")
+        raise CommandError(
+            f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: a number from 0 to {largest:g}"
+        )
     return float(value)
 
 
@@ -91,7 +93,7 @@ def flag(message: Operation, key: str, default: bool) -> bool:
     if value is None:
         return default
     if not isinstance(value, bool):
-        raise CommandError(f"{message['op']}: {key} {reprlib.repr(value)}; allowed: true, false")
+        raise CommandError(f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: true, false")
     return value
 
 
@@ -100,7 +102,7 @@ def options(message: Operation) -> Options:
     compression = text(message, "compression", "none")
     if compression not in COMPRESSIONS:
         known = ", ".join(COMPRESSIONS)
-        raise CommandError(f"{message['op']}: compression {compression!r}; allowed: {known}")
+        raise CommandError(f"{message['op']}: invalid compression {compression!r}; allowed: {known}")
     return Options(
         throttle=number(message, "throttle_rate", MOST_THROTTLE) / 1000.0,
         queue=min(int(number(message, "queue_length", 1e9)), MOST_QUEUE),
@@ -113,6 +115,6 @@ def absolute(name: str) -> str:
     """A topic's, service's or parameter's name with its slash; CommandError: it is none."""
     if NAME.fullmatch(name) is None or len(name) > MOST_TEXT:
         raise CommandError(
-            f"{name[:MOST_TEXT]!r} is no name: at most {MOST_TEXT} letters, digits, '_' and '/', a letter first"
+            f"{name[:MOST_TEXT]!r} is not a name: at most {MOST_TEXT} letters, digits, '_' and '/', a letter first"
         )
     return "/" + "/".join(part for part in name.split("/") if part)

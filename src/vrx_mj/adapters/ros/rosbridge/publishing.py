@@ -44,7 +44,7 @@ class Publishing:
     def advertise(self, name: str, type_name: str, latch: bool) -> None:
         """Say that this client publishes; CommandError: the topic has another type, or there are too many."""
         if name not in self._topics and len(self._topics) >= MOST_TOPICS:
-            raise CommandError(f"advertise: this client has {MOST_TOPICS} topics; no more are taken")
+            raise CommandError(f"advertise: this client has {MOST_TOPICS} topics; no more are accepted")
         self._hub.topics.join(name, type_name).publishers.add(self._number)
         self._topics[name] = Advertised(type_name, latch)
 
@@ -79,7 +79,7 @@ class Publishing:
     def _keep(self, name: str, parcel: Parcel, size: int) -> None:
         others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
         if others + size > MOST_LATCHED:
-            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are kept already")
+            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
         topic = self._hub.topics.find(name)
         if topic is not None:
             topic.latched[self._number] = parcel

@@ -133,7 +133,7 @@ def _text(value: Any, place: str) -> str:
     try:
         value.encode("utf-8")
     except UnicodeEncodeError as error:
-        raise _wrong(place, ascii(value), "a string without half of a character") from error
+        raise _wrong(place, ascii(value), "a string of whole characters") from error
     return value
 
 
@@ -170,7 +170,7 @@ def _moment(value: Any, type_name: str, now: float, place: str) -> Message:
             raise CommandError(f"{place}: a {type_name} has no field {_shown(name)}; known: secs, nsecs")
         whole = _integer(number, "int32", f"{place}.{name}")
         if type_name == MOMENT and whole < 0:
-            raise _wrong(f"{place}.{name}", number, "a time from 0 on")
+            raise _wrong(f"{place}.{name}", number, "a time of 0 or more")
         setattr(moment, PARTS[name], whole)
     return moment
 
@@ -183,7 +183,7 @@ def _decoded(text: str, place: str) -> bytes:
 
 
 def _wrong(place: str, value: Any, allowed: str) -> CommandError:
-    return CommandError(f"{place}: {_shown(value)} is wrong; allowed: {allowed}")
+    return CommandError(f"{place}: invalid value {_shown(value)}; allowed: {allowed}")
 
 
 def _shown(value: Any) -> str:

@@ -133,7 +133,7 @@ class Rosapi:
         try:
             value = json.loads(text)
         except ValueError as error:
-            raise CommandError(f"set_param: value {text[:60]!r} is no JSON: {error}") from error
+            raise CommandError(f"set_param: value {text[:60]!r} is not JSON: {error}") from error
         self._parameters.set(_parameter(asked), value)
         return {}
 
@@ -209,7 +209,7 @@ def _named(answer: Callable[[Any], Values], names: tuple[str, ...]) -> Callable[
 def _argument(asked: Any, name: str, default: str | None = None) -> str:
     value = asked.get(name, default) if isinstance(asked, Mapping) else default
     if not isinstance(value, str):
-        raise CommandError(f"{name} is missing, or no string: the request is {{'{name}': '...'}}")
+        raise CommandError(f"{name} is missing, or not a string: the request is {{'{name}': '...'}}")
     return value
 
 

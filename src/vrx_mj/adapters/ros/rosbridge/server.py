@@ -91,7 +91,7 @@ class Rosbridge(Transport):
     def __init__(self, network: Network, inbox: Inbox, *, port: int = 9090, host: str = "127.0.0.1") -> None:
         """Nothing is opened yet; port 0 is any that is free."""
         if not 0 <= port <= 65535:
-            raise NetworkError(f"rosbridge: port {port}; allowed: 1 to 65535, or 0 for any that is free")
+            raise NetworkError(f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one")
         self.port = port
         self.host = host
         self._network = network
@@ -177,11 +177,11 @@ class Rosbridge(Transport):
         """Refuse a handshake, or not."""
         origins = request.headers.get_all("Origin")
         if _is_loopback(self.host) and not all(map(_is_local, origins)):
-            text = f"pages of {', '.join(origins)[:200]} may not connect: only those of this machine may\n"
+            text = f"pages of {', '.join(origins)[:200]} may not connect: only pages of this machine may\n"
             self._hub.tell_once(str(connection.remote_address[0]), "origin", text.strip())
             return connection.respond(http.HTTPStatus.FORBIDDEN, text)
         if len(self._hub.clients) >= MOST_CLIENTS:
-            text = f"{MOST_CLIENTS} clients are connected; no more are taken\n"
+            text = f"{MOST_CLIENTS} clients are connected; no more are accepted\n"
             return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
         return None
 
@@ -208,7 +208,7 @@ class Rosbridge(Transport):
         try:
             parcel = Parcel(message, ros1_name(output.type), self._hub.now)
         except Exception as error:  # one that is not of its type must not stop the others
-            self._hub.tell_once(output.name, "", f"a message is no {output.type}: {type(error).__name__}: {error}")
+            self._hub.tell_once(output.name, "", f"a message is not a {output.type}: {type(error).__name__}: {error}")
             return
         if output.latched:
             self._hub.topics.keep(output.name, parcel)
@@ -224,9 +224,9 @@ class Rosbridge(Transport):
     def _refused(self, error: Exception) -> str:
         what = f"rosbridge: port {self.port} of {self.host}"
         if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-            return f"{what} is taken by {who_listens(self.port) or 'a program that cannot be found'}"
+            return f"{what} is taken by {who_listens(self.port) or 'an unknown program'}"
         reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-        return f"{what} cannot be opened: {reason or 'it took too long'}"
+        return f"{what} cannot be opened: {reason or 'it timed out'}"
 
 
 def _is_loopback(host: str) -> bool:

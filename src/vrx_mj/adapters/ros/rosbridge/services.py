@@ -86,9 +86,9 @@ class Services:
         """Have a client offer a service; CommandError: there is one, or it offers too many."""
         holder = self.offered.get(name)
         if name in self.table.services or name in self.built_in or (holder and holder.client is not offered.client):
-            raise CommandError(f"service {name}: it is offered by {self.host(name)} already")
+            raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
         if sum(other.client is offered.client for other in self.offered.values()) >= MOST_OFFERED:
-            raise CommandError(f"service {name}: a client may offer {MOST_OFFERED} services; no more are taken")
+            raise CommandError(f"service {name}: a client may offer {MOST_OFFERED} services; no more are accepted")
         self.offered[name] = offered
 
     def unadvertise(self, name: str, client: Caller) -> None:
@@ -113,7 +113,7 @@ class Services:
         if name not in types:
             raise UnknownNameError("service", name, types)
         if sum(call.caller is caller for call in self._calls.values()) >= MOST_CALLS:
-            raise CommandError(f"{name}: {MOST_CALLS} calls of this client wait for answers; no more are taken")
+            raise CommandError(f"{name}: {MOST_CALLS} calls of this client wait for answers; no more are accepted")
         offered = self.offered.get(name)
         asked = self._asked(arguments, types[name], now, name)
         call = Pending(caller, identity, written, types[name], options, offered.client if offered else None)
@@ -147,7 +147,7 @@ class Services:
             if call.caller is client:
                 self._take(key)
             elif call.server is client:
-                self._finish(key, f"{call.name}: the client that offers it has gone", False)
+                self._finish(key, f"{call.name}: the client that offers it has disconnected", False)
 
     def _asked(self, arguments: Any, type_name: str, now: float, name: str) -> Any:
         """The request: a message, but of a client's service what JSON holds."""

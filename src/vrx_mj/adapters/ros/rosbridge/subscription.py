@@ -41,7 +41,7 @@ class Subscription:
         """One more, or other options for one; CommandError: there are too many."""
         if identity not in self._wishes and len(self._wishes) >= MOST_IDS:
             raise CommandError(
-                f"subscribe: {self.topic} has {MOST_IDS} subscriptions of this client; no more are taken"
+                f"subscribe: {self.topic} has {MOST_IDS} subscriptions of this client; no more are accepted"
             )
         self._wishes[identity] = options
         self._choose()

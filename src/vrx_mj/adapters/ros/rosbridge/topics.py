@@ -73,7 +73,7 @@ class Topics:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
         if name not in self._topics:
             if len(self._topics) >= MOST:
-                raise CommandError(f"topic {name}: there are {MOST} topics already; no more are taken")
+                raise CommandError(f"topic {name}: there are already {MOST} topics; no more are accepted")
             self._topics[name] = Topic(type_name)
         return self._topics[name]
 

@@ -50,7 +50,9 @@ def cmd_vel(host: Host, boat: str, name: str) -> Input:
     def take(message: Message) -> None:
         ahead, around = message.linear.x, message.angular.z
         if not (math.isfinite(ahead) and math.isfinite(around)):
-            raise CommandError(f"cmd_vel of {boat} is linear.x {ahead}, angular.z {around}: finite numbers are needed")
+            raise CommandError(
+                f"invalid cmd_vel of {boat}, linear.x {ahead}, angular.z {around}: finite numbers are needed"
+            )
         if host.cmd_vel == "velocity":
             host.steer(boat, ahead, around)
         else:

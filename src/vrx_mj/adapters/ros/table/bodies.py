@@ -99,7 +99,7 @@ class Bodies:
         for model, body in self._models.items():
             if body == index:
                 return str(model)
-        raise CommandError(f"the link '{name}' hangs on another one: only a model's first link can be put somewhere")
+        raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
 
     def _placed(self, index: int) -> Placed:
         data, velocity = self._data, np.empty(6)

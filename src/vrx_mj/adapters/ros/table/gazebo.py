@@ -122,7 +122,7 @@ def _spawn(host: Host, asked: Message) -> Mapping[str, Any]:
     own = asked.robot_namespace.strip("/")
     if own and own != name:
         raise CommandError(
-            f"model '{name}' in the namespace '{own}': here a boat's name is its namespace; give both the same, or "
+            f"model '{name}' in the namespace '{own}': a boat's name is its namespace; make both the same, or "
             "leave the namespace empty"
         )
     host.spawn(name, asked.model_xml, _pose(host, asked.initial_pose, asked.reference_frame))
@@ -132,7 +132,7 @@ def _spawn(host: Host, asked: Message) -> Mapping[str, Any]:
 def _spawn_sdf(_host: Host, asked: Message) -> Mapping[str, Any]:
     raise CommandError(
         f"'{asked.model_name}' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); "
-        "buoys, docks and other objects belong into the world's file"
+        "buoys, docks and other objects belong in the world's file"
     )
 
 
@@ -212,7 +212,7 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
     quaternion = np.array([given.w, given.x, given.y, given.z], np.float64)
     size = float(np.linalg.norm(quaternion))
     if not math.isfinite(size):
-        raise CommandError(f"pose.orientation is {quaternion.tolist()} (w, x, y, z): finite numbers are needed")
+        raise CommandError(f"invalid pose.orientation {quaternion.tolist()} (w, x, y, z): finite numbers are needed")
     quaternion = quaternion / size if size > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
     base = host.bodies.frame(frame)
     if base is not None:
@@ -224,7 +224,7 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
 def _three(what: str, given: Message) -> Any:
     values = np.array([given.x, given.y, given.z], np.float64)
     if not np.isfinite(values).all():
-        raise CommandError(f"{what} is {values.tolist()}: finite numbers are needed")
+        raise CommandError(f"invalid {what} {values.tolist()}: finite numbers are needed")
     return values
 
 

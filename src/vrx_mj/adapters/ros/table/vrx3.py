@@ -168,10 +168,10 @@ def _task_inputs(table: Table) -> Iterator[Input]:
         def colors(message: Message) -> None:
             said = list(message.data)
             if len(said) != COLORS:
-                raise CommandError(f"{len(said)} colours: {COLORS} make a sequence, as ['red', 'green', 'blue']")
+                raise CommandError(f"{len(said)} colours: {COLORS} are needed, as in ['red', 'green', 'blue']")
             given = {f"color{number}": color for number, color in enumerate(said, 1)}
             if not answer(new("vrx_gazebo/ColorSequenceRequest", **given)).success:
-                raise CommandError("no sequence of colours is taken now: one, while the task runs")
+                raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
 
         yield Input(service.name, "ros_gz_interfaces/StringVec", colors)
 

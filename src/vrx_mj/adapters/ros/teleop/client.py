@@ -62,7 +62,7 @@ class Bridge:
     def call(self, service: str, arguments: Values, take: Callable[[Any, bool], None]) -> None:
         """Call a service; `take` gets the response and True, or what went wrong and False."""
         if len(self._calls) >= MOST_WAITING:
-            take(f"{service}: {MOST_WAITING} calls wait for answers", False)
+            take(f"{service}: {MOST_WAITING} calls are already waiting", False)
             return
         identity = f"call:{next(self._numbers)}"
         self._calls[identity] = take
@@ -112,11 +112,13 @@ def _connected(url: str, stack: contextlib.ExitStack) -> ClientConnection:
             connect(url, max_size=MOST_INCOMING, compression=None, open_timeout=OPENING, proxy=None)
         )
     except (InvalidURI, ValueError):
-        raise NetworkError(f"'{url}' is no address of a rosbridge, as ws://127.0.0.1:9090") from None
-    except (OSError, TimeoutError) as error:
-        reason = "it took too long" if isinstance(error, TimeoutError) else str(error.strerror or error)
         raise NetworkError(
-            f"nothing answers at {url} ({reason}); start a world there: vrx-mj serve WORLD --rosbridge"
+            f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
+        ) from None
+    except (OSError, TimeoutError) as error:
+        reason = "it timed out" if isinstance(error, TimeoutError) else str(error.strerror or error)
+        raise NetworkError(
+            f"no rosbridge answers at {url} ({reason}); start a world there: vrx-mj serve WORLD --rosbridge"
         ) from None
     except WebSocketException as error:
-        raise NetworkError(f"what answers at {url} is no rosbridge: {error}") from None
+        raise NetworkError(f"the server at {url} is not a rosbridge: {error}") from None

@@ -27,7 +27,7 @@ GREETING = 5.0
 """Wall time in which a world tells of itself [s]."""
 REST = Wheel()
 ANGLE = "_angle"
-TIME = ("time", "p: pause, and go on; backspace: back to the start")
+TIME = ("time", "p: pause or resume; backspace: reset")
 
 
 def drive(url: str, *, boat: str | None = None) -> None:
@@ -44,12 +44,14 @@ def drive(url: str, *, boat: str | None = None) -> None:
     """
     with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
         if not terminal.reads:
-            raise CommandError("no keys can be read, since this is no terminal; --web serves a page to drive from")
+            raise CommandError(
+                "no keys can be read, since standard input is not a terminal; --web serves a page to drive from"
+            )
         helmsman = Helmsman(url, boat, say=terminal.say)
         try:
             for name, text in (*(row for row in HELP if row[0] != TIME[0]), TIME):
                 terminal.say(f"  {name:<10} {text}")
-            terminal.say("Ctrl-C stops the boats that you drove, and ends.")
+            terminal.say("Ctrl-C stops the boats that you drove and quits.")
             while True:
                 helmsman.turn(terminal.pressed())
                 terminal.show(helmsman)
@@ -80,7 +82,7 @@ class Helmsman:
         self.pilot.boat = boat or self.pilot.boat
         say(f"connected to {self._scene.name} at {url}: {', '.join(boats) or 'no boats'}")
         if self._scene.keeps_velocity:
-            say("its cmd_vel is a velocity that is kept: power is in m/s and turn in rad/s")
+            say("cmd_vel sets a velocity to hold: power is in m/s and turn in rad/s")
 
     def turn(self, keys: Sequence[str] | Any) -> None:
         """Take keys, send what is due, and listen for a moment."""
@@ -137,7 +139,7 @@ class Helmsman:
                 self._command(boat, REST)
             self.pilot.reset()
             self._told.clear()
-            self._call("reset_world", "everything is back where it started")
+            self._call("reset_world", "the simulation is reset")
         else:
             return self.pilot.press(key)
         return False
@@ -171,7 +173,7 @@ class Helmsman:
         self.pilot.meet(self._scene.engines)
         self._told = {boat: wheel for boat, wheel in self._told.items() if boat in self.pilot.wheels}
         if before and before != self.pilot.boat:
-            self._say(f"{before} is gone; the keys drive {self.pilot.boat or 'no boat'} now")
+            self._say(f"{before} was removed; the keys drive {self.pilot.boat or 'no boat'} now")
 
     def _greet(self) -> None:
         until = self._clock() + GREETING
@@ -180,7 +182,7 @@ class Helmsman:
             self._bridge.listen(LOOK)
             if self._clock() > until or not self._bridge.is_open:
                 raise NetworkError(
-                    f"what answers at {self._url} is not `vrx-mj serve`: it has no {WORLD} or no boats' topics"
+                    f"the server at {self._url} is not `vrx-mj serve`: it has no {WORLD} or no boats' topics"
                 )
 
     def _note_loss(self) -> None:

@@ -52,11 +52,11 @@ class PageServer(http.server.ThreadingHTTPServer):
         self.policy = _policy(url)
         self.settings = json.dumps({"url": url, "boat": boat}).encode()
         if not 0 <= port <= 65535:
-            raise NetworkError(f"--web {port}: a port is 1 to 65535, or 0 for any that is free")
+            raise NetworkError(f"invalid --web {port}: a port from 1 to 65535, or 0 for any free one, is needed")
         try:
             super().__init__((LOOPBACK, port), _Answering)
         except OSError as error:
-            by = who_listens(port) or "a program that cannot be found"
+            by = who_listens(port) or "an unknown program"
             raise NetworkError(f"port {port} of {LOOPBACK} is taken by {by}: {error.strerror}") from None
 
     @property
@@ -106,13 +106,15 @@ class _Answering(http.server.BaseHTTPRequestHandler):
     def _found(self) -> tuple[http.HTTPStatus, str, bytes]:
         hosts = self.headers.get_all("Host", [])
         if len(hosts) != 1 or not _is_loopback(hosts[0]):
-            text = f"only for this machine, as {self.server.page}; not by the name {', '.join(hosts)[:200] or 'none'}\n"
+            text = (
+                f"only for this machine, as {self.server.page}; not under the name {', '.join(hosts)[:200] or 'none'}\n"
+            )
             return http.HTTPStatus.MISDIRECTED_REQUEST, "text/plain", text.encode()
         path = self.path.partition("?")[0]
         if path == SETTINGS:
             return http.HTTPStatus.OK, "application/json", self.server.settings
         if path not in FILES:
-            text = f"there is no {path[:200]} here; there is {', '.join(FILES)}\n"
+            text = f"no file {path[:200]}; known: {', '.join(FILES)}\n"
             return http.HTTPStatus.NOT_FOUND, "text/plain", text.encode()
         name, kind = FILES[path]
         file = importlib.resources.files(__package__) / "page" / name
@@ -128,7 +130,7 @@ def _policy(url: str) -> str:
         parts = urllib.parse.urlsplit("")
     plain = url.isascii() and url.isprintable() and not set(url) & set(" ;,'\"")
     if parts.scheme not in {"ws", "wss"} or not parts.hostname or not plain:
-        raise NetworkError(f"'{url}' is no address of a rosbridge, as ws://127.0.0.1:9090")
+        raise NetworkError(f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090")
     bridge = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}"
     return (
         f"default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self' {bridge}; "

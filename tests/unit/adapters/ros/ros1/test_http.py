@@ -80,22 +80,22 @@ def test_a_client_that_asks_before_it_sends_is_told_to_go_on():
 @pytest.mark.parametrize(
     ("head", "why"),
     [
-        ("POST / HTTP/1.1", "a request has a Content-Length"),
+        ("POST / HTTP/1.1", "a request needs a Content-Length"),
         (
             "POST / HTTP/1.1\r\nContent-Length: -1",
-            "Content-Length is '-1': a whole number of at most 16777216 is allowed",
+            "invalid Content-Length '-1': a whole number of at most 16777216 is needed",
         ),
         (
             "POST / HTTP/1.1\r\nContent-Length: 16777217",
-            "Content-Length is '16777217': a whole number of at most 16777216 is allowed",
+            "invalid Content-Length '16777217': a whole number of at most 16777216 is needed",
         ),
         (
             "POST / HTTP/1.1\r\nContent-Length: ²",
-            "Content-Length is '²': a whole number of at most 16777216 is allowed",
+            "invalid Content-Length '²': a whole number of at most 16777216 is needed",
         ),
-        ("POST / HTTP/1.1\r\nTransfer-Encoding: chunked", "bodies are read plain and in one piece only"),
-        ("GET / HTTP/1.1", "this is XML-RPC: 'GET / HTTP/1.1' is no POST of HTTP/1.0 or 1.1"),
-        ("POST / HTTP/2.0", "this is XML-RPC: 'POST / HTTP/2.0' is no POST of HTTP/1.0 or 1.1"),
+        ("POST / HTTP/1.1\r\nTransfer-Encoding: chunked", "only plain bodies in one piece are supported"),
+        ("GET / HTTP/1.1", "this is XML-RPC: 'GET / HTTP/1.1' is not a POST of HTTP/1.0 or 1.1"),
+        ("POST / HTTP/2.0", "this is XML-RPC: 'POST / HTTP/2.0' is not a POST of HTTP/1.0 or 1.1"),
     ],
 )
 def test_bad_requests_are_told_and_closed(head, why):
@@ -125,9 +125,9 @@ def test_what_is_no_http_is_closed(head):
             "no XML-RPC: ValueError .*",
         ),
         (b"not xml", "no XML-RPC: ExpatError .*"),
-        (dumps((1,), methodresponse=True).encode(), "an answer where a call should be"),
+        (dumps((1,), methodresponse=True).encode(), "an answer instead of a call"),
         (dumps((), "fail").encode(), "it failed"),
-        (dumps((5,), "system.multicall").encode(), "system.multicall takes one list of at most 1000 calls"),
+        (dumps((5,), "system.multicall").encode(), "system.multicall needs one list of at most 1000 calls"),
     ],
 )
 def test_bad_calls_are_faults(body, why):
@@ -173,7 +173,7 @@ def test_values_that_xml_rpc_cannot_carry_become_such_or_are_refused():
     deep = []
     for _ in range(40):
         deep = [deep]
-    for value, why in ((deep, "a value is nested more than 32 deep"), (b"x", "a bytes is no value of a parameter")):
+    for value, why in ((deep, "a value is nested more than 32 deep"), (b"x", "a bytes is not a value of a parameter")):
         with pytest.raises(CommandError) as caught:
             plain(value)
         assert str(caught.value) == why
@@ -204,7 +204,7 @@ def test_a_large_call_lets_others_have_their_turn():
 def test_a_uri_without_host_or_port_is_refused(uri):
     with pytest.raises(CommandError) as caught:
         address(uri)
-    assert str(caught.value) == f"{uri!r} is no URI like http://host:port"
+    assert str(caught.value) == f"invalid URI {uri!r}: http://host:port is needed"
 
 
 def test_in_the_long_run_answers_take_their_share_of_the_time_and_a_burst_is_free():

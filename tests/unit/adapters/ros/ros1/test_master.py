@@ -96,11 +96,15 @@ def test_parameters_are_relative_to_the_caller_and_others_are_told(master):
         ("getPid", ("/a", 1), "Error: bad call arity"),
         ("lookupNode", ("/a", "b c"), "ERROR: \"'b c'\" is no name"),
         ("registerPublisher", ("/a", "/x", "Int8", A), "ERROR: \"'Int8'\" is no type"),
-        ("registerPublisher", ("/a", "/x", "a/B", "ftp://x"), "ERROR: \"'ftp://x'\" is no URI like http://host:port"),
-        ("registerService", ("/a", "/x", A, A), f"ERROR: \"'{A}'\" is no URI like rosrpc://host:port"),
+        (
+            "registerPublisher",
+            ("/a", "/x", "a/B", "ftp://x"),
+            "ERROR: \"'ftp://x'\" is not a URI like http://host:port",
+        ),
+        ("registerService", ("/a", "/x", A, A), f"ERROR: \"'{A}'\" is not a URI like rosrpc://host:port"),
         ("getParam", ("/a", ""), "ERROR: \"''\" is no name of a parameter"),
-        ("setParam", ("/a", "/x", None), "a NoneType is no value of a parameter"),
-        ("setParam", ("/a", "/x", {"deep": [None]}), "a NoneType is no value of a parameter"),
+        ("setParam", ("/a", "/x", None), "a NoneType is not a value of a parameter"),
+        ("setParam", ("/a", "/x", {"deep": [None]}), "a NoneType is not a value of a parameter"),
     ],
 )
 def test_wrong_calls_are_told_what_is_wrong(master, method, values, text):

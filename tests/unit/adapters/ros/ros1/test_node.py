@@ -55,8 +55,8 @@ def test_only_this_machine_and_the_masters_may_end_the_node(slave, notices):
     assert call(slave, "publisherUpdate", "/evil", "/a", [], host="10.0.0.7")[0] == -1
     assert slave.told == []
     assert notices.lines == [
-        ("WARN", "10.0.0.7 (/evil) called shutdown: only this machine and the master's may"),
-        ("WARN", "10.0.0.7 (/evil) called publisherUpdate: only this machine and the master's may"),
+        ("WARN", "10.0.0.7 (/evil) called shutdown: only this machine and the master's machine may"),
+        ("WARN", "10.0.0.7 (/evil) called publisherUpdate: only this machine and the master's machine may"),
     ]
     assert call(slave, "shutdown", "/rosnode", "user request") == [1, "shutdown", 0]
     assert slave.told == ["/rosnode shut it down: user request"]
@@ -120,7 +120,8 @@ def watched(notices, publications, states, monkeypatch, *, alive=True):
 
 WAITING = [{}, {"/a": ["/x"], "/b": ["/x"]}, {}]
 LATE = (
-    "subscriber /x on 10.0.0.7 never connected: can it reach 10.0.0.1? That is what ROS_HOSTNAME, ROS_IP or --host say"
+    "subscriber /x on 10.0.0.7 never connected: can it reach 10.0.0.1, "
+    "the address set by ROS_HOSTNAME, ROS_IP or --host?"
 )
 
 

@@ -62,7 +62,7 @@ def test_too_deep_too_much_and_no_root(tree):
         assert str(caught.value) == f"cannot set {key}: the root is a dictionary, and names are 32 deep at most"
     with pytest.raises(CommandError) as caught:
         tree.set("/big", "x" * MOST_BYTES)
-    assert str(caught.value) == f"parameters of more than {MOST_BYTES} bytes"
+    assert str(caught.value) == f"more than {MOST_BYTES} bytes of parameters"
 
 
 @pytest.mark.parametrize(

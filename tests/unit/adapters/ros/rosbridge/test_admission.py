@@ -46,7 +46,7 @@ def test_pages_of_other_sites_may_not_connect(bridged, monkeypatch, host, origin
         pass
     response = raised.value.response
     assert response.status_code == 403
-    assert response.body.decode() == f"pages of {origin} may not connect: only those of this machine may\n"
+    assert response.body.decode() == f"pages of {origin} may not connect: only pages of this machine may\n"
 
 
 def test_a_port_that_is_taken_says_by_whom(bridged):
@@ -65,7 +65,7 @@ def test_a_port_that_is_taken_says_by_whom(bridged):
 def test_a_port_is_a_port(port):
     with pytest.raises(NetworkError) as raised:
         Rosbridge(None, Inbox(), port=port)
-    assert str(raised.value) == f"rosbridge: port {port}; allowed: 1 to 65535, or 0 for any that is free"
+    assert str(raised.value) == f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one"
 
 
 def test_a_host_that_is_not_this_machine_is_refused():

@@ -13,51 +13,51 @@ from vrx_mj.adapters.ros import messages
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
 
 
-TRUE_NUMBER = "/n.data: True is wrong; allowed: "
+TRUE_NUMBER = "/n.data: invalid value True; allowed: "
 
 
 @pytest.mark.parametrize(
     ("type_name", "message", "why"),
     [
-        ("Float32", {"data": "fast"}, "/n.data: 'fast' is wrong; allowed: float32, a number"),
+        ("Float32", {"data": "fast"}, "/n.data: invalid value 'fast'; allowed: float32, a number"),
         ("Float32", {"data": True}, f"{TRUE_NUMBER}float32, a number"),
-        ("Float32", {"data": 1e39}, "/n.data: 1e+39 is wrong; allowed: float32, a number of at most 3.402823e+38"),
+        ("Float32", {"data": 1e39}, "/n.data: invalid value 1e+39; allowed: float32, a number of at most 3.402823e+38"),
         ("Float64", {"speed": 1}, "/n: std_msgs/Float64 has no field 'speed'; known: data"),
-        ("Float64", [1.0], "/n: [1.0] is wrong; allowed: an object with the fields of std_msgs/Float64"),
-        ("UInt8", {"data": 256}, "/n.data: 256 is wrong; allowed: uint8, a whole number from 0 to 255"),
-        ("Int8", {"data": 1.5}, "/n.data: 1.5 is wrong; allowed: int8, a whole number from -128 to 127"),
+        ("Float64", [1.0], "/n: invalid value [1.0]; allowed: an object with the fields of std_msgs/Float64"),
+        ("UInt8", {"data": 256}, "/n.data: invalid value 256; allowed: uint8, a whole number from 0 to 255"),
+        ("Int8", {"data": 1.5}, "/n.data: invalid value 1.5; allowed: int8, a whole number from -128 to 127"),
         ("Int8", {"data": True}, f"{TRUE_NUMBER}int8, a whole number from -128 to 127"),
-        ("Bool", {"data": 1}, "/n.data: 1 is wrong; allowed: true or false"),
-        ("String", {"data": None}, "/n.data: None is wrong; allowed: a string"),
+        ("Bool", {"data": 1}, "/n.data: invalid value 1; allowed: true or false"),
+        ("String", {"data": None}, "/n.data: invalid value None; allowed: a string"),
         (
             "String",
             {"data": "\ud800"},
-            "/n.data: \"'\\\\ud800'\" is wrong; allowed: a string without half of a character",
+            "/n.data: invalid value \"'\\\\ud800'\"; allowed: a string of whole characters",
         ),
-        ("Time", {"data": 1.5}, "/n.data: 1.5 is wrong; allowed: a time, {secs, nsecs}"),
-        ("Time", {"data": {"secs": -1}}, "/n.data.secs: -1 is wrong; allowed: a time from 0 on"),
+        ("Time", {"data": 1.5}, "/n.data: invalid value 1.5; allowed: a time, {secs, nsecs}"),
+        ("Time", {"data": {"secs": -1}}, "/n.data.secs: invalid value -1; allowed: a time of 0 or more"),
         ("Time", {"data": {"s": 1}}, "/n.data: a time has no field 's'; known: secs, nsecs"),
         (
             "UInt8MultiArray",
             {"data": "%"},
-            "/n.data: '%' is wrong; allowed: base64 or a list of numbers (Only base64 data is allowed)",
+            "/n.data: invalid value '%'; allowed: base64 or a list of numbers (Only base64 data is allowed)",
         ),
         (
             "UInt8MultiArray",
             {"data": [1, 256]},
-            "/n.data[1]: 256 is wrong; allowed: uint8, a whole number from 0 to 255",
+            "/n.data[1]: invalid value 256; allowed: uint8, a whole number from 0 to 255",
         ),
-        ("Float64MultiArray", {"data": [1, "x"]}, "/n.data[1]: 'x' is wrong; allowed: float64, a number"),
-        ("Float64MultiArray", {"data": 1}, "/n.data: 1 is wrong; allowed: a list of float64"),
+        ("Float64MultiArray", {"data": [1, "x"]}, "/n.data[1]: invalid value 'x'; allowed: float64, a number"),
+        ("Float64MultiArray", {"data": 1}, "/n.data: invalid value 1; allowed: a list of float64"),
         (
             "Float64MultiArray",
             {"layout": {"dim": [{"size": -1}]}},
-            "/n.layout.dim[0].size: -1 is wrong; allowed: uint32, a whole number from 0 to 4294967295",
+            "/n.layout.dim[0].size: invalid value -1; allowed: uint32, a whole number from 0 to 4294967295",
         ),
         (
             "String",
             {"data": ["x" * 99] * 99},
-            "/n.data: ['xxxxxxxxxxxxxxxxxxxxxxxxxxx...xxxxxxxxxxxxxxxxxxxxxxxxxxxx... is wrong; allowed: a string",
+            "/n.data: invalid value ['xxxxxxxxxxxxxxxxxxxxxxxxxxx...xxxxxxxxxxxxxxxxxxxxxxxxxxxx...; allowed: a string",
         ),
     ],
 )
@@ -132,7 +132,7 @@ def test_headers_without_a_stamp_get_the_present_moment(talk):
             "publish: the type of topic /new is not known; advertise it first",
         ),
         ({"op": "publish", "msg": {}}, "publish: topic is missing"),
-        ({"op": "publish", "topic": 3}, "publish: topic 3 is no string"),
+        ({"op": "publish", "topic": 3}, "publish: topic 3 is not a string"),
         (
             {"op": "advertise", "topic": "/n", "type": "std_msgs/Flot32"},
             "no message type named 'std_msgs/Flot32'; did you mean 'std_msgs/Float32'?",
@@ -149,40 +149,40 @@ def test_headers_without_a_stamp_get_the_present_moment(talk):
         ),
         (
             {"op": "subscribe", "topic": IMU, "throttle_rate": -1},
-            "subscribe: throttle_rate -1; allowed: a number from 0 to 3.6e+06",
+            "subscribe: invalid throttle_rate -1; allowed: a number from 0 to 3.6e+06",
         ),
         (
             {"op": "subscribe", "topic": IMU, "compression": "zip"},
-            "subscribe: compression 'zip'; allowed: none, png, cbor, cbor-raw",
+            "subscribe: invalid compression 'zip'; allowed: none, png, cbor, cbor-raw",
         ),
         (
             {"op": "subscribe", "topic": "/a b"},
-            "'/a b' is no name: at most 256 letters, digits, '_' and '/', a letter first",
+            "'/a b' is not a name: at most 256 letters, digits, '_' and '/', a letter first",
         ),
         ({"op": "subscribe", "topic": "a" * 300}, "subscribe: topic has 300 characters; at most 256"),
-        ({"op": "set_level", "level": "all"}, "set_level: level 'all'; allowed: none, error, warning, info"),
-        ({"op": "auth", "mac": "x"}, "auth: this server asks nobody for authentication, and checks none; leave it out"),
+        ({"op": "set_level", "level": "all"}, "set_level: invalid level 'all'; allowed: none, error, warning, info"),
+        ({"op": "auth", "mac": "x"}, "auth: this server has no authentication; leave it out"),
         ({"op": "subscrib"}, "no operation named 'subscrib'; did you mean 'subscribe'?"),
-        ({"op": 3}, "a message is a JSON object with a string 'op', unlike {'op': 3}"),
-        ([], "a message is a JSON object with a string 'op', unlike []"),
+        ({"op": 3}, "a message must be a JSON object with a string 'op', got {'op': 3}"),
+        ([], "a message must be a JSON object with a string 'op', got []"),
         (
             {"op": "service_response", "id": "call_service:/x:1"},
             "service_response: no call 'call_service:/x:1' waits for this client's answer",
         ),
         (
             {"op": "advertise_service", "service": "/wamv/fire", "type": "std_srvs/Trigger"},
-            "service /wamv/fire: it is offered by the simulation already",
+            "service /wamv/fire: it is already offered by the simulation",
         ),
         ({"op": "unadvertise_service", "service": "/wamv/fire"}, "service /wamv/fire: this client does not offer it"),
         (
             {"op": "fragment", "id": "f", "num": 2, "total": 2, "data": ""},
-            "fragment: num '2'; allowed: a whole number from 0 to 1",
+            "fragment: invalid num '2'; allowed: a whole number from 0 to 1",
         ),
         (
             {"op": "fragment", "id": "f", "num": 0, "total": 1, "data": "{}"},
-            "a message is a JSON object with a string 'op', unlike {}",
+            "a message must be a JSON object with a string 'op', got {}",
         ),
-        ({"op": "png", "data": "AAAA"}, "data is no PNG in base64 with text in it"),
+        ({"op": "png", "data": "AAAA"}, "data is not a base64 PNG that holds text"),
     ],
 )
 def test_a_wrong_operation_is_refused(talk, message, why):
@@ -220,7 +220,7 @@ def test_fragments_of_fragments_go_so_deep_only(talk):
     for _ in range(4):
         message = {"op": "fragment", "id": "f", "num": 0, "total": 1, "data": json.dumps(message)}
     talk.socket.send(json.dumps(message))
-    assert [status["msg"] for status in talk.sync()] == ["fragment: operations within operations go 2 deep, no deeper"]
+    assert [status["msg"] for status in talk.sync()] == ["fragment: nested operations are more than 2 deep"]
 
 
 def test_fragments_that_never_end_are_thrown_away(talk):
@@ -234,8 +234,8 @@ def test_fragments_that_never_end_are_thrown_away(talk):
 
 def test_deep_json_and_what_is_none_is_refused(talk):
     for data, start in [
-        ("[" * 100_000, "a message is no JSON: "),
-        ("{", "a message is no JSON: "),
+        ("[" * 100_000, "a message is not JSON: "),
+        ("{", "a message is not JSON: "),
         (b"\xa1", "a message is no"),
     ]:
         talk.socket.send(data)

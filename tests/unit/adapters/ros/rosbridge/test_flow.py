@@ -263,7 +263,7 @@ def test_a_message_of_the_wrong_type_harms_no_other(bridged, caplog):
         bridged.send(IMU, imu(seq=3))
         assert talk.hear()["msg"]["header"]["seq"] == 3
     assert "a message cannot be written: error: required argument is not a float" in caplog.text
-    assert "/wamv/sensors/imu/data: a message is no sensor_msgs/Imu: AttributeError" in caplog.text
+    assert "/wamv/sensors/imu/data: a message is not a sensor_msgs/Imu: AttributeError" in caplog.text
 
 
 def test_the_end_disconnects_everybody_and_frees_the_port():

@@ -258,7 +258,7 @@ def test_a_service_is_called_with_a_mapping_or_a_list(talk):
         (
             "/gazebo/delete_model",
             {"model_name": 4},
-            "/gazebo/delete_model.model_name: 4 is wrong; allowed: a string",
+            "/gazebo/delete_model.model_name: invalid value 4; allowed: a string",
         ),
         (
             "/gazebo/delete_model",
@@ -271,7 +271,11 @@ def test_a_service_is_called_with_a_mapping_or_a_list(talk):
             "/gazebo/delete_model: 2 arguments; gazebo_msgs/DeleteModelRequest has 1 fields",
         ),
         ("/gazebo/delet_model", {}, "no service named '/gazebo/delet_model'; did you mean '/gazebo/delete_model'?"),
-        ("/gazebo delete", {}, "'/gazebo delete' is no name: at most 256 letters, digits, '_' and '/', a letter first"),
+        (
+            "/gazebo delete",
+            {},
+            "'/gazebo delete' is not a name: at most 256 letters, digits, '_' and '/', a letter first",
+        ),
     ],
 )
 def test_a_call_that_fails_says_why(talk, service, args, why):
@@ -332,7 +336,7 @@ def test_a_client_that_goes_leaves_no_call_waiting(bridged, talk):
         talk.say("call_service", service="/lights", id="1", args={"any": [1, None]})
         assert gone.hear()["args"] == {"any": [1, None]}
     response = talk.hear()
-    assert (response["result"], response["values"]) == (False, "/lights: the client that offers it has gone")
+    assert (response["result"], response["values"]) == (False, "/lights: the client that offers it has disconnected")
 
 
 def test_parameters_are_set_and_deleted(talk, other):
@@ -345,7 +349,7 @@ def test_parameters_are_set_and_deleted(talk, other):
     assert other.call("rosapi/has_param", {"name": "/a/b"})["values"] == {"exists": False}
     assert other.call("rosapi/get_param", {"name": "/a", "default": "5"})["values"] == {"value": "5"}
     response = other.call("/rosapi/delete_param", {"name": "/use_sim_time"})
-    assert response["values"] == "/use_sim_time: the parameter is the simulation's own, and stays"
+    assert response["values"] == "/use_sim_time: the parameter belongs to the simulation and cannot be deleted"
 
 
 def test_status_is_told_from_the_level_that_a_client_wants(talk):

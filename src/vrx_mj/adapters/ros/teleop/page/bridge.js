@@ -62,7 +62,7 @@ export class Bridge {
   // The response; rejected with what went wrong, in words.
   call(service, args = {}) {
     return new Promise((done, fail) => {
-      if (!this.isOpen) return fail(new Error("there is no connection"));
+      if (!this.isOpen) return fail(new Error("not connected"));
       const id = `call:${this.number++}`;
       const timer = setTimeout(() => {
         this.calls.delete(id);

@@ -220,7 +220,7 @@ const reset = () => act("reset", async () => {
   letGo();
   await bridge.call("/gazebo/reset_world");
   chart.clearTracks();
-  notice("Everything is back where it started.", true);
+  notice("The simulation is reset.", true);
   await ask();
 });
 
@@ -233,7 +233,7 @@ const add = () => act("add", async () => {
   const like = pilot.boat
     ? { name: pilot.boat, urdf: await description(pilot.boat), place: chart.boats.get(pilot.boat) }
     : last;
-  if (!like?.urdf) throw new Error(`there is no robot_description of ${like?.name ?? "a boat"} to make another one of`);
+  if (!like?.urdf) throw new Error(`no robot_description of ${like?.name ?? "a boat"} to copy`);
   const { model_names } = await bridge.call("/gazebo/get_world_properties");
   const name = freeName(like.name, model_names);
   const initial_pose = spotBeside(like.place);
@@ -246,13 +246,13 @@ const add = () => act("add", async () => {
 
 // Where a boat joins: near this one, with its height and heading.
 function spotBeside(boat) {
-  if (!boat) throw new Error("it is not known yet where the boat is");
+  if (!boat) throw new Error("the boat's position is not known yet");
   const others = [...chart.boats.values()].map(({ x, y }) => [x, y, APART]);
   const things = (world?.objects ?? []).map((item) =>
     [...(chart.things.get(item.name) ?? [item.x, item.y]), item.size / 2 + 4]);
   const cells = (world?.docks ?? []).flatMap((dock) => dock.cells.map(([x, y]) => [x, y, dock.cell + 3]));
   const spot = freeSpot(boat, [...others, ...things, ...cells], (x, y) => chart.isLand(x, y));
-  if (!spot) throw new Error("there is no free water near the boat");
+  if (!spot) throw new Error("no free water near the boat");
   const orientation = { x: 0, y: 0, z: Math.sin(boat.yaw / 2), w: Math.cos(boat.yaw / 2) };
   return { position: { ...spot, z: boat.z }, orientation };
 }
@@ -363,7 +363,7 @@ function setConnected(isConnected, url) {
   $("banner").hidden = isConnected;
   show("banner", was
     ? `The connection to ${url} is lost. Trying again…`
-    : `Nothing answers at ${url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…`);
+    : `No rosbridge answers at ${url}. Start a world: vrx-mj serve WORLD --rosbridge. Trying again…`);
   for (const id of ["pause", "reset", "add"]) $(id).disabled = !isConnected;
   $("remove").disabled = !(isConnected && pilot.boat);
   document.body.classList.toggle("lost", !isConnected);
