@@ -180,7 +180,9 @@ def compare(
 
 
 def list_(
-    kind: Annotated[str, typer.Argument(help="worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
+    kind: Annotated[
+        str, typer.Argument(help="What to list: worlds, fleets, robots, objects, docks or tasks.")
+    ] = "worlds",
     names: Annotated[str, typer.Argument(help="Only names that match this pattern; * matches anything.")] = "*",
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Describe each one.")] = False,
 ) -> None:
@@ -215,7 +217,7 @@ def map_(
 
 
 def new(
-    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)} or robot.")],
+    kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
     name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
 ) -> None:
     """Copy a commented start file into the current folder. For a robot that is a folder with two files.

@@ -12,8 +12,10 @@ from typer.core import TyperCommand, TyperGroup
 from vrx_mj.cli.arguments import convert_lightly
 from vrx_mj.errors import UnknownNameError
 
-__all__ = ["Command", "Group", "description", "example"]
+__all__ = ["Command", "Group", "UsageError", "description", "example"]
 
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+"""What typer raises for a command line that no command takes; it exports the subclass alone."""
 EXAMPLE = "Example: "
 HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
 
@@ -46,6 +48,14 @@ class _Light:
         page = super().get_help(ctx)  # type: ignore[misc]
         plain = "NO_COLOR" in os.environ or not sys.stdout.isatty()
         return str(page) if plain else HEADING.sub("\x1b[1m\\g<0>\x1b[0m", page)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Take the arguments; an error names the command in its context."""
+        try:
+            return super().parse_args(ctx, args)  # type: ignore[misc]
+        except UsageError as error:
+            error.ctx = error.ctx or ctx  # type: ignore[attr-defined]
+            raise
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
         """Write what the command does, then its example, which is not wrapped: it can be copied."""

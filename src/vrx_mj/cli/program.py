@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from vrx_mj.cli.arguments import with_default_port
-from vrx_mj.cli.help import Command, Group, example
+from vrx_mj.cli.help import Command, Group, UsageError, example
 from vrx_mj.cli.index import COMMANDS, PANELS, overview
 from vrx_mj.cli.screen import show_error, warn_once
 from vrx_mj.errors import DivergedError, UnknownNameError, VrxError
@@ -26,8 +26,6 @@ ABOUT = (
 )
 CTRL_C = 130
 """Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
-UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""What typer raises for a command line that no command takes; it exports the subclass alone."""
 
 
 class Commands(MutableMapping[str, Any]):
@@ -163,8 +161,6 @@ def _code(command: Any, words: list[str]) -> int:
 def usage_message(error: Any) -> str:
     """What is wrong with a command line, in one line, with an example or where to read on."""
     ctx = error.ctx
-    if ctx is None:
-        return str(error.message)
     path = ctx.command_path
     if hasattr(error, "possibilities"):  # an unknown option
         known = [name for each in ctx.command.get_params(ctx) for name in each.opts if name.startswith("--")]
