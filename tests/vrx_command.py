@@ -1,8 +1,11 @@
 """`vrx-mj` in a process of its own, as a user starts it."""
 
+import contextlib
 import os
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import vrx_mj
@@ -22,16 +25,31 @@ def environment(python_path=(), **changes):
     return {name: value for name, value in found.items() if changes.get(name, "") is not None}
 
 
-def start(*words, cwd, flags=(), python_path=(), **changes):
-    """Start `vrx-mj` with these words; the process."""
-    return subprocess.Popen(
-        [sys.executable, *flags, "-m", "vrx_mj", *map(str, words)],
-        cwd=cwd,
-        env=environment(python_path, **changes),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-    )
+@contextlib.contextmanager
+def ctrl_c(*, heeded):
+    """Have processes that are started here heed Ctrl-C, or ignore it like a background job of a shell script."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.default_int_handler if heeded else signal.SIG_IGN
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def start(*words, cwd, flags=(), python_path=(), heeds_ctrl_c=True, **changes):
+    """Start `vrx-mj` with these words; the process. It heeds Ctrl-C even where this one ignores it."""
+    with ctrl_c(heeded=heeds_ctrl_c):
+        return subprocess.Popen(
+            [sys.executable, *flags, "-m", "vrx_mj", *map(str, words)],
+            cwd=cwd,
+            env=environment(python_path, **changes),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+        )
 
 
 def ended(process):

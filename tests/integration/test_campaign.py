@@ -173,7 +173,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     before = results(folder, "stopped")
     assert (code, "Traceback" in err) == (1, False), err
     assert f"{len(before)} of 3 trials finished, 0 failed" in out
-    assert "stopped; the same command goes on from here" in err
+    assert "stopped; the same command continues from here" in err
     assert 1 <= len(before) < 3
     assert len(list((folder / "stopped").glob("cells/*/*/seed_*"))) == len(before)
     (folder / "hurry").touch()

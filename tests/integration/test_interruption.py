@@ -30,9 +30,9 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def sailing(folder):
+def sailing(folder, request):
     """A run that has recorded some seconds and goes on."""
-    process = start(*FOREVER, "--control", "pace:controller", cwd=folder)
+    process = start(*FOREVER, "--control", "pace:controller", cwd=folder, heeds_ctrl_c=getattr(request, "param", True))
     give_up = time.monotonic() + 120.0
     while seconds_in(folder / "run.rrd") < 3.0:
         assert process.poll() is None, process.stderr.read()
@@ -54,8 +54,9 @@ def seconds_in(file):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
-def test_ctrl_c_leaves_a_whole_recording_and_the_summary(sailing, folder):
-    sailing.send_signal(signal.SIGINT)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_sigterm_leave_a_whole_recording_and_the_summary(sailing, folder, number):
+    sailing.send_signal(number)
     code, out, err = ended(sailing)
     summary = json.loads((folder / "s.json").read_text(encoding="utf-8"))
     record = read_record(folder / "run.rrd")
@@ -66,6 +67,23 @@ def test_ctrl_c_leaves_a_whole_recording_and_the_summary(sailing, folder):
     assert record.complete
     assert record.time[-1] == pytest.approx(summary["sim_time"], abs=0.06)  # a row is 0.05 s
     assert record.events[-1].text == "interrupted"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
+@pytest.mark.parametrize("sailing", [False], indirect=True)
+def test_a_background_job_ignores_ctrl_c_and_sigterm_ends_it(sailing, folder):
+    reached = seconds_in(folder / "run.rrd")
+    sailing.send_signal(signal.SIGINT)
+    give_up = time.monotonic() + 60.0
+    while seconds_in(folder / "run.rrd") < reached + 2.0:
+        assert sailing.poll() is None, sailing.stderr.read()
+        assert time.monotonic() < give_up
+        time.sleep(0.2)
+    sailing.send_signal(signal.SIGTERM)
+    code, out, err = ended(sailing)
+    assert (code, "Traceback" in err, "(interrupted)" in out) == (1, False, True)
+    assert read_record(folder / "run.rrd").complete
 
 
 @pytest.mark.slow

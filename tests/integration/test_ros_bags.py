@@ -19,7 +19,7 @@ from vrx_mj.adapters.ros.bagging import bagged
 from vrx_mj.adapters.ros.convert import convert
 from vrx_mj.adapters.ros.messages import encode
 from vrx_mj.adapters.ros.table.boats import command_topic
-from vrx_mj.cli.app import app
+from vrx_mj.cli.program import app
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
@@ -213,7 +213,7 @@ def test_the_command_line_writes_and_converts(tmp_path):
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        (["run", "example_course", "--topic", "/x"], "--topic /x says what to write into a bag: give --bag FILE too"),
+        (["run", "example_course", "--topic", "/x"], "--topic /x needs --bag FILE"),
         (["convert", "{}/no.rrd", "{}/out.bag"], "no recording '{}/no.rrd'"),
     ],
 )  # fmt: skip

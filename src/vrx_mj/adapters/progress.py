@@ -1,4 +1,4 @@
-"""How far a run has come: a bar in a terminal or in a notebook, with what the task's referee says."""
+"""How far a run has come: `vrx_mj.bar` or a notebook's bar, with what the task's referee says."""
 
 import html
 import time as clock
@@ -7,10 +7,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.adapters.notebook import in_notebook
+from vrx_mj.bar import Bar
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["progress", "terminal_bar"]
@@ -23,43 +22,28 @@ REDRAWN = 0.1
 
 @contextmanager
 def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]:
-    """Show a progress bar for `vrx_mj.run(sim, duration, progress=tick)` in a notebook or a terminal, elsewhere none.
+    """A bar for `vrx_mj.run(sim, duration, progress=tick)` in a notebook or a terminal; elsewhere a line every 10 s.
 
     Args:
         sim: the simulation that is run.
         duration: duration of the run [s]; by default the longest that `vrx_mj.run` lasts.
     """
-    from rich.console import Console
-
     from vrx_mj.runtime.run import planned
 
     total = planned(sim) if duration is None else duration
-    with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total, Console(stderr=True)) as tick:
+    with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total) as tick:
         yield tick
 
 
 @contextmanager
-def terminal_bar(sim: "Simulation", duration: float, console: "Console") -> Iterator[Tick]:
-    """A progress bar over simulated time [s], with the task's state and score, under the referee's lines."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
-        bar = shown.add_task("sailing", total=duration)
-
-        def say(line: str, level: str) -> None:
-            shown.console.print(line, style="yellow" if level == "WARN" else None, markup=False, highlight=False)
-
-        referee = _referee(sim, say)
+def terminal_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
+    """A bar over simulated time [s], with the task's state and score, under the referee's lines."""
+    with Bar("sailing", duration, "s") as bar:
+        referee = _referee(sim, lambda line, level: bar.print(line, "yellow" if level == "WARN" else None))
 
         def tick(time: float) -> None:
             referee()
-            shown.update(bar, completed=time, description=_standing(sim))
+            bar.update(time, _standing(sim))
 
         yield tick
 
@@ -75,7 +59,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
 
     def drawing() -> Any:
         said = f"<pre>{html.escape(chr(10).join(lines))}</pre>" if lines else ""
-        text = html.escape(f"{_standing(sim)}, {reached:.0f} of {duration:.0f} s")
+        text = html.escape(f"{_standing(sim) or 'sailing'}, {reached:.0f} of {duration:.0f} s")
         return HTML(f'<progress value="{reached:g}" max="{duration:g}"></progress> {text}{said}')
 
     def tick(time: float) -> None:
@@ -108,4 +92,4 @@ def _referee(sim: "Simulation", say: Line) -> Callable[[], None]:
 
 def _standing(sim: "Simulation") -> str:
     task = sim.task
-    return "sailing" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"
+    return "" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"

@@ -11,7 +11,7 @@ def main() -> None:
     """Run the command line on the packages that are installed, whatever PYTHONPATH names."""
     installed_first()
     try:
-        from vrx_mj.cli.app import main as start
+        from vrx_mj.cli.program import main as start
 
         start()
     except KeyboardInterrupt:  # while packages were loaded; from then on commands say what became of them

@@ -1,8 +1,6 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
-import contextlib
-import signal
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +8,6 @@ import typer
 
 from vrx_mj.cli.files import look_in, writing
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.limits import core_share
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.campaign.manifest import Campaign
@@ -22,50 +19,76 @@ if TYPE_CHECKING:
 __all__ = ["campaign"]
 
 
-Worlds = Annotated[list[str], typer.Option(help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated.")]
+Worlds = Annotated[
+    list[str],
+    typer.Option(metavar="<world>", help="A name, a pattern such as 'vrx2022/*', or a file; may be repeated."),
+]
 Controllers = Annotated[
     list[str] | None,
-    typer.Argument(metavar="CONTROLLER", help="module:function(obs, t), or a class; several compete."),
+    typer.Argument(metavar="CONTROLLER", help="module:function or module:Class; several are compared."),
 ]
 Programs = Annotated[
     list[str] | None,
-    typer.Option("--exec", help="In place of controllers: a program that sails by ROS; may be repeated."),
+    typer.Option(
+        "--exec",
+        metavar="<program>",
+        help="A program that sails through ROS, in place of controllers; may be repeated.",
+    ),
 ]
-Duration = Annotated[float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is over.")]
+Duration = Annotated[
+    float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is finished.")
+]
 Timeout = Annotated[
-    float | None, typer.Option(help="Wall seconds of a trial; default: as many as it simulates, and 60.")
+    float | None, typer.Option(help="Wall time that a trial may take [s]; default: its simulated time and 60 s.")
 ]
 Waits = Annotated[
-    str | None, typer.Option(help="With --exec: topics that time waits for, A,B; or step: by /vrx_mj/step.")
+    str | None,
+    typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
 Packages = Annotated[
     list[Path] | None,
-    typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+    typer.Option(
+        "--package-path",
+        metavar="<folder>",
+        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
+        callback=look_in,
+    ),
 ]
 
 
 def campaign(
     worlds: Worlds,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results; goes on where it stopped.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the results; a stopped campaign continues there.")
+    ],
     controllers: Controllers = None,
     programs: Programs = None,
-    seeds: Annotated[str, typer.Option(help="As in 0..9 or 0,3,7.")] = "0",
+    seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
-    fleet: Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file.")] = None,
+    fleet: Annotated[
+        str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")
+    ] = None,
     duration: Duration = None,
     timeout: Timeout = None,
-    record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial, for rerun.")] = False,
+    record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial (.rrd).")] = False,
     rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
     lockstep: Waits = None,
-    rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: a rosbridge in every trial.")] = False,
-    ray: Annotated[bool, typer.Option("--ray", help="On a Ray cluster: RAY_ADDRESS, or this machine.")] = False,
-    restart: Annotated[bool, typer.Option("--restart", help="Forget what the folder holds, and do all anew.")] = False,
+    rosbridge: Annotated[
+        bool, typer.Option("--rosbridge", help="With --exec: serve rosbridge in every trial.")
+    ] = False,
+    ray: Annotated[
+        bool, typer.Option("--ray", help="Run on a Ray cluster: that of RAY_ADDRESS, or this machine.")
+    ] = False,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Discard the results in the folder, and start again.")
+    ] = False,
     package_path: Packages = None,
 ) -> None:
-    """Sail every controller in every world with every seed, and compare the scores; failed trials are tried again.
+    """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 
-    What a controller does cannot harm the others: each trial has a process of its own. Ctrl-C keeps what is finished.
+    Each trial runs in a process of its own, so that a crash affects no other. Ctrl-C keeps the finished trials, and the
+    same command continues with the rest; failed trials run again.
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
@@ -101,20 +124,18 @@ def _serving(
     from vrx_mj.cli.serve import check_installed, parse_lockstep, parse_rate
 
     if bool(controllers) == bool(programs):
-        raise CommandError("a campaign is of controllers or of programs: name CONTROLLER... or --exec, one of the two")
+        raise CommandError("a campaign needs either controllers (CONTROLLER...) or programs (--exec)")
     if not programs:
         for option, value in (("--rate", rate), ("--lockstep", lockstep), ("--rosbridge", rosbridge or None)):
             if value is not None:
-                raise CommandError(
-                    f"{option} is for programs, which --exec names: controllers are called by time itself"
-                )
+                raise CommandError(f"{option} needs --exec: it applies to programs, not to controllers")
         return None
     if not all(map(str.strip, programs)):
-        raise CommandError("--exec '' names no program")
+        raise CommandError("invalid --exec '': the name of a program is needed")
     check_installed(rosbridge=rosbridge)
     pace = parse_rate(rate or "1")
     if pace is not None and not 0.0 < pace < float("inf"):
-        raise CommandError(f"--rate {rate}: a number above 0, 1 for real time, or max")
+        raise CommandError(f"invalid --rate '{rate}': a number above 0 is needed, 1 for real time, or max")
     return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge)
 
 
@@ -128,7 +149,7 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
     for option in ("duration", "timeout"):
         value = options[option]
         if value is not None and not 0.0 < value < float("inf"):
-            raise CommandError(f"--{option} {value:g}: a number of seconds above 0 is needed")
+            raise CommandError(f"invalid --{option} '{value:g}': a number of seconds above 0 is needed")
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
@@ -141,7 +162,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
-    with _ended_by_signals(), watching(len(trials)) as watch:
+    with watching(len(trials)) as watch:
         sailed = _sailed(trials, begun.folder, jobs, watch, ray=ray)
         try:
             for result in sailed:
@@ -161,12 +182,13 @@ def _sailed(
 
         return sail_on_ray(trials, folder, jobs, running=watch.running)
     from vrx_mj.adapters.campaign.pool import sail_all
+    from vrx_mj.runtime.limits import core_share
 
     return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)
 
 
 def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) -> None:
-    """Tell how it went; exit code 1 if it was stopped, or if nothing worked."""
+    """Print how it went; exit code 1 if it was stopped, or if every trial failed."""
     from vrx_mj.cli.campaign_screen import print_tables
 
     print_tables(now, comparison)
@@ -174,18 +196,6 @@ def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) ->
     told = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
     typer.echo(f"{told}; page: {page}")
     if stopped:
-        typer.echo("stopped; the same command goes on from here", err=True)
+        typer.echo("stopped; the same command continues from here", err=True)
     if stopped or failed == len(cells):
         raise SystemExit(1)
-
-
-@contextlib.contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let the signals that end a process do so as Ctrl-C does, so that no trial sails on."""
-    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {name: signal.signal(getattr(signal, name), signal.default_int_handler) for name in names}
-    try:
-        yield
-    finally:
-        for name, handler in before.items():
-            signal.signal(getattr(signal, name), handler)

@@ -6,11 +6,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from vrx_mj.cli.screen import console
+from vrx_mj.bar import Bar
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.campaign.compare import Comparison
@@ -23,12 +22,10 @@ SHOWN_FAILURES = 10
 
 
 class Watch:
-    """Shows how far a campaign is: a bar where somebody watches, else a line for each trial."""
+    """Shows how far a campaign is: failed trials and a bar in a terminal, else a line for each trial."""
 
-    def __init__(self, bar: Progress, total: int) -> None:
+    def __init__(self, bar: Bar, total: int) -> None:
         self._bar, self._total, self._done, self._failed, self._running = bar, total, 0, 0, 0
-        self._task = bar.add_task("", total=total)
-        self._show()
 
     def running(self, count: int) -> None:
         """So many trials are under way."""
@@ -39,22 +36,19 @@ class Watch:
         """A trial has ended."""
         self._done += 1
         self._failed += result.failed
-        if result.failed or not console.is_terminal:
-            style = "red" if result.failed else None
+        if result.failed or not self._bar.watched:
             line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
-            self._bar.console.print(line, style=style, markup=False, highlight=False, soft_wrap=True)
+            self._bar.print(line, "red" if result.failed else None)
         self._show()
 
     def _show(self) -> None:
-        text = f"{self._running} running, {self._failed} failed"
-        self._bar.update(self._task, completed=self._done, description=text)
+        self._bar.update(self._done, f"{self._running} running, {self._failed} failed")
 
 
 @contextmanager
 def watching(total: int) -> Iterator[Watch]:
     """A bar over the trials of a campaign."""
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}", markup=False), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Bar("campaign", total, "trials") as bar:
         yield Watch(bar, total)
 
 

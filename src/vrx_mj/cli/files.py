@@ -116,7 +116,7 @@ def copy_start_file(kind: str, name: str) -> Path:
         raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
     target = stem.with_name(stem.name + source.suffix)
     if target.exists():
-        raise VrxError(f"{target} is there already: choose another name, or remove it")
+        raise VrxError(f"{target} exists: choose another name, or remove it")
     with writing("the start file", target):
         target.write_text(source.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
     return target
@@ -132,7 +132,7 @@ def copy_robot_files(name: str) -> Path:
     if not folder.name:
         raise VrxError("the new robot needs a name, as in vrx-mj new robot my_robot")
     if folder.exists():
-        raise VrxError(f"{folder} is there already: choose another name, or remove it")
+        raise VrxError(f"{folder} exists: choose another name, or remove it")
     with writing("the folder", folder):
         folder.mkdir()
         for file in NEW_ROBOT:
@@ -145,11 +145,11 @@ def look_in(folders: list[Path] | None) -> list[Path] | None:
     """Have robots' files look for packages in these folders, before those of the environment.
 
     Raises:
-        VrxError: one of them is no folder.
+        VrxError: one of them is not a folder.
     """
     for folder in folders or ():
         if not folder.is_dir():
-            raise VrxError(f"--package-path '{folder}' is no folder")
+            raise VrxError(f"invalid --package-path '{folder}': not a folder")
     if folders:
         inherited = os.environ.get(PACKAGE_PATH)
         os.environ[PACKAGE_PATH] = os.pathsep.join([*map(str, folders), *([inherited] if inherited else [])])

@@ -17,27 +17,31 @@ __all__ = ["app", "build"]
 
 app = typer.Typer(
     name="robot",
-    help="Builds and checks boats from VRX's thruster and component files.",
+    help="Build and check boats from VRX's thruster and component files.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
+    add_completion=False,
+    rich_markup_mode=None,
 )
-robot_checks.register(app)
 
 
 @app.command()
 def build(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Where to write the URDF.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The URDF to write.")],
     thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML); default: VRX's example.")] = None,
     components: Annotated[Path | None, typer.Option(help="Component file (YAML); default: VRX's example.")] = None,
-    sensor_yaml: Annotated[Path | None, typer.Option(help="What VRX called --components until 1.5.")] = None,
+    sensor_yaml: Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")] = None,
     layout: Annotated[str | None, typer.Option(help="H, T or X, instead of a thruster file.")] = None,
     namespace: Annotated[str, typer.Option(help="Prefix of links, joints, frames and topics.")] = "wamv",
-    locked: Annotated[bool, typer.Option("--locked", help="It heaves, rolls and pitches where it is.")] = False,
-    mjcf: Annotated[Path | None, typer.Option(help="Write MJCF too, with its meshes in assets beside it.")] = None,
+    locked: Annotated[
+        bool, typer.Option("--locked", help="Fix the position: the boat only heaves, rolls and pitches.")
+    ] = False,
+    mjcf: Annotated[
+        Path | None, typer.Option(help="Write MJCF too, with its meshes in the folder assets beside it.")
+    ] = None,
 ) -> None:
-    """Make a boat's URDF from thruster and component files, as VRX's generate_wamv.launch does.
+    """Build the URDF of a boat from thruster and component files, as VRX's generate_wamv.launch does.
 
-    A boat without thrusters or components is made from an empty file. One that breaks the rules is made too.
+    An empty file gives a boat without thrusters or components. One that breaks the rules is built too, with a warning.
 
     Example: vrx-mj robot build --thrusters thruster_config.yaml --components component_config.yaml -o my_wamv.urdf
     """
@@ -50,7 +54,7 @@ def build(
         output.absolute().parent.mkdir(parents=True, exist_ok=True)
         output.write_text(urdf, encoding="utf-8", newline="\n")
     engines_of = f"layout {layout}" if engines is None else engines.path
-    typer.echo(f"{output}: {namespace}, made of {engines_of} and {parts.path}")
+    typer.echo(f"{output}: {namespace}, built from {engines_of} and {parts.path}")
     if mjcf is not None:
         _write_mjcf(urdf, output, mjcf, namespace)
     _judge(parts, engines)
@@ -64,9 +68,9 @@ def _files(
     from vrx_mj.config.parts.read import load_parts
 
     if thrusters is not None and layout is not None:
-        raise CommandError("--thrusters and --layout both say where the engines are: give one of them")
+        raise CommandError("--thrusters and --layout both define the engines: give one of them")
     if components is not None and sensors is not None:
-        raise CommandError("--components and --sensor-yaml are two names for one thing: give one of them")
+        raise CommandError("--components and --sensor-yaml are two names of one option: give one of them")
     parts = load_parts(components or sensors or example_file("components"), "components")
     if layout is not None:
         return None, parts
@@ -80,7 +84,7 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
     reasons = judge(components, thrusters).reasons
     if reasons:
         more = f", and {len(reasons) - 1} more" if len(reasons) > 1 else ""
-        message = f"not compliant with VRX's rules: {reasons[0]}{more}; vrx-mj robot check tells all"
+        message = f"not compliant with VRX's rules: {reasons[0]}{more}; vrx-mj robot check lists all"
         warnings.warn(message, VrxWarning, stacklevel=2)
 
 
@@ -99,4 +103,7 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     with writing("the MJCF", output):
         output.absolute().parent.mkdir(parents=True, exist_ok=True)
         save_robot(boat, output, name=namespace)
-    typer.echo(f"{output}: opens in MuJoCo, without water and thrust; a fleet's file puts the boat into a world")
+    typer.echo(f"{output}: opens in MuJoCo, without water and thrust; to sail the boat, name it in a fleet file")
+
+
+robot_checks.register(app)

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from vrx_mj.cli.files import writing
 from vrx_mj.errors import UnknownNameError, VrxError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vrx_mj.config.parts.boxes import Point
     from vrx_mj.config.parts.catalogue import Parameter, PartType
     from vrx_mj.config.parts.compliance import PartVerdict, Verdict
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check", "parts", "register"]
 
-RuleSet = Annotated[str, typer.Option(help="Whose rules: classic, jazzy or 2019.")]
+RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -33,9 +32,9 @@ def check(
     components: Annotated[Path | None, typer.Option(help="Component file (YAML).")] = None,
     thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML).")] = None,
     rules: RuleSet = "classic",
-    picture: Annotated[Path | None, typer.Option(help="Draw boxes and parts (.png, .pdf or .svg).")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
 ) -> None:
-    """Say of every part whether the rules allow it, where it is and what it is. Ends with 1 if not compliant.
+    """Check every part of a boat against the rules. The exit code is 1 if the boat is not compliant.
 
     Example: vrx-mj robot check --components component_config.yaml --thrusters thruster_config.yaml --picture boat.png
     """
@@ -43,7 +42,7 @@ def check(
     from vrx_mj.config.parts.read import load_parts
 
     if components is None and thrusters is None:
-        raise VrxError("nothing to check: name a file with --components, with --thrusters, or one with each")
+        raise VrxError("nothing to check: give --components FILE, --thrusters FILE or both")
     verdict = judge(
         load_parts(components, "components") if components else None,
         load_parts(thrusters, "thrusters") if thrusters else None,
@@ -64,10 +63,12 @@ def parts(
     type_: Annotated[str | None, typer.Argument(metavar="TYPE", help="One type of part; default: all.")] = None,
     rules: RuleSet = "classic",
 ) -> None:
-    """Show the types of parts that files may have: their parameters, defaults, units and limits.
+    """List the types of parts that files may have, with their parameters, defaults, units and limits.
 
     Example: vrx-mj robot parts wamv_camera
     """
+    from rich.console import Console
+
     from vrx_mj.config.parts.catalogue import TYPES
     from vrx_mj.config.parts.rules import load_rules
 
@@ -83,6 +84,8 @@ def parts(
 
 def print_verdict(verdict: "Verdict") -> None:
     """The table of parts, what they come to, and what VRX's own generator would say."""
+    from rich.console import Console
+
     out = Console()
     if verdict.parts:
         out.print(_verdict_table(verdict))
@@ -90,7 +93,10 @@ def print_verdict(verdict: "Verdict") -> None:
         out.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def _verdict_table(verdict: "Verdict") -> Table:
+def _verdict_table(verdict: "Verdict") -> "Table":
+    from rich.table import Table
+    from rich.text import Text
+
     table = Table(title=Text(f"rules of {verdict.rules.description}"))
     table.add_column("part", no_wrap=True)
     table.add_column("name", overflow="fold")
@@ -136,7 +142,10 @@ def _about_generator(verdict: "Verdict") -> Iterator[str]:
     yield f"VRX's own generator, which judges each file by its last part, would say {banner}; {logs}"
 
 
-def _type_table(part: "PartType", book: "Rules") -> Table:
+def _type_table(part: "PartType", book: "Rules") -> "Table":
+    from rich.table import Table
+    from rich.text import Text
+
     rules = book.of(part.kind).types.get(part.name)
     table = Table(title=Text(f"{part.name}: {part.meaning}"), title_justify="left")
     for name in ("parameter", "default", "unit", "permitted", "meaning"):

@@ -1,4 +1,4 @@
-"""`vrx-mj ros`: what programs of ROS need to talk to us."""
+"""`vrx-mj ros`: message packages for ROS 1 programs; `vrx-mj convert`: recordings to bags."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,29 +7,33 @@ from typing import Annotated
 
 import typer
 
-from vrx_mj.cli.screen import console
+from vrx_mj.cli.screen import show
 from vrx_mj.errors import VrxError
 
 __all__ = ["app", "convert", "messages", "needing_rosbags"]
 
 app = typer.Typer(
-    name="ros", help="What programs of ROS need to talk to us.", no_args_is_help=True, rich_markup_mode="rich"
+    name="ros",
+    help="Write the message packages that ROS 1 programs need.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
 )
 
 
 @app.callback()
 def ros() -> None:
-    """What programs of ROS need to talk to us."""
+    """Write the message packages that ROS 1 programs need."""
 
 
 @app.command()
 def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
-    """Write the ROS 1 message packages that Debian lacks, and print the lines that make its programs find them.
+    """Write the ROS 1 message packages that Debian lacks, and print the lines that make programs find them.
 
-    They are gazebo_msgs, geographic_msgs, usv_msgs, vrx_gazebo and vrx_mj_msgs, each with those of its types that we
-    speak: rosservice, rostopic, rosmsg, rosbag and rospy need them. Only the lines go to stdout.
+    The packages are gazebo_msgs, geographic_msgs, usv_msgs, vrx_gazebo and vrx_mj_msgs, each with the types that
+    vrx-mj serve uses; rosservice, rostopic, rosmsg, rosbag and rospy need them. Only the lines go to stdout.
 
-    In bash, eval "$(...)" takes them at once.
+    In bash, eval "$(vrx-mj ros messages -o FOLDER)" sets them in the current shell.
 
     Example: vrx-mj ros messages -o ~/vrx_messages
     """
@@ -41,21 +45,20 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     told += [f"{name} is missing: apt-get install python3-{name.replace('_', '-')}" for name in written.missing]
     told += ["paste into every shell, or into ~/.bashrc:"]
     for line in told:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        show(line)
     for line in written.exports:
         typer.echo(line)
 
 
 def convert(
     recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
-    bag: Annotated[Path, typer.Argument(help="A .bag (ROS 1), an .mcap, or a folder (rosbag2).")],
+    bag: Annotated[Path, typer.Argument(help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")],
 ) -> None:
-    """Write a recording as a bag: the topics of vrx-mj run --bag, as far as the recording holds what they tell.
+    """Convert a recording to a bag. It holds the topics of vrx-mj run --bag, as far as the recording has their data.
 
-    Boats, frames, objects, wind, joints and commands are told 20 times a second, the task once a second, and what
-    sensors measured where run --sensors recorded them; pictures have been JPEG. A recording has no contacts, no pace,
-    no other sensors, and no commands: those follow from the thrust, so that one that timed out is 0, and steering is
-    where the engine was.
+    Boats, frames, objects, wind, joints and commands are written at 20 Hz, the task at 1 Hz, and sensors where run
+    --sensors recorded them; images are decoded from JPEG. Contacts, real-time factor and other sensors are not in a
+    recording. Commands are computed from the thrust: one that timed out is 0, and steering is the angle of the engine.
 
     Example: vrx-mj convert run.rrd run.bag
     """

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from vrx_mj.adapters.progress import terminal_bar
 from vrx_mj.cli.ros import needing_rosbags
-from vrx_mj.cli.screen import console
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
@@ -38,7 +37,7 @@ def sail(
     with (
         recording(sim, path, sensors or ()),
         _bagging(sim, bag, controller, topics) as (advance, controller),
-        terminal_bar(sim, most, console) as tick,
+        terminal_bar(sim, most) as tick,
     ):
         return run(sim, duration, controller=controller, progress=tick, advance=advance)
 
@@ -97,11 +96,11 @@ def parse_thrust(text: str) -> Mapping[str, float]:
     for part in text.split(","):
         name, _, value = (word.strip() for word in part.partition("="))
         if name in commands:
-            raise CommandError(f"--thrust '{text}': '{name}' is there twice")
+            raise CommandError(f"invalid --thrust '{text}': '{name}' occurs twice")
         try:
             commands[name] = float(value)
         except ValueError:
             name = ""
         if not name:
-            raise CommandError(f"--thrust '{text}': '{part}' is no name=number, as in left=0.5,right=0.5")
+            raise CommandError(f"invalid --thrust '{text}': '{part}' is not name=number, as in left=0.5,right=0.5")
     return commands

@@ -15,9 +15,9 @@ __all__ = ["score"]
 
 def score(
     recording: Annotated[Path, typer.Argument(help="A recording (.rrd) of a world with a task.")],
-    events: Annotated[bool, typer.Option("--events", help="What the referee said, too.")] = False,
+    events: Annotated[bool, typer.Option("--events", help="Print the referee's messages too.")] = False,
 ) -> None:
-    """Score a recording: the same referee looks at it again, and comes to the score of the run.
+    """Score a recording again, with the task's own rules. The score equals that of the run.
 
     Example: vrx-mj score run.rrd
     """
@@ -26,10 +26,10 @@ def score(
     scored = rescore(recording)
     for time, text, level in scored.events if events else ():
         typer.echo(f"{time:8.2f} s  {level:5}  {text}")
-    typer.echo(_told(scored))
+    typer.echo(_result(scored))
 
 
-def _told(scored: "Scored") -> str:
+def _result(scored: "Scored") -> str:
     from vrx_mj.tasks.meaning import MEANINGS
 
     referee, sheet = scored.referee, scored.sheet

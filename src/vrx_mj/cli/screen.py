@@ -1,23 +1,40 @@
-"""What appears on the screen: the summary table, warnings."""
+"""What appears on the screen: errors, warnings, the summary table. Messages go to stderr, results to stdout."""
 
 import math
+import os
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
-
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
 
-console = Console(stderr=True)
-"""Messages go to stderr; what other programs may want goes to stdout."""
+__all__ = ["COLORS", "is_watched", "print_summary", "score_line", "show", "show_error", "warn_once"]
+
+COLORS = {"yellow": 33, "red": 31}
+
+
+def is_watched() -> bool:
+    """Whether messages go to a terminal."""
+    return sys.stderr.isatty()
+
+
+def show(text: str, color: str | None = None) -> None:
+    """Print a message, in a color where that is a terminal."""
+    if color and is_watched() and "NO_COLOR" not in os.environ:
+        text = f"\x1b[{COLORS[color]}m{text}\x1b[0m"
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()
+
+
+def show_error(text: str) -> None:
+    """Print what is wrong."""
+    show(text, "red")
 
 
 def warn_once() -> Callable[..., None]:
     """What prints a warning as one line, without the place in our code, and the same words only once."""
-    told: set[str] = set()
+    shown: set[str] = set()
 
     def show_warning(
         message: Warning | str,
@@ -27,9 +44,9 @@ def warn_once() -> Callable[..., None]:
         file: TextIO | None = None,
         line: str | None = None,
     ) -> None:
-        if str(message) not in told:
-            told.add(str(message))
-            console.print(f"warning: {message}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+        if str(message) not in shown:
+            shown.add(str(message))
+            show(f"warning: {message}", "yellow")
 
     return show_warning
 
@@ -43,6 +60,10 @@ def score_line(name: str, state: str, score: float, unit: str, better: str, coll
 
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
     table.add_column("boat")

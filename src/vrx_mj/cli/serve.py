@@ -1,25 +1,22 @@
 """`vrx-mj serve`: a world for ROS, in a process that has none."""
 
 import logging
+import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli.screen import console
-from vrx_mj.cli.teleop import DEFAULT_WEB_PORT
+from vrx_mj.cli.arguments import DEFAULT_PORT
+from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 
-__all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve", "with_default_port"]
+__all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 
 COLORS = {"WARN": "yellow", "ERROR": "red"}
-DEFAULT_PORT = "9090"
-"""Of rosbridge."""
-PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
-"""Of options whose port may be left out."""
 
 
 class CmdVel(Enum):
@@ -29,46 +26,49 @@ class CmdVel(Enum):
     velocity = "velocity"
 
 
-def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after --rosbridge and --web where there is none, but for a campaign."""
-    if "campaign" in arguments[:1]:
-        return list(arguments)
-    words = []
-    for index, word in enumerate(arguments):
-        bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
-        words.append(f"{word}={PORTS[word]}" if bare else word)
-    return words
-
-
-Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or its file; default: one boat.")]
-Rosbridge = Annotated[int | None, typer.Option(help="rosbridge v2; its port may be left out: 9090.")]
+Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
 Waits = Annotated[
-    str | None, typer.Option(help="Topics that time waits for after every clock, A,B; or step: by /vrx_mj/step.")
+    str | None,
+    typer.Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
 ]
 Completion = Annotated[
-    bool, typer.Option("--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End with the world's task.")
+    bool,
+    typer.Option(
+        "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
+    ),
 ]
 
 
 def serve(
-    world: Annotated[str, typer.Argument(help="Name of a world, or path of its YAML file.")],
+    world: Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")],
     fleet: Fleet = None,
-    ros1: Annotated[bool, typer.Option("--ros1", help="ROS 1, with a master if none answers.")] = False,
+    ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: Rosbridge = None,
-    ros2: Annotated[bool, typer.Option("--ros2", help="ROS 2, by the rclpy of this Python.")] = False,
+    ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: Waits = None,
-    clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second.")] = 100.0,
-    cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel is: thrust, as in VRX, or velocity.")] = CmdVel.thrust,
-    truth: Annotated[bool, typer.Option("--truth", help="Tell in /tf where the boats really are in map.")] = False,
-    duration: Annotated[float | None, typer.Option(help="Simulated seconds after which it ends.")] = None,
+    clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
+    cmd_vel: Annotated[
+        CmdVel, typer.Option(help="What cmd_vel commands: thrust, as in VRX, or velocity.")
+    ] = CmdVel.thrust,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")
+    ] = False,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")
+    ] = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
-    seed: Annotated[int | None, typer.Option(help="Instead of the world's seed.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")] = None,
     exit_on_completion: Completion = False,
-    nudge: Annotated[bool, typer.Option("--nudge", help="Move boats that start in something to free water.")] = False,
+    nudge: Annotated[
+        bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
+    ] = False,
 ) -> None:
-    """Serve a world to ROS: VRX's topics and services. Without --ros1, --rosbridge or --ros2: the first two.
+    """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
+
+    Ctrl-C or SIGTERM ends it; a recording is closed then.
 
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
@@ -115,7 +115,7 @@ def parse_rate(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
-        raise CommandError(f"--rate {text}: a number above 0, 1 for real time, or max") from None
+        raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max") from None
 
 
 def parse_lockstep(text: str) -> tuple[str, ...]:
@@ -140,9 +140,9 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
 
 def _tell(level: str, text: str) -> None:
     """A line of the log, above that of the status."""
-    if console.is_terminal:
+    if is_watched():
         sys.stderr.write("\r\x1b[K")
-    console.print(text, style=COLORS.get(level), markup=False, highlight=False, soft_wrap=True)
+    show(text, COLORS.get(level))
 
 
 class _Log(logging.Handler):
@@ -155,11 +155,11 @@ class _Log(logging.Handler):
 
 def _status() -> Callable[[str], None]:
     """Shows the line of status where somebody looks."""
-    if not console.is_terminal:
+    if not is_watched():
         return lambda _line: None
 
-    def show(line: str) -> None:
-        sys.stderr.write(f"\r\x1b[K{line[: max(20, console.width - 1)]}")
+    def write(line: str) -> None:
+        sys.stderr.write(f"\r\x1b[K{line[: max(20, shutil.get_terminal_size().columns - 1)]}")
         sys.stderr.flush()
 
-    return show
+    return write

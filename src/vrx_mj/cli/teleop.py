@@ -6,19 +6,17 @@ import typer
 
 from vrx_mj.errors import CommandError, NetworkError
 
-__all__ = ["DEFAULT_WEB_PORT", "teleop"]
+__all__ = ["teleop"]
 
 DEFAULT_URL = "ws://127.0.0.1:9090"
-DEFAULT_WEB_PORT = "8090"
-"""Of the page."""
 
 
 def teleop(
-    boat: Annotated[str | None, typer.Option(help="The boat to drive first; default: the first.")] = None,
-    url: Annotated[str, typer.Option(help="Of the rosbridge.")] = DEFAULT_URL,
-    web: Annotated[int | None, typer.Option(help="Serve a page to drive from; its port may be left out: 8090.")] = None,
+    boat: Annotated[str | None, typer.Option(help="The boat to drive at first; default: the first one.")] = None,
+    url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = DEFAULT_URL,
+    web: Annotated[int | None, typer.Option(help="Serve a page to drive from; the port may be left out: 8090.")] = None,
 ) -> None:
-    """Drive a world that vrx-mj serve serves: by the keys that VRX's users know, or with --web from a page.
+    """Drive a boat of a served world. The keys are those of VRX; --web serves a page to drive from.
 
     Example: vrx-mj teleop --boat wamv2
     """
@@ -30,7 +28,7 @@ def teleop(
         _serve_page(web, url, boat)
         return
     if "://" not in url:
-        raise CommandError(f"--url {url}: ws://HOST:PORT is needed, as {DEFAULT_URL}")
+        raise CommandError(f"invalid --url '{url}': ws://HOST:PORT is needed, as in {DEFAULT_URL}")
     from vrx_mj.adapters.ros.teleop.driving import drive
 
     drive(url, boat=boat)
@@ -40,10 +38,9 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
     import contextlib
     from urllib.parse import urlsplit
 
-    from vrx_mj.adapters.helm.terminal import ended_by_signals
     from vrx_mj.adapters.ros.teleop.web import PageServer, reaches
 
-    with PageServer(port, url, boat) as server, ended_by_signals(), contextlib.suppress(KeyboardInterrupt):
+    with PageServer(port, url, boat) as server, contextlib.suppress(KeyboardInterrupt):
         ports = (server.server_address[1], urlsplit(url).port or 80)
         tunnel = " ".join(f"-L {number}:127.0.0.1:{number}" for number in ports)
         typer.echo(f"Open {server.page}")

@@ -16,9 +16,10 @@ __all__ = ["app", "generate"]
 
 app = typer.Typer(
     name="worlds",
-    help="Makes worlds in series from an axes file, as VRX's generator does.",
+    help="Generate series of worlds from an axes file, as VRX's generator does.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
+    add_completion=False,
+    rich_markup_mode=None,
 )
 SIDES = "config"
 """The folder inside of the output for the files beside worlds."""
@@ -26,7 +27,7 @@ SIDES = "config"
 
 @app.callback()
 def worlds() -> None:
-    """Makes worlds in series from an axes file, as VRX's generator does."""
+    """Generate series of worlds from an axes file, as VRX's generator does."""
 
 
 @app.command()
@@ -34,9 +35,9 @@ def generate(
     file: Annotated[str, typer.Argument(help="Path of an axes file (YAML).")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the worlds.")],
 ) -> None:
-    """Write the worlds of an axes file, and tell which steps make each; none is written if one of them is wrong.
+    """Write the worlds of an axes file, and print the steps of each. If one is invalid, none is written.
 
-    A run, a map or a campaign takes FILE#k too: the k-th world, from 0, without any file written.
+    run, map and campaign also take FILE#k: world k of the series, counted from 0, without writing it.
 
     Example: vrx-mj worlds generate wind_and_waves.yaml -o my_worlds
     """
@@ -58,7 +59,7 @@ def generate(
     for line in table(made):
         typer.echo(line)
     first = output / f"{made[0].name}.yaml"
-    typer.echo(f"{len(made)} world{'s' * (len(made) > 1)} in {output}; vrx-mj run {first} sails the first")
+    typer.echo(f"{len(made)} world{'s' * (len(made) > 1)} in {output}; to sail the first: vrx-mj run {first}")
 
 
 def table(made: Sequence["SeriesWorld"]) -> Iterator[str]:
@@ -86,4 +87,4 @@ def _check_free(paths: Iterable[Path]) -> None:
     for path in paths:
         with writing("the world", path):
             if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
-                raise VrxError(f"{path} is there already and is no world of a series; choose another folder")
+                raise VrxError(f"{path} exists and is not a world of a series: choose another folder")

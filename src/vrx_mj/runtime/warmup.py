@@ -1,12 +1,12 @@
 """The first use on a machine compiles the kernels: said on stderr, with progress."""
 
 import contextlib
-import sys
 from collections.abc import Iterator
 from typing import Any
 
 from numba.core import event
 
+from vrx_mj.bar import Bar
 from vrx_mj.physics.kernel import cached
 
 ONCE = "for this machine, once"
@@ -17,44 +17,36 @@ KERNELS = 130
 
 @contextlib.contextmanager
 def announced(first_call: Any, what: str = "the physics", seconds: int = 30) -> Iterator[None]:
-    """Around the first call of a kernel: if it is not in the cache, tell that and how compiling goes on.
+    """Around the first call of a kernel: if it is not in the cache, say so, and show how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.
     """
     if cached(first_call):
         yield
         return
-    counter = _Counter()
     kept = first_call.stats.cache_path is not None
-    sys.stderr.write(f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s\n")
-    sys.stderr.flush()
-    event.register("numba:compile", counter)
-    try:
-        yield
-    finally:
-        event.unregister("numba:compile", counter)
-        counter.end()
+    with Bar("compiling", KERNELS, "kernels") as bar:
+        counter = _Counter(bar)
+        bar.print(f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s")
+        event.register("numba:compile", counter)
+        try:
+            yield
+        finally:
+            event.unregister("numba:compile", counter)
+            bar.print(f"vrx_mj: compiled {counter.done} kernels")
 
 
 class _Counter(event.Listener):  # type: ignore[misc]
-    """Counts kernels as numba finishes them; draws a line only where somebody watches."""
+    """Counts kernels as numba finishes them."""
 
-    def __init__(self) -> None:
+    def __init__(self, bar: Bar) -> None:
         self.done = 0
-        self.watched = sys.stderr.isatty()
+        self._bar = bar
 
     def on_start(self, event: Any) -> None:
-        """A kernel begins; nothing to tell yet."""
+        """A kernel begins: it counts once it is done."""
 
     def on_end(self, event: Any) -> None:
         """A kernel is done."""
         self.done += 1
-        if self.watched:
-            share = min(1.0, self.done / KERNELS)
-            sys.stderr.write(f"\r  [{'#' * round(30 * share):<30}] {self.done} kernels")
-            sys.stderr.flush()
-
-    def end(self) -> None:
-        """All are done."""
-        sys.stderr.write(f"{chr(13) if self.watched else ''}vrx_mj: compiled {self.done} kernels{' ' * 30}\n")
-        sys.stderr.flush()
+        self._bar.update(self.done)

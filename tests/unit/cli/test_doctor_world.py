@@ -35,7 +35,7 @@ def test_a_world_and_a_fleet_without_mistakes(cli, quiet):
     Path("pair.yaml").write_text("usv_count: 2\nlayout: line\nspacing: 12\n", encoding="utf-8")
     said = cli("doctor", "ocean", "--fleet", "pair.yaml", "--json", "d.json")
     assert said.code == 0, said.out
-    assert said.out.endswith("ocean with pair.yaml: no mistakes found\n")
+    assert said.out.endswith("ocean with pair.yaml: no errors found\n")
     rows = {row["what"]: (row["found"], row["works"]) for row in json.loads(Path("d.json").read_text(encoding="utf-8"))}
     assert rows["world"] == ("ocean, 2 boats: wamv1, wamv2", "yes")
     assert rows["boats on land"] == rows["overlaps"] == ("none", "yes")

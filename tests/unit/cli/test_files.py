@@ -130,5 +130,5 @@ def test_new_overwrites_nothing(cli, folder):
     (folder / "bay.yaml").write_text("mine\n", encoding="utf-8")
     said = cli("new", "world", "bay")
     assert (said.code, said.out) == (2, "")
-    assert said.err.strip() == "bay.yaml is there already: choose another name, or remove it"
+    assert said.err.strip() == "bay.yaml exists: choose another name, or remove it"
     assert (folder / "bay.yaml").read_text(encoding="utf-8") == "mine\n"

@@ -1,13 +1,10 @@
 import re
 import shlex
-import subprocess
-import sys
 
 import pytest
 from typer.main import get_command
 
-from vrx_command import environment
-from vrx_mj.cli.app import app
+from vrx_mj.cli.program import app
 
 
 def commands(group, before=""):
@@ -20,16 +17,6 @@ def commands(group, before=""):
 
 
 COMMANDS = dict(commands(get_command(app)))
-HEAVY = {"jinja2", "matplotlib", "mujoco", "numba", "numpy", "pyarrow", "rerun", "scipy", "trimesh", "yaml"}
-HELP = """
-import sys
-sys.argv = ["vrx-mj", *sys.argv[1:]]
-from vrx_mj.cli import main
-try:
-    main()
-except SystemExit:
-    print("LOADED", *{name.split(".")[0] for name in sys.modules})
-"""
 
 
 def example(name):
@@ -54,17 +41,3 @@ def test_the_example_is_what_the_command_takes(name):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_is_explained(name):
     assert [parameter.name for parameter in COMMANDS[name].params if not getattr(parameter, "help", None)] == []
-
-
-def test_no_words_show_the_help_too(cli):
-    said = cli()
-    assert all(f" {name.split()[0]} " in said.out for name in COMMANDS)
-
-
-@pytest.mark.parametrize("words", [["--help"], ["run", "--help"]])
-def test_help_loads_nothing_heavy(words):
-    done = subprocess.run(
-        [sys.executable, "-c", HELP, *words], capture_output=True, encoding="utf-8", check=True, env=environment()
-    )
-    assert "Usage" in done.stdout
-    assert set(done.stdout.rpartition("LOADED")[2].split()) & HEAVY == set()

@@ -11,7 +11,7 @@ def links(file):
 def test_build_makes_vrxs_example_where_no_file_is_named(cli, folder):
     said = cli("robot", "build", "-o", "my_wamv.urdf")
     assert (said.code, said.err) == (0, "")
-    assert said.out.startswith("my_wamv.urdf: wamv, made of ")
+    assert said.out.startswith("my_wamv.urdf: wamv, built from ")
     assert {"wamv/far_left_camera_link", "wamv/left_engine_link"} <= links(folder / "my_wamv.urdf")
 
 
@@ -21,7 +21,7 @@ def test_build_reads_both_files_and_takes_a_namespace(cli, folder):
     said = cli(
         "robot", "build", "--thrusters", "t.yaml", "--components", "c.yaml", "--namespace", "b2", "-o", "b2.urdf"
     )
-    assert (said.code, said.out, said.err) == (0, "b2.urdf: b2, made of t.yaml and c.yaml\n", "")
+    assert (said.code, said.out, said.err) == (0, "b2.urdf: b2, built from t.yaml and c.yaml\n", "")
     assert {"b2/g_link", "b2/e_engine_link", "b2/cpu_cases_link"} <= links(folder / "b2.urdf")
     older = cli(
         "robot", "build", "--thrusters", "t.yaml", "--sensor-yaml", "c.yaml", "--namespace", "b2", "-o", "c.urdf"
@@ -34,7 +34,7 @@ def test_build_reads_both_files_and_takes_a_namespace(cli, folder):
 def test_build_knows_vrxs_layouts(cli, folder, layout, engine):
     said = cli("robot", "build", "--layout", layout, "--locked", "-o", "w.urdf")
     assert said.code == 0
-    assert said.out.startswith(f"w.urdf: wamv, made of layout {layout} and ")
+    assert said.out.startswith(f"w.urdf: wamv, built from layout {layout} and ")
     assert f"wamv/{engine}_engine_link" in links(folder / "w.urdf")
     assert "wamv_external_riser" in (folder / "w.urdf").read_text(encoding="utf-8")
 
@@ -54,7 +54,7 @@ def test_build_warns_of_a_boat_that_breaks_the_rules_and_makes_it(cli, folder):
     said = cli("robot", "build", "--components", "c.yaml", "-o", "w.urdf")
     assert said.code == 0
     assert said.err.startswith("warning: not compliant with VRX's rules: ")
-    assert said.err.endswith(", and 1 more; vrx-mj robot check tells all\n")
+    assert said.err.endswith(", and 1 more; vrx-mj robot check lists all\n")
     assert "wamv/h_link" in links(folder / "w.urdf")
 
 
@@ -63,11 +63,11 @@ def test_build_warns_of_a_boat_that_breaks_the_rules_and_makes_it(cli, folder):
     [
         (
             ["--thrusters", "t.yaml", "--layout", "H"],
-            "--thrusters and --layout both say where the engines are: give one of them",
+            "--thrusters and --layout both define the engines: give one of them",
         ),
         (
             ["--components", "c.yaml", "--sensor-yaml", "c.yaml"],
-            "--components and --sensor-yaml are two names for one thing: give one of them",
+            "--components and --sensor-yaml are two names of one option: give one of them",
         ),
         (["--layout", "Q"], "no thruster layout named 'Q'; known: H, T, X"),
         (["--namespace", "a/b"], "namespace 'a/b': expected up to 64 letters A-Z, digits, '_', '-' or '.'"),

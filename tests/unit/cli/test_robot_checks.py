@@ -60,7 +60,7 @@ def test_a_file_that_cannot_be_read_ends_with_two(cli):
 def test_nothing_to_check(cli):
     said = cli("robot", "check")
     assert (said.code, said.out) == (2, "")
-    assert said.err == "nothing to check: name a file with --components, with --thrusters, or one with each\n"
+    assert said.err == "nothing to check: give --components FILE, --thrusters FILE or both\n"
 
 
 @pytest.mark.usefixtures("files")
@@ -161,7 +161,7 @@ def test_new_robot_copies_files_that_pass(cli, folder):
 def test_new_robot_overwrites_nothing(cli, folder):
     (folder / "mine").mkdir()
     said = cli("new", "robot", "mine")
-    assert (said.code, said.err) == (2, "mine is there already: choose another name, or remove it\n")
+    assert (said.code, said.err) == (2, "mine exists: choose another name, or remove it\n")
     said = cli("new", "robot", "no/mine")
     assert (said.code, said.err) == (2, "cannot write the folder 'no/mine': No such file or directory\n")
     assert cli("new", "robot", "").err == "the new robot needs a name, as in vrx-mj new robot my_robot\n"

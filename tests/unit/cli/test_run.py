@@ -104,7 +104,7 @@ def test_a_mistake_in_a_controller_keeps_its_traceback(cli, folder):
 def test_a_recording_is_named_and_reads_back(cli, folder):
     said = cli("run", "ocean", "--duration", "1", "--record", "run.rrd")
     assert (said.code, said.err) == (0, "")
-    assert "recording: run.rrd; vrx-mj replay run.rrd opens it\n" in said.out
+    assert "recording: run.rrd; to open it: vrx-mj replay run.rrd\n" in said.out
     assert read_record(folder / "run.rrd").states[-1].time == pytest.approx(1.0)
     assert cli("compare", "run.rrd", "run.rrd").code == 0
 
@@ -122,7 +122,7 @@ def test_a_compiled_world_opens_in_plain_mujoco_and_sails(cli, folder, tmp_path,
     said = cli("compile", "ocean_buoys", "--seed", 5, "-o", output)
     assert (said.code, said.err) == (0, "")
     monkeypatch.chdir(tmp_path)
-    named, told = said.out.split(": opens in MuJoCo; ")
+    named, told = said.out.split(": opens in MuJoCo; to sail it: ")
     scene = folder / named
     assert mujoco.MjModel.from_xml_path(str(scene)).nbody > 1
     place = told.split("'")[1]
@@ -137,7 +137,7 @@ def test_the_map_is_drawn_where_it_was_asked(cli, folder):
 
 def test_sensors_without_a_recording_are_refused(cli, folder):
     said = cli("run", "ocean", "--duration", "1", "--sensors", "all")
-    assert said.err.strip() == "--sensors all says what to record: give --record FILE.rrd too"
+    assert said.err.strip() == "--sensors all needs --record FILE.rrd"
     assert said.code == 2
 
 

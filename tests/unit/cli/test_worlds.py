@@ -24,7 +24,7 @@ def test_generate_writes_the_worlds_and_prints_their_coordinates(cli, folder):
         "bay1       1       0",
         "bay2       0       1",
         "bay3       1       1",
-        f"4 worlds in worlds; vrx-mj run {Path('worlds/bay0.yaml')} sails the first",
+        f"4 worlds in worlds; to sail the first: vrx-mj run {Path('worlds/bay0.yaml')}",
     ]
     assert sorted(file.name for file in (folder / "worlds").iterdir()) == [
         *(f"bay{k}.yaml" for k in range(4)),
@@ -73,7 +73,7 @@ def test_a_series_is_made_anew_but_other_files_are_kept(cli, folder):
     (folder / "worlds" / "bay1.yaml").write_text("sea: {gain: 7}\n", encoding="utf-8")
     said = cli("worlds", "generate", "bay.yaml", "-o", "worlds")
     file = Path("worlds/bay1.yaml")
-    told = f"{file} is there already and is no world of a series; choose another folder\n"
+    told = f"{file} exists and is not a world of a series: choose another folder\n"
     assert (said.code, said.err) == (2, told)
     assert (folder / "worlds" / "bay1.yaml").read_text(encoding="utf-8") == "sea: {gain: 7}\n"
 

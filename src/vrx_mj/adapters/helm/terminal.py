@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import select
 import shutil
-import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, Self, TextIO
 
 from vrx_mj.adapters.helm.keys import terminal_keys
 
-__all__ = ["Driven", "Terminal", "ended_by_signals", "status_line"]
+__all__ = ["Driven", "Terminal", "status_line"]
 
 STATUS_PERIOD = 0.2
 """Wall time between status lines [s]."""
@@ -99,21 +96,6 @@ class Terminal:
             self._before = None
 
 
-@contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Let the signals that end a process do so as Ctrl-C does: windows, terminals and servers are put away first."""
-    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {name: signal.signal(getattr(signal, name), _interrupt) for name in names}
-    try:
-        yield
-    finally:
-        for name, handler in before.items():
-            signal.signal(getattr(signal, name), handler)
-
-
 def status_line(status: Sequence[tuple[str, str]], width: int) -> str:
     """The status as one line that fits a terminal's width."""
     return "  ".join(f"{name} {value}" for name, value in status)[: max(0, width - 1)]
@@ -127,7 +109,3 @@ def _foreground(stream: TextIO | None) -> bool:
         return os.tcgetpgrp(stream.fileno()) == os.getpgrp()
     except (OSError, ValueError):  # closed, or no file at all
         return False
-
-
-def _interrupt(_number: int, _frame: Any) -> None:
-    raise KeyboardInterrupt

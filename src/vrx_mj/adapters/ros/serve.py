@@ -216,17 +216,19 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
 
 @contextlib.contextmanager
 def _told(ending: threading.Event) -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM end it as if it were its time."""
+    """Have Ctrl-C and SIGTERM end it as if it were its time; an ignored SIGINT, as in a background job, stays so."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, lambda *_: ending.set()) for number in numbers]
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    heeded = [number for number, handler in before.items() if handler != signal.SIG_IGN]
+    for number in heeded:
+        signal.signal(number, lambda *_: ending.set())
     try:
         yield
     finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
+        for number in heeded:
+            signal.signal(number, before[number])
 
 
 def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:

@@ -6,11 +6,12 @@ import contextlib
 from collections.abc import Callable, Iterator
 
 from vrx_mj.adapters.helm.keys import HELP
-from vrx_mj.adapters.helm.terminal import Terminal, ended_by_signals
+from vrx_mj.adapters.helm.terminal import Terminal
 from vrx_mj.adapters.view.display import no_window
 from vrx_mj.adapters.view.session import Screen, Session, watch
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import ended_by_signals
 
 __all__ = ["view"]
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["BACKENDS", "Attempt", "no_window", "try_backend"]
+__all__ = ["BACKENDS", "Attempt", "has_display", "no_window", "try_backend"]
 
 BACKENDS = ("egl", "osmesa", "glfw")
 """MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
@@ -60,6 +60,13 @@ def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> A
     return Attempt(False, "the picture stays blank" if said == "BLANK" else _last_line(done.stderr) or "no answer")
 
 
+def has_display(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> bool:
+    """Whether there is a display for windows: on Linux the environment names it, elsewhere there always is one."""
+    variables = os.environ if environment is None else environment
+    named = variables.get("DISPLAY") or variables.get("WAYLAND_DISPLAY")
+    return bool(named) or not platform.startswith("linux")
+
+
 def no_window(
     environment: Mapping[str, str] | None = None, platform: str = sys.platform, *, main_thread: bool | None = None
 ) -> str | None:
@@ -73,7 +80,7 @@ def no_window(
     variables = os.environ if environment is None else environment
     if platform == "darwin" and not (_has_main_thread() if main_thread is None else main_thread):
         return "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
-    if platform.startswith("linux") and not (variables.get("DISPLAY") or variables.get("WAYLAND_DISPLAY")):
+    if not has_display(variables, platform):
         return "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
     attempt = try_backend("glfw", variables)
     return None if attempt.works else f"the display cannot draw: {attempt.said}"

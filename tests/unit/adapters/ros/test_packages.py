@@ -14,7 +14,7 @@ from needs import CATKIN, ROS1_MESSAGES, needs, require
 from vrx_mj.adapters.ros import packages
 from vrx_mj.adapters.ros.messages import DEFINITIONS, encode, md5sum, new, service_md5sum
 from vrx_mj.adapters.ros.packages import PYTHON, write_packages
-from vrx_mj.cli.app import app
+from vrx_mj.cli.program import app
 from vrx_mj.errors import NetworkError, VrxError
 
 NAMES = ("gazebo_msgs", "geographic_msgs", "usv_msgs", "vrx_gazebo", "vrx_mj_msgs")

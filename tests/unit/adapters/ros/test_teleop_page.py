@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from vrx_mj.adapters.ros.teleop.web import FILES, PageServer
-from vrx_mj.cli.serve import with_default_port
+from vrx_mj.cli.arguments import with_default_port
 from vrx_mj.errors import NetworkError
 
 URL = "ws://127.0.0.1:9090"

@@ -9,10 +9,11 @@ from typing import Any
 from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands
 from vrx_mj.adapters.helm.keys import HELP
 from vrx_mj.adapters.helm.pilot import Pilot
-from vrx_mj.adapters.helm.terminal import Terminal, ended_by_signals
+from vrx_mj.adapters.helm.terminal import Terminal
 from vrx_mj.adapters.ros.teleop.client import Bridge
 from vrx_mj.adapters.ros.teleop.scene import TWIST, WORLD, Scene
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.signals import ended_by_signals
 
 __all__ = ["Helmsman", "drive", "topics"]
 

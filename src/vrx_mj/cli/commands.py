@@ -1,72 +1,43 @@
-"""The command line: what each command takes, and how errors and warnings reach the screen.
-
-Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C before it began.
-"""
+"""The commands that sail, look and check; `vrx_mj.cli.index` names them."""
 
 import json
-import sys
-import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli import campaign, robot, ros, scoring, serve, teleop, worlds
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import console, print_summary, warn_once
-from vrx_mj.errors import CommandError, DivergedError, RecordError, VrxError
+from vrx_mj.cli.screen import print_summary
+from vrx_mj.errors import CommandError, RecordError
 
-app = typer.Typer(
-    name="vrx-mj",
-    help="Simulates unmanned surface vessels: the worlds, boats and habits of VRX, without ROS and Gazebo.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-app.add_typer(robot.app)
-app.add_typer(ros.app)
-app.add_typer(worlds.app)
-app.command()(scoring.score)
-app.command()(campaign.campaign)
-app.command()(ros.convert)
-app.command()(serve.serve)
-app.command()(teleop.teleop)
-
-World = Annotated[str, typer.Argument(help="Name of a world (see [b]vrx-mj list worlds[/]) or path of its YAML file.")]
+World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
-Seed = Annotated[int | None, typer.Option(help="Instead of the world's seed.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
 Packages = Annotated[
     list[Path] | None,
-    typer.Option("--package-path", help="A ROS package of a robot's files, or a folder of some.", callback=look_in),
+    typer.Option(
+        "--package-path",
+        metavar="<folder>",
+        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
+        callback=look_in,
+    ),
 ]
 BagFile = Annotated[
-    Path | None, typer.Option(help="Write ROS's topics into a .bag (ROS 1), an .mcap, or a folder (rosbag2).")
+    Path | None, typer.Option(help="Write the ROS topics to a bag: .bag (ROS 1), .mcap, or a folder (rosbag2).")
 ]
 BagTopics = Annotated[
     list[str] | None,
-    typer.Option(help="Write these images and point clouds into the bag too, as '/wamv/sensors/cameras/*'."),
+    typer.Option(
+        metavar="<topic>",
+        help="Write these images and point clouds to the bag too, as in '/wamv/sensors/cameras/*'; may be repeated.",
+    ),
 ]
-Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
+Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
 
 
-def main() -> None:
-    """Run the command line; every error that a user can cause is one message, without a traceback."""
-    warnings.showwarning = warn_once()
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
-    try:
-        app(serve.with_default_port(sys.argv[1:]), prog_name="vrx-mj")
-    except VrxError as error:
-        console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
-        raise SystemExit(1 if isinstance(error, DivergedError) else 2) from None
-
-
-@app.command("compile")
 def compile_(
     world: World,
     output: Output,
@@ -75,7 +46,7 @@ def compile_(
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
-    """Compile a world to MJCF that plain MuJoCo opens, with the assets it needs beside it.
+    """Compile a world to MJCF that plain MuJoCo opens. The assets it needs are written beside it.
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
@@ -84,10 +55,9 @@ def compile_(
     compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge)
     with writing("the world", output):
         scene = compiled.save(output)
-    typer.echo(f"{scene}: opens in MuJoCo; vrx_mj.Simulation.load('{output}') sails it")
+    typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
 
 
-@app.command()
 def run(
     world: World,
     fleet: Fleet = None,
@@ -97,26 +67,30 @@ def run(
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     control: Annotated[
-        str | None, typer.Option(help="module:function(obs, t), 10 times a second; not the fleet's.")
+        str | None, typer.Option(help="Controller, as module:function; replaces those that the fleet names.")
     ] = None,
-    thrust: Annotated[str | None, typer.Option(help="Steady commands: left=0.5,right=0.5; N in profile vrx3.")] = None,
+    thrust: Annotated[
+        str | None, typer.Option(help="Constant commands, as in left=0.5,right=0.5; in N in profile vrx3.")
+    ] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
-        str | None, typer.Option(help="Record these sensors too, as in wamv1:front_left_camera@5,lidar_wamv; or all.")
+        str | None, typer.Option(help="Record sensors too: all, or as in wamv1:front_left_camera@5,lidar_wamv (@: Hz).")
     ] = None,
     bag: BagFile = None,
     topic: BagTopics = None,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
-    """Sail a world, and tell at the end where the boats are, and the score of its task.
+    """Sail a world, and print where the boats end and how the task is scored.
+
+    Ctrl-C or SIGTERM ends the run early: the recording, the bag and the summary are written, and the exit code is 1.
 
     Example: vrx-mj run example_course --fleet trio --duration 60 --seed 7 --record run.rrd
     """
     from vrx_mj.cli.sailing import sail
 
-    _check_paired("--sensors", sensors, "what to record: give --record FILE.rrd too", record)
-    _check_paired("--topic", topic[0] if topic else None, "what to write into a bag: give --bag FILE too", bag)
+    _check_paired("--sensors", sensors, "--record FILE.rrd", record)
+    _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
@@ -128,37 +102,42 @@ def run(
     if summary is not None:
         with writing("the summary", summary):
             summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
-    _tell_files(record, bag)
+    _print_files(record, bag)
     if result.interrupted:
         raise SystemExit(1)
 
 
 def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:
     if value is not None and file is None:
-        raise CommandError(f"{option} {value} says {needs}")
+        raise CommandError(f"{option} {value} needs {needs}")
 
 
-def _tell_files(record: Path | None, bag: Path | None) -> None:
+def _print_files(record: Path | None, bag: Path | None) -> None:
     if record is not None:
-        typer.echo(f"recording: {record}; vrx-mj replay {record} opens it")
+        typer.echo(f"recording: {record}; to open it: vrx-mj replay {record}")
     if bag is not None:
         typer.echo(f"bag: {bag}")
 
 
-@app.command()
 def view(
     world: World,
     fleet: Fleet = None,
-    boat: Annotated[str | None, typer.Option(help="The boat that the keys drive first; default: the first.")] = None,
+    boat: Annotated[
+        str | None, typer.Option(help="The boat that the keyboard drives at first; default: the first one.")
+    ] = None,
     pace: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
     seed: Seed = None,
-    control: Annotated[str | None, typer.Option(help="module:function, steers boats no key has driven.")] = None,
-    thrust: Annotated[str | None, typer.Option(help="Steady commands until a key is pressed.")] = None,
-    browser: Annotated[bool, typer.Option("--browser", help="In a browser, even where there is a display.")] = False,
+    control: Annotated[
+        str | None, typer.Option(help="Controller, as module:function, of boats that no key has driven.")
+    ] = None,
+    thrust: Annotated[str | None, typer.Option(help="Constant commands until a key is pressed.")] = None,
+    browser: Annotated[
+        bool, typer.Option("--browser", help="Open in a browser, even where there is a display.")
+    ] = False,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
-    """Watch a world live and drive its boats by keys; without a display, in a browser on this machine.
+    """Watch a world live, and drive its boats with the keyboard. Without a display it opens in a browser.
 
     Example: vrx-mj view example_course --fleet trio --boat wamv2
     """
@@ -172,7 +151,6 @@ def view(
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, tell=typer.echo)
 
 
-@app.command()
 def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")]) -> None:
     """Open a recording in rerun's viewer.
 
@@ -185,12 +163,11 @@ def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")
     raise SystemExit(open_viewer(recording))
 
 
-@app.command()
 def compare(
     first: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
-    second: Annotated[Path, typer.Argument(help="Another one.")],
+    second: Annotated[Path, typer.Argument(help="The recording to compare with (.rrd).")],
 ) -> None:
-    """Say whether two recordings hold the same motion to the last bit, or when and where they part.
+    """Compare the motion in two recordings, to the last bit. Exit code 1: it differs; when and where is printed.
 
     Example: vrx-mj compare monday.rrd tuesday.rrd
     """
@@ -202,13 +179,16 @@ def compare(
         raise SystemExit(1)
 
 
-@app.command("list")
 def list_(
-    kind: Annotated[str, typer.Argument(help="worlds, fleets, robots, objects, docks or tasks.")] = "worlds",
-    names: Annotated[str, typer.Argument(help="Only names like this; * stands for anything.")] = "*",
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="What each is, too.")] = False,
+    kind: Annotated[
+        str, typer.Argument(help="What to list: worlds, fleets, robots, objects, docks or tasks.")
+    ] = "worlds",
+    names: Annotated[str, typer.Argument(help="Only names that match this pattern; * matches anything.")] = "*",
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Describe each one.")] = False,
 ) -> None:
-    """List what has a name: what is installed, and what VRX_MJ_PATH and the current folder add.
+    """List worlds, fleets, robots, objects, docks or tasks.
+
+    The list holds what is installed and what VRX_MJ_PATH and the current folder add.
 
     Example: vrx-mj list worlds 'vrx2022/*' --verbose
     """
@@ -216,7 +196,6 @@ def list_(
         typer.echo(line)
 
 
-@app.command("map")
 def map_(
     world: World,
     output: Output = Path("map.png"),
@@ -224,7 +203,7 @@ def map_(
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
-    """Draw what a world looks like from above: shore, docks, objects, boats, the course of its task, wind and waves.
+    """Draw a world as seen from above. The map shows shore, docks, objects, boats, the task's course, wind and waves.
 
     Example: vrx-mj map example_course --fleet trio -o map.png
     """
@@ -237,12 +216,11 @@ def map_(
     typer.echo(f"map: {output}")
 
 
-@app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help=f"{', '.join(NEW_KINDS)} or robot.")],
-    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; of a robot, of its folder.")],
+    kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
+    name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
 ) -> None:
-    """Copy a commented start file into the current folder; for a robot, a folder with two.
+    """Copy a commented start file into the current folder. For a robot that is a folder with two files.
 
     Example: vrx-mj new world my_bay
     """
@@ -255,13 +233,12 @@ def new(
     typer.echo(f"{copy_start_file(kind, name)}: edit it, then use it by its path")
 
 
-@app.command()
 def doctor(
-    world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet, for serving it.")] = None,
+    world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet.")] = None,
     fleet: Fleet = None,
-    json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
+    json_: Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")] = None,
 ) -> None:
-    """Look at what is installed, try what can be tried, and say what to do where something does not work.
+    """Check what is installed and what works on this machine. What does not work comes with what to do about it.
 
     Example: vrx-mj doctor example_course --fleet trio --json doctor.json
     """
@@ -278,19 +255,18 @@ def doctor(
         with writing("the rows", json_):
             json_.write_text(json.dumps(as_json(rows), indent=1) + "\n", encoding="utf-8")
     if world is not None:
-        typer.echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no mistakes found' if sound(rows) else 'see above'}")
+        typer.echo(f"{world}{f' with {fleet}' if fleet else ''}: {'no errors found' if sound(rows) else 'see above'}")
     if not (healthy(rows) and sound(rows)):
         raise SystemExit(1)
 
 
-@app.command()
 def bench(
-    json_: Annotated[Path | None, typer.Option("--json", help="Write the rows as JSON.")] = None,
+    json_: Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")] = None,
     fleet_table: Annotated[
-        bool, typer.Option("--fleet-table", help="Instead: what 1 to 3000 boats take, beside VRX's figures.")
+        bool, typer.Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, beside VRX's figures.")
     ] = False,
 ) -> None:
-    """Measure what this machine does, against the budgets. Takes one or two minutes.
+    """Measure the speed of this machine against the budgets. It takes one or two minutes.
 
     Example: vrx-mj bench --json bench.json
     """

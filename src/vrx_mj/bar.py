@@ -1,0 +1,91 @@
+"""How far long work has come: a bar with the time left in a terminal, a line every ten seconds elsewhere."""
+
+import shutil
+import sys
+import time
+from typing import ClassVar, Self, TextIO
+
+__all__ = ["Bar"]
+
+LINE_PERIOD = 10.0
+"""Wall time between two lines where nobody watches [s]."""
+DRAW_PERIOD = 0.1
+"""Wall time between two drawings of the bar [s], at least."""
+WIDTH = 24
+"""Of the bar, in characters."""
+COLORS = {"yellow": 33, "red": 31}
+CLEAR = "\r\x1b[K"
+
+
+class Bar:
+    """Work of a known amount, which goes on below whatever is printed meanwhile; of two bars the later one is drawn.
+
+    Work of less than ten seconds prints nothing where the stream is not a terminal.
+    """
+
+    _open: ClassVar[list["Bar"]] = []
+
+    def __init__(self, what: str, total: float, unit: str = "", stream: TextIO | None = None) -> None:
+        """Begin the work `what`, which is done when `total` of a unit are."""
+        self._what, self._total, self._unit = what, total, unit
+        self._stream = sys.stderr if stream is None else stream
+        self.watched = self._stream.isatty()
+        """Whether the stream is a terminal."""
+        self._done, self._note = 0.0, ""
+        self._begun = self._shown = time.monotonic()
+
+    def __enter__(self) -> Self:
+        self._open.append(self)
+        if self.watched:
+            self._draw()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.remove(self)
+        if self.watched:
+            self._write(CLEAR)
+
+    def update(self, done: float, note: str = "") -> None:
+        """Show that so much is done, and a note beside it."""
+        self._done, self._note = done, note
+        if self._open[-1:] != [self]:
+            return
+        now = time.monotonic()
+        if now - self._shown >= (DRAW_PERIOD if self.watched else LINE_PERIOD):
+            self._shown = now
+            self._draw()
+
+    def print(self, line: str, color: str | None = None) -> None:
+        """Print a line; in a terminal above the bar, in a color."""
+        if not self.watched:
+            self._write(f"{line}\n")
+            return
+        self._write(f"{CLEAR}\x1b[{COLORS[color]}m{line}\x1b[0m\n" if color else f"{CLEAR}{line}\n")
+        self._draw()
+
+    def _draw(self) -> None:
+        total = max(self._total, self._done)
+        share = self._done / total if total > 0.0 else 0.0
+        how_far = f"{self._done:.0f} of {total:.0f}{self._unit and f' {self._unit}'}"
+        left = self._left(total)
+        if not self.watched:
+            parts = [how_far, *([f"{left} left"] if left else []), *([self._note] if self._note else [])]
+            self._write(f"{self._what}: {', '.join(parts)}\n")
+            return
+        filled = round(WIDTH * share)
+        text = f"{self._what} [{'#' * filled}{'.' * (WIDTH - filled)}] {how_far}"
+        text += f"  {left} left" * bool(left) + f"  {self._note}" * bool(self._note)
+        self._write(f"{CLEAR}{text[: max(20, shutil.get_terminal_size().columns - 1)]}")
+
+    def _left(self, total: float) -> str:
+        """The time left, as m:ss, if the rest takes as long as what is done; nothing is known at the beginning."""
+        spent = time.monotonic() - self._begun
+        if self._done <= 0.0 or spent < 1.0:
+            return ""
+        seconds = round(spent / self._done * (total - self._done))
+        minutes, hours = seconds // 60, seconds // 3600
+        return f"{hours}:{minutes % 60:02}:{seconds % 60:02}" if hours else f"{minutes}:{seconds % 60:02}"
+
+    def _write(self, text: str) -> None:
+        self._stream.write(text)
+        self._stream.flush()
