@@ -4,6 +4,7 @@ Run by hand after the catalogue has changed: `python tools/gallery.py` (3 minute
 `vrx-mj doctor`). `python tools/gallery.py --text` writes the page alone.
 """
 
+import functools
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +13,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.objects import ObjectConfig, load_object
+from vrx_mj.config.objects import ObjectConfig
+from vrx_mj.config.objects import load_object as load
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -22,11 +24,13 @@ FOLDER = "gallery"
 """Of the pictures, in docs."""
 HEAD = """# Gallery
 
-Everything in the catalogue, drawn by vrx_mj's own camera and map. Names are those that YAML files use: `model:` of an object, `layout:` of a dock,
-`robot:` of a boat, `extends:` and `vrx-mj run` of a world. `vrx-mj list KIND --verbose` prints the same lists with your own files.
+Everything in the catalogue, drawn by vrx_mj's own camera and map. Names are those that YAML files use: `model:` of an
+object, `layout:` of a dock, `robot:` of a boat, `extends:` of a world. `vrx-mj list KIND --verbose` prints the same
+lists with your own files.
 
 This page is written by `tools/gallery.py`.
 """
+load_object = functools.cache(load)
 LIGHTS = "robotx_light_buoy"
 
 
@@ -127,7 +131,7 @@ def _section(sheet: Sheet, descriptions: Mapping[str, str]) -> str:
 
 
 def _world_parts() -> Iterator[str]:
-    yield "Views 5 s after the start, from behind the boat.\n"
+    yield "Views 5 s after the start, from behind the boat. A world without a sea is drawn without water.\n"
     yield f"![{VIEWS.title}]({VIEWS.file})\n"
     for name in VIEWS.names:
         yield f"### {name}\n"
@@ -137,8 +141,8 @@ def _world_parts() -> Iterator[str]:
 
 def _competition_parts() -> Iterator[str]:
     yield (
-        "VRX's published worlds of practice and competition. Worlds of one task differ in the sea, the wind, the fog and the places of things;\n"
-        "the maps are those of the first one. Tasks and scores: [tasks.md](tasks.md).\n"
+        "VRX's published worlds of practice and competition. Worlds of one task differ in the sea, the wind, the fog\n"
+        "and the places of things; the maps are those of the first one. Tasks and scores: [tasks.md](tasks.md).\n"
     )
     worlds = competition_worlds()
     for sheet in competition_sheets():

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
+import matplotlib as mpl
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,8 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.camera import Cameras
 
 __all__ = [
-    "COLUMNS", "WIDE", "Tile", "course_tile", "draw_sheet", "large_map", "map_tile", "sheet_size", "stage_tiles", "view_tile",
+    "COLUMNS", "WIDE", "Tile", "course_tile", "draw_sheet", "large_map", "map_tile", "sheet_size", "stage_tiles",
+    "view_tile",
 ]  # fmt: skip
 
 FloatArray = npt.NDArray[np.float64]
@@ -81,7 +82,7 @@ def draw_sheet(tiles: Mapping[str, Tile], path: Path, columns: int = COLUMNS) ->
 
 
 def _font(points: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), points)
+    return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), points)
 
 
 def _lines(name: str, width: int) -> list[tuple[str, int]]:
@@ -101,7 +102,10 @@ def _lines(name: str, width: int) -> list[tuple[str, int]]:
 
 
 def stage_tiles(
-    things: Mapping[str, str], azimuth: Mapping[str, float], elevation: Mapping[str, float], tile: tuple[int, int] = TILE
+    things: Mapping[str, str],
+    azimuth: Mapping[str, float],
+    elevation: Mapping[str, float],
+    tile: tuple[int, int] = TILE,
 ) -> dict[str, Tile]:
     """Draw each thing alone on a slight sea, after it has come to rest.
 
@@ -166,8 +170,9 @@ class _Stage:
         """Draw what a camera at `eye` [m] with axes (3, 3) sees."""
         width, height = FINER * size[0], FINER * size[1]
         camera = CameraConfig(
-            name="gallery", link="base_link", width=width, height=height, noise=0.0, horizontal_fov=lens, near=0.01, far=2000.0
-        )
+            name="gallery", link="base_link", width=width, height=height, noise=0.0,
+            horizontal_fov=lens, near=0.01, far=2000.0,
+        )  # fmt: skip
         rgb = self._cameras.image(camera, self._data, eye, axes, self._time).rgb
         return Image.fromarray(rgb).resize(size, Image.Resampling.LANCZOS)
 
@@ -215,8 +220,8 @@ def view_tile(world: Any, size: tuple[int, int] = TILE) -> Tile:
     yaw = _bearing(map_of(world), place, boat.heading)
     reach = stage.reach(place)
     ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    eye = place + reach * (-2.2 * ahead + [0.0, 0.0, 1.1]) + 0.7 * reach * np.array([-ahead[1], ahead[0], 0.0])
-    axes = np.array(rotation(0.0, 0.22, yaw - 0.12))
+    eye = place + reach * (-2.6 * ahead + [0.0, 0.0, 1.1]) + 0.7 * reach * np.array([-ahead[1], ahead[0], 0.0])
+    axes = np.array(rotation(0.0, 0.24, yaw - 0.12))
     return stage.picture(eye, axes, size, 1.1)
 
 
