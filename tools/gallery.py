@@ -192,7 +192,7 @@ def _draw_things(pictures: Any) -> None:
     sheets = list(object_sheets())
     courses = sheets.pop()
     things = {name: "object" for sheet in sheets for name in sheet.names}
-    azimuth = {name: 205.0 if name.startswith("dock_20") else -60.0 for name in things}
+    azimuth = {name: 25.0 if name.startswith("dock_20") else -60.0 for name in things}
     elevation = {name: 28.0 if name.startswith("dock_20") else 16.0 for name in things}
     tiles = pictures.stage_tiles(things, azimuth, elevation)
     for sheet in sheets:
@@ -200,7 +200,7 @@ def _draw_things(pictures: Any) -> None:
     pictures.draw_sheet({name: pictures.course_tile(name) for name in courses.names}, DOCS / courses.file)
     docks = dict.fromkeys(DOCKS.names, "dock")
     pictures.draw_sheet(
-        pictures.stage_tiles(docks, dict.fromkeys(docks, 205.0), dict.fromkeys(docks, 28.0)), DOCS / DOCKS.file
+        pictures.stage_tiles(docks, dict.fromkeys(docks, 25.0), dict.fromkeys(docks, 28.0)), DOCS / DOCKS.file
     )
     robots = dict.fromkeys(ROBOTS.names, "robot")
     tiles = pictures.stage_tiles(robots, dict.fromkeys(robots, -40.0), dict.fromkeys(robots, 14.0), pictures.WIDE)

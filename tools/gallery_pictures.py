@@ -131,9 +131,10 @@ def _stage(things: Mapping[str, str], places: Mapping[str, FloatArray]) -> Any:
         x, y, _ = places[name].tolist()
         if kind == "object":
             height = next((z for stem, z in HEIGHTS.items() if name.startswith(stem)), 0.0)
-            world["objects"].append({"name": f"the_{name}", "model": name, "pose": [x, y, height, 0, 0, 0]})
+            yaw = math.pi if name.startswith("dock_20") else 0.0  # their bays open to the sun
+            world["objects"].append({"name": f"the_{name}", "model": name, "pose": [x, y, height, 0, 0, yaw]})
         elif kind == "dock":
-            world["docks"].append({"name": f"the_{name}", "layout": name, "pose": [x, y, 0.25, 0, 0, 0]})
+            world["docks"].append({"name": f"the_{name}", "layout": name, "pose": [x, y, 0.25, 0, 0, math.pi]})
         else:
             boats.append({"name": f"the_{name}", "robot": name, "pose": [x, y, 0.1, 0, 0, 0]})
     boats = boats or [{"name": "away", "robot": "wamv", "pose": [-SPACING, -SPACING, 0.1, 0, 0, 0], "sensors": "none"}]
@@ -196,15 +197,22 @@ class _Stage:
         """Where the camera must be [m] so that all corners are in its picture, and in the middle of it."""
         half = np.array([math.tan(LENS / 2), math.tan(LENS / 2) * size[1] / size[0]]) / ROOM
         ahead, *across = (corners @ axes).T
-        eye = np.zeros(3)
-        distances = []
-        for axis, (offset, slope) in enumerate(zip(across, half, strict=True), start=1):
-            # offset_i - c <= slope (ahead_i + d) on both sides
+        distance = -math.inf
+        for offset, slope in zip(across, half, strict=True):
+            # |offset - c| <= slope (ahead + distance) for all corners and the best c
             high, low = np.max(offset - slope * ahead), np.max(-offset - slope * ahead)
-            distances.append((high + low) / (2.0 * slope))
-            eye[axis] = (high - low) / 2.0
-        eye[0] = -max(distances)
-        return axes @ eye
+            distance = max(distance, float(high + low) / (2.0 * slope))
+        return axes @ np.array([-distance, *(_middle(offset, ahead + distance) for offset in across)])
+
+
+def _middle(offset: FloatArray, depth: FloatArray) -> float:
+    """Where an eye must be across its view [m] for points at `depth` [m] to be as far to one side as to the other."""
+    low, high = float(offset.min()), float(offset.max())
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        slopes = (offset - middle) / depth
+        low, high = (middle, high) if slopes.max() > -slopes.min() else (low, middle)
+    return (low + high) / 2.0
 
 
 # Worlds
