@@ -187,10 +187,6 @@ def _in_kernel(text: str, line: int) -> bool:
 def _imported(file: Path) -> Iterator[str]:
     kernels = re.compile(rf"vrx_mj\.({'|'.join(KERNELS)})")
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if (
-            isinstance(node, ast.ImportFrom)
-            and node.module
-            and re.match(rf"vrx_mj\.({'|'.join(KERNELS)})", node.module)
-        ):
-            yield (node.module or "").rpartition(".")[2]
+        if isinstance(node, ast.ImportFrom) and node.module and kernels.match(node.module):
+            yield node.module.rpartition(".")[2]
             yield from (alias.name for alias in node.names)
