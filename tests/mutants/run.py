@@ -32,24 +32,23 @@ TIMEOUTS = {"nearest": 300.0, "own": 900.0, "tier": 3600.0}
 ALIVE = "alive"
 
 
-def tests_of(stage: str, mutant: Mutant, tier: Sequence[str]) -> list[str]:
-    """The arguments of pytest for a stage: files, folders and marks."""
+def tests_of(stage: str, mutant: Mutant) -> list[str]:
+    """Files and folders of tests."""
     if stage == "tier":
-        return ["tests", *tier]
+        return ["tests"]
     return nearest_tests(mutant) if stage == "nearest" else own_tests(mutant)
 
 
-def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], tier: Sequence[str]) -> dict[str, object]:
+def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], marks: str) -> dict[str, object]:
     """Run the stages until one kills the mutant."""
     row: dict[str, object] = {"id": mutant.id, "package": mutant.package, "file": mutant.file, "killed": ALIVE}
-    scratch.check_clean(mutant.package, own_tests(mutant), TIMEOUTS["own"])
     begun, before = time.perf_counter(), None
     with scratch.holding(mutant):
         for stage in stages:
-            arguments = tests_of(stage, mutant, tier)
+            arguments = tests_of(stage, mutant)
             if not arguments or arguments == before:
                 continue
-            result, test = scratch.run_tests(arguments, TIMEOUTS[stage])
+            result, test = scratch.run_tests([*arguments, "-m", marks], TIMEOUTS[stage])
             before = arguments
             if result != "passed":
                 row |= {"killed": stage, "how": result, "test": test}
@@ -87,7 +86,8 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--ids", nargs="+", default=[], metavar="ID")
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--tier", nargs="+", default=["-m", "not slow"], help="options of pytest for the last stage")
+    parser.add_argument("--marks", default="not slow", help="which tests count, as pytest's -m; default: %(default)s")
+    parser.add_argument("--unchecked", action="store_true", help="do not run tests without a mutant first")
     parser.add_argument("--out", type=Path, default=Path("mutants"), help="writes OUT.json and OUT.txt")
     return parser.parse_args(arguments)
 
@@ -104,7 +104,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         def attempt(mutant: Mutant) -> dict[str, object]:
             scratch = free.get()
             try:
-                return tried(mutant, scratch, options.stages, options.tier)
+                if not options.unchecked:
+                    scratch.check_clean(mutant.package, [*own_tests(mutant), "-m", options.marks], TIMEOUTS["own"])
+                return tried(mutant, scratch, options.stages, options.marks)
             finally:
                 free.put(scratch)
 

@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
+from numba.core.caching import _CacheLocator
+
 from mutants.catalogue import ROOT, Mutant
 
 KERNELS = ("physics", "sensors", "runtime")
@@ -68,6 +70,7 @@ class Scratch:
                 (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.tree / name)
         self._hash = _source_hash(self.tree)
+        self._take_kernels()
         self._clean: set[str] = set()
 
     def check_clean(self, package: str, arguments: Sequence[str], timeout: float) -> None:
@@ -77,6 +80,15 @@ class Scratch:
             if result != "passed":
                 raise RuntimeError(f"the tests of {package} fail without a mutant: {test or result}")
             self._clean.add(package)
+
+    def _take_kernels(self) -> None:
+        """Begin with the kernels that the checkout has compiled: numba names folders after those of the sources."""
+        there = _kernel_module().cache_folder()
+        for folder in {file.parent for file in (self.tree / "src").rglob("*.py")}:
+            source = ROOT / folder.relative_to(self.tree)
+            names = [_CacheLocator.get_suitable_cache_subpath(str(place / "x.py")) for place in (source, folder)]
+            if there is not None and there.name == self._hash and (there / names[0]).is_dir():
+                shutil.copytree(there / names[0], self.cache / self._hash / names[1])
 
     @contextmanager
     def holding(self, mutant: Mutant) -> Iterator[None]:
@@ -135,24 +147,18 @@ def _forget_bytecode(file: Path) -> None:
 
 
 def _source_hash(tree: Path) -> str:
-    return str(_kernel_module(tree).source_hash())
+    module = _kernel_module()
+    module.__file__ = str(tree / "src/vrx_mj/physics/kernel.py")  # beside it are the sources that count
+    return str(module.source_hash())
 
 
-def _kernel_module(tree: Path) -> ModuleType:
-    """The copy's own `vrx_mj.physics.kernel`, which knows what the folder of its kernels is called."""
-    spec = importlib.util.spec_from_file_location("scratch_kernel", tree / "src/vrx_mj/physics/kernel.py")
+def _kernel_module() -> ModuleType:
+    """The checkout's `vrx_mj.physics.kernel`, which knows what the folder of compiled kernels is called."""
+    spec = importlib.util.spec_from_file_location("kernels", ROOT / "src/vrx_mj/physics/kernel.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    before = os.environ.get("VRX_MJ_CACHE")
-    os.environ["VRX_MJ_CACHE"] = str(tree.parent / "kernels")
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        if before is None:
-            del os.environ["VRX_MJ_CACHE"]
-        else:
-            os.environ["VRX_MJ_CACHE"] = before
+    spec.loader.exec_module(module)
     return module
 
 

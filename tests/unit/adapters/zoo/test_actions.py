@@ -4,9 +4,9 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="the extra rl is not installed")
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from vrx_mj.adapters.zoo.actions import ActionError, Actions  # noqa: E402
+from vrx_mj.adapters.zoo.actions import ActionError, Actions
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
 LARGEST = np.array([[-100.0, 250.0], [-1.0, 1.0], [-1.0, 1.0]])

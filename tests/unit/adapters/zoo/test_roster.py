@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="the extra rl is not installed")
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from vrx_mj.adapters.zoo.roster import FREE, Roster  # noqa: E402
+from vrx_mj.adapters.zoo.roster import FREE, Roster
 
 BOATS, MOST = 4, 40
 

@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="the extra rl is not installed")
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from vrx_mj.adapters.zoo.score import Score  # noqa: E402
-from vrx_mj.adapters.zoo.team import Team  # noqa: E402
+from vrx_mj.adapters.zoo.score import Score
+from vrx_mj.adapters.zoo.team import Team
 
 GOING = np.ones(1, bool)
 
