@@ -6,9 +6,7 @@ import importlib.util
 import os
 import re
 import shutil
-import signal
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +15,7 @@ from types import ModuleType
 from numba.core.caching import _CacheLocator
 
 from mutants.catalogue import ROOT, Mutant
+from mutants.forks import run_pytest
 
 KERNELS = ("physics", "sensors", "runtime")
 """Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
@@ -73,10 +72,10 @@ class Scratch:
         self._take_kernels()
         self._clean: set[str] = set()
 
-    def check_clean(self, package: str, arguments: Sequence[str], timeout: float) -> None:
+    def check_clean(self, package: str, arguments: Sequence[str], limit: float) -> None:
         """Once for each package: its tests pass where nothing is wrong, which compiles the kernels that they call."""
         if package not in self._clean:
-            result, test = self.run_tests(arguments, timeout)
+            result, test = self.run_tests(arguments, limit)
             if result != "passed":
                 raise RuntimeError(f"the tests of {package} fail without a mutant: {test or result}")
             self._clean.add(package)
@@ -114,27 +113,17 @@ class Scratch:
             if own.name != self._hash:
                 shutil.rmtree(own, ignore_errors=True)
 
-    def run_tests(self, arguments: Sequence[str], timeout: float) -> tuple[str, str]:
-        """Run pytest in the copy until a test fails: `passed`, `failed` or `timeout`, and the test."""
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", "--no-header", "-rfE"]
-        environment = os.environ | {
-            "PYTHONPATH": str(self.tree / "src"),
-            "VRX_MJ_CACHE": str(self.cache),
-            "PYTHONHASHSEED": "0",
-        }
-        process = subprocess.Popen(
-            [*command, *arguments], cwd=self.tree, env=environment, encoding="utf-8", start_new_session=True,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        try:
-            output, _ = process.communicate(timeout=timeout)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-            return "timeout", ""
-        if process.returncode not in {0, 1, 2, 5}:
-            raise RuntimeError(f"pytest ended with {process.returncode}:\n{output[-4000:]}")
-        if process.returncode in {0, 5}:  # 5: no test was chosen
+    def run_tests(self, arguments: Sequence[str], limit: float) -> tuple[str, str]:
+        """Run pytest in the copy until a test fails: `passed`, `failed` or `endless`, and the test."""
+        log = self.tree.parent / "pytest.log"
+        plain = ["-x", "-q", "-n0", "-p", "no:cacheprovider", "--no-header", "-rfE", f"--rootdir={self.tree}"]
+        code = run_pytest([*plain, *arguments], self.tree, self.cache, log, limit)
+        if code is None:
+            return "endless", ""
+        output = log.read_text(encoding="utf-8", errors="replace")
+        if code not in {0, 1, 2, 5}:
+            raise RuntimeError(f"pytest ended with {code}:\n{output[-4000:]}")
+        if code in {0, 5}:  # 5: no test was chosen
             return "passed", ""
         found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
         return "failed", found.group(1) if found else ""
