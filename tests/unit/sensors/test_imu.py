@@ -72,6 +72,12 @@ def test_the_rate_is_the_turn_between_the_two_in_the_sensors_axes(axis):
     assert inertia(CONFIG, at(*angles), at(), H, DOWN, DRAW).angular_velocity == pytest.approx(spin)
 
 
+def test_a_heeled_sensor_that_turns_about_the_vertical_feels_it_in_its_own_axes():
+    """A yaw rate r at a roll of 0.3 rad is r sin 0.3 about the sensor's y and r cos 0.3 about its z."""
+    found = inertia(CONFIG, at(roll=0.3, yaw=1.05), at(roll=0.3, yaw=1.0), H, DOWN, DRAW).angular_velocity
+    assert found == pytest.approx((0.0, 0.05 / H * math.sin(0.3), 0.05 / H * math.cos(0.3)))
+
+
 def test_the_rate_is_right_across_the_seam_of_quaternions():
     before, now = at(yaw=math.pi - 0.01), at(yaw=-math.pi + 0.01)
     assert inertia(CONFIG, now, before, H, DOWN, DRAW).angular_velocity == pytest.approx((0, 0, 0.02 / H))

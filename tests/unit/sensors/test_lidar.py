@@ -243,6 +243,13 @@ def test_noise_that_carries_a_return_out_of_the_range_drops_it_from_a_cloud():
     assert len(cloud.ring) == len(cloud.intensity) == len(cloud.points)
 
 
+def test_noise_that_carries_a_return_before_the_range_drops_it_from_a_cloud():
+    model, data = walled()
+    cloud = lidar(model, VLP16, range=(49.999999, 60.0), noise=0.5).scan(data, KEY, 0)
+    assert len(cloud.points) == pytest.approx(15000, abs=400)
+    assert np.linalg.norm(cloud.points, axis=1).min() > 49.9999
+
+
 # Planar lidars
 
 

@@ -89,6 +89,15 @@ def test_wayfinding_gains_what_it_comes_nearer_and_goes_on(sea):
     assert problem.facts()["reached"][0] == 3
 
 
+def test_after_a_waypoint_the_way_to_the_next_one_counts(sea):
+    problem, _ = begun(Wayfinding, sea)
+    first, second = problem._points[0, :2]
+    problem.judge(at(*first), GOING)
+    error = pose_error(at(*first), *(second[k : k + 1] for k in range(3)))[0]
+    assert problem.facts()["pose_error"][0] == pytest.approx(error)
+    assert problem.judge(at(*first), GOING).reward[0] == pytest.approx(0, abs=1e-12)  # it came no nearer
+
+
 def gate(problem, number, along, aside):
     x, y, course = problem._gates[0, number]
     return at(x + along * math.cos(course) - aside * math.sin(course),
@@ -104,6 +113,15 @@ def test_gates_are_passed_between_their_ends_only(sea):
     assert (problem.facts()["passed"][0], problem.facts()["missed"][0]) == (4, 2)
     assert [round(reward) for reward in rewards] == [2, 3, -2, 2, -2, 2]
     assert problem.judge(gate(problem, COUNT - 1, 1.0, 0.0), GOING).done[0]
+
+
+@pytest.mark.parametrize(("before", "after", "passed"), [(4.0, 7.0, False), (7.0, 4.0, False), (4.0, 5.9, True)])
+def test_what_counts_is_where_the_line_between_the_ends_is_crossed(sea, before, after, passed):
+    """Half way between two places, a gate 10 m wide is crossed up to 5 m beside its middle."""
+    problem, _ = begun(FollowPath, sea)
+    problem.judge(gate(problem, 0, -0.3, before), GOING)
+    problem.judge(gate(problem, 0, 0.3, after), GOING)
+    assert problem.facts()["passed"][0] == passed
 
 
 def test_backwards_through_a_gate_is_nothing(sea):

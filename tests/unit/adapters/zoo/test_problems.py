@@ -193,6 +193,19 @@ def test_who_stands_on_holds_course_and_speed():
     assert reward_without_goals(problem, slower)[1] == pytest.approx(-0.05)
 
 
+def test_who_stood_on_for_half_of_the_time_gets_half_of_the_score():
+    """15 degrees to starboard all the way: half of a departure that is readily apparent."""
+    way = [[(0, y - 25.0, NORTH, 1.5), (-y, 0, WEST - math.radians(15), 1.5)] for y in np.arange(-27, 27, 0.15)]
+    problem = encounter(CROSSING)
+    problem._closest[:] = 1e3
+    for spots in way[:60]:  # while the other is farther than where it may act
+        problem.judge(team(spots), GOING)
+    assert problem._held[0, 1] / problem._steps[0] == pytest.approx(0.5)
+    for spots in way[60:]:
+        problem.judge(team(spots), GOING)
+    assert problem.facts()["score"][0, 1] == pytest.approx(0.5)
+
+
 def test_near_by_the_stand_on_vessel_may_act_but_not_to_port():
     problem = encounter(CROSSING)
     near = [(0, -9, NORTH, 1.5), (9, 0, WEST - math.radians(15), 1.5)]

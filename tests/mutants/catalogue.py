@@ -1,0 +1,47 @@
+"""The list of mutants: reads `mutants.yaml`, and makes one line of the source wrong."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+LIST = Path(__file__).with_name("mutants.yaml")
+KINDS = ("sign", "constant", "comparison", "dropped term", "swapped axes", "removed guard", "wrong value")
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A mistake that a careful reviewer would call a bug."""
+
+    id: str
+    file: str
+    """Below `src/vrx_mj`."""
+    kind: str
+    old: str
+    """Occurs once in the file."""
+    new: str
+
+    @property
+    def source(self) -> str:
+        """The file's path in the repository."""
+        return f"src/vrx_mj/{self.file}"
+
+    @property
+    def package(self) -> str:
+        """The package that it counts for: `physics`, `adapters/ros`; `adapters` for what is in no package of it."""
+        parts = self.file.split("/")
+        return "/".join(parts[: 2 if parts[0] == "adapters" and len(parts) > 2 else 1])
+
+    def applied(self, text: str) -> str:
+        """The source with the mistake; ValueError where the old text does not occur exactly once."""
+        count = text.count(self.old)
+        if count != 1:
+            raise ValueError(f"{self.id}: {self.old!r} occurs {count} times in {self.source}")
+        return text.replace(self.old, self.new)
+
+
+def mutants() -> list[Mutant]:
+    """All mutants, in the order of the file."""
+    files = yaml.safe_load(LIST.read_text(encoding="utf-8"))
+    return [Mutant(file=file, **item) for file, items in files.items() for item in items]

@@ -1,0 +1,125 @@
+"""Tries the mutants of `mutants.yaml`: which tests notice that a line of the source is wrong?
+
+    python tests/mutants/run.py                             # all: hours on two cores
+    python tests/mutants/run.py --only physics tasks        # mutants of some packages
+    python tests/mutants/run.py --ids gates-1 gates-2 --stages nearest own
+    python tests/mutants/run.py --jobs 2 --out figures      # figures.json and figures.txt
+
+Each mutant is made in a scratch copy of the repository, never in the checkout. Three stages run until one fails, which
+kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
+tier. Before, the unit tests of each package have to pass without a mutant. Kernels compile into a cache of the scratch
+copy's own.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from mutants.catalogue import Mutant, mutants
+from mutants.scratch import Scratch, nearest_tests, own_tests
+
+STAGES = ("nearest", "own", "tier")
+LIMITS = {"nearest": 120.0, "own": 300.0, "tier": 1200.0}
+"""Processor time [s]: more than the tests take, so that only a mutant that never ends meets it."""
+ENDLESS, ALIVE = "endless", "alive"
+
+
+def tests_of(stage: str, mutant: Mutant) -> list[str]:
+    """Files and folders of tests; the test of the list itself would find every mutant."""
+    if stage == "tier":
+        return ["tests", "--ignore=tests/test_mutants.py"]
+    return nearest_tests(mutant) if stage == "nearest" else own_tests(mutant)
+
+
+def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], marks: str) -> dict[str, object]:
+    """Run the stages until one kills the mutant."""
+    row: dict[str, object] = {"id": mutant.id, "package": mutant.package, "file": mutant.file, "killed": ALIVE}
+    begun, before = time.perf_counter(), None
+    with scratch.holding(mutant):
+        for stage in stages:
+            arguments = tests_of(stage, mutant)
+            if not arguments or arguments == before:
+                continue
+            result, test = scratch.run_tests([*arguments, "-m", marks], LIMITS[stage])
+            before = arguments
+            if result != "passed":
+                row |= {"killed": stage if result == "failed" else ENDLESS, "test": test}
+                break
+    return row | {"seconds": round(time.perf_counter() - begun, 1)}
+
+
+def table(rows: Sequence[dict[str, object]], stages: Sequence[str]) -> str:
+    """The figures by package, and who lives."""
+    packages = list(dict.fromkeys(str(row["package"]) for row in rows))
+    heads = [*stages, ENDLESS, ALIVE]
+    lines = [f"{'package':<20}{'mutants':>9}" + "".join(f"{head:>9}" for head in heads)]
+    for package in [*packages, "all"]:
+        of_it = [row for row in rows if package in {row["package"], "all"}]
+        counts = [sum(row["killed"] == head for row in of_it) for head in heads]
+        lines.append(f"{package:<20}{len(of_it):>9}" + "".join(f"{count:>9}" for count in counts))
+    alive = [f"  {row['id']} in {row['file']}" for row in rows if row["killed"] in {ALIVE, ENDLESS}]
+    return "\n".join([*lines, "alive:" if alive else "", *alive]) + "\n"
+
+
+def chosen(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
+    """The mutants of some packages (`adapters` means all of them), or with some ids."""
+    known = mutants()
+    unknown = set(ids) - {mutant.id for mutant in known}
+    if unknown:
+        raise SystemExit(f"no mutants with the ids {', '.join(sorted(unknown))}")
+    picked = [m for m in known if not only or any(f"{m.package}/".startswith(f"{name}/") for name in only)]
+    return [mutant for mutant in picked if not ids or mutant.id in ids]
+
+
+def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """The command line's options."""
+    parser = argparse.ArgumentParser(description="Which tests notice that a line of the source is wrong?")
+    parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="as physics or adapters/ros")
+    parser.add_argument("--ids", nargs="+", default=[], metavar="ID")
+    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--marks", default="not slow", help="which tests count, as pytest's -m; default: %(default)s")
+    parser.add_argument("--unchecked", action="store_true", help="do not run tests without a mutant first")
+    parser.add_argument("--out", type=Path, default=Path("mutants"), help="writes OUT.json and OUT.txt")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Try the mutants; 1 if one lives."""
+    options = parsed(arguments)
+    picked, rows = chosen(options.only, options.ids), []
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        free: SimpleQueue[Scratch] = SimpleQueue()
+        for job in range(options.jobs):
+            free.put(Scratch(Path(folder) / str(job)))
+
+        def attempt(mutant: Mutant) -> dict[str, object]:
+            scratch = free.get()
+            try:
+                if not options.unchecked:
+                    scratch.check_clean(mutant.package, [*own_tests(mutant), "-m", options.marks], LIMITS["own"])
+                return tried(mutant, scratch, options.stages, options.marks)
+            finally:
+                free.put(scratch)
+
+        with ThreadPoolExecutor(options.jobs) as pool:
+            for row in pool.map(attempt, picked):
+                rows.append(row)
+                print(*(row.get(key, "") for key in ("id", "killed", "seconds", "test")), flush=True)
+                options.out.with_suffix(".json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    figures = table(rows, options.stages)
+    options.out.with_suffix(".txt").write_text(figures, encoding="utf-8")
+    print(figures)
+    return int(any(row["killed"] in {ALIVE, ENDLESS} for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,187 @@
+"""A scratch copy of the repository in which one mutant at a time is made and tested."""
+
+import ast
+import functools
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+from numba.core.caching import _CacheLocator
+
+from mutants.catalogue import ROOT, Mutant
+from mutants.forks import run_pytest
+
+KERNELS = ("physics", "sensors", "runtime")
+"""Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
+UNIT = ROOT / "tests" / "unit"
+
+
+def nearest_tests(mutant: Mutant) -> list[str]:
+    """Test files called after the module, or that import it; where there are none, those of its package."""
+    path = Path(mutant.file)
+    module = re.compile(rf"\bvrx_mj\.{'.'.join(path.with_suffix('').parts)}\b")
+    own = [file for entry in own_tests(mutant) for file in _files(ROOT / entry)]
+    near = [
+        file
+        for file in own
+        if re.match(rf"test_(record_|view_)?{path.stem}(_|$)", file.stem) or module.search(_text(file))
+    ]
+    return [file.relative_to(ROOT).as_posix() for file in near] or own_tests(mutant)
+
+
+def own_tests(mutant: Mutant) -> list[str]:
+    """The unit tests of the mutant's package: its folder, or what imports it where its tests have no folder."""
+    folder = UNIT / mutant.package
+    if mutant.package != "adapters" and folder.is_dir():
+        return [folder.relative_to(ROOT).as_posix()]
+    name = f"vrx_mj.{mutant.package.replace('/', '.')}"
+    files = [file for file in (UNIT / "adapters").glob("test_*.py") if name in _text(file)]
+    return sorted(file.relative_to(ROOT).as_posix() for file in files)
+
+
+@functools.cache
+def _files(entry: Path) -> list[Path]:
+    return sorted(entry.rglob("test_*.py")) if entry.is_dir() else [entry]
+
+
+@functools.cache
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
+class Scratch:
+    """One copy, and one cache of kernels that follows its mutants."""
+
+    def __init__(self, folder: Path) -> None:
+        self.tree, self.cache = folder / "tree", folder / "kernels"
+        listed = subprocess.run(
+            ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            cwd=ROOT, check=True, capture_output=True, encoding="utf-8",
+        )  # fmt: skip
+        for name in filter(None, listed.stdout.split("\0")):
+            if (ROOT / name).is_file():
+                (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, self.tree / name)
+        self._hash = _source_hash(self.tree)
+        self._take_kernels()
+        self._clean: set[str] = set()
+
+    def check_clean(self, package: str, arguments: Sequence[str], limit: float) -> None:
+        """Once for each package: its tests pass where nothing is wrong, which compiles the kernels that they call."""
+        if package not in self._clean:
+            result, test = self.run_tests(arguments, limit)
+            if result != "passed":
+                raise RuntimeError(f"the tests of {package} fail without a mutant: {test or result}")
+            self._clean.add(package)
+
+    def _take_kernels(self) -> None:
+        """Begin with the kernels that the checkout has compiled: numba names folders after those of the sources."""
+        there = _kernel_module().cache_folder()
+        for folder in {file.parent for file in (self.tree / "src").rglob("*.py")}:
+            source = ROOT / folder.relative_to(self.tree)
+            names = [_CacheLocator.get_suitable_cache_subpath(str(place / "x.py")) for place in (source, folder)]
+            if there is not None and there.name == self._hash and (there / names[0]).is_dir():
+                shutil.copytree(there / names[0], self.cache / self._hash / names[1])
+
+    @contextmanager
+    def holding(self, mutant: Mutant) -> Iterator[None]:
+        """The copy with the mutant in it, and with the kernels that it leaves as they are."""
+        file = self.tree / mutant.source
+        text, status = file.read_text(encoding="utf-8"), file.stat()
+        file.write_text(mutant.applied(text), encoding="utf-8")
+        _forget_bytecode(file)
+        own = self.cache / _source_hash(self.tree)
+        if own.name != self._hash:
+            stale = _stale(self.tree, mutant, text)
+            for kept in (self.cache / self._hash).rglob("*.nb[ic]"):
+                if kept.name.split(".")[0] not in stale:
+                    target = own / kept.relative_to(self.cache / self._hash)
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    os.link(kept, target)
+        try:
+            yield
+        finally:
+            file.write_text(text, encoding="utf-8")
+            os.utime(file, ns=(status.st_atime_ns, status.st_mtime_ns))
+            _forget_bytecode(file)
+            if own.name != self._hash:
+                shutil.rmtree(own, ignore_errors=True)
+
+    def run_tests(self, arguments: Sequence[str], limit: float) -> tuple[str, str]:
+        """Run pytest in the copy until a test fails: `passed`, `failed` or `endless`, and the test."""
+        log = self.tree.parent / "pytest.log"
+        plain = ["-x", "-q", "-n0", "-p", "no:cacheprovider", "--no-header", "-rfE", f"--rootdir={self.tree}"]
+        code = run_pytest([*plain, *arguments], self.tree, self.cache, log, limit)
+        if code is None:
+            return "endless", ""
+        output = log.read_text(encoding="utf-8", errors="replace")
+        if code not in {0, 1, 2, 5}:
+            raise RuntimeError(f"pytest ended with {code}:\n{output[-4000:]}")
+        if code in {0, 5}:  # 5: no test was chosen
+            return "passed", ""
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", output, re.MULTILINE)
+        return "failed", found.group(1) if found else ""
+
+
+def _forget_bytecode(file: Path) -> None:
+    """Two mutants of one second and size would look the same to Python."""
+    for kept in (file.parent / "__pycache__").glob(f"{file.stem}.*.pyc"):
+        kept.unlink()
+
+
+def _source_hash(tree: Path) -> str:
+    module = _kernel_module()
+    module.__file__ = str(tree / "src/vrx_mj/physics/kernel.py")  # beside it are the sources that count
+    return str(module.source_hash())
+
+
+def _kernel_module() -> ModuleType:
+    """The checkout's `vrx_mj.physics.kernel`, which knows what the folder of compiled kernels is called."""
+    spec = importlib.util.spec_from_file_location("kernels", ROOT / "src/vrx_mj/physics/kernel.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _stale(tree: Path, mutant: Mutant, text: str) -> set[str]:
+    """Modules whose compiled kernels may hold the line that the mutant changes.
+
+    numba compiles the module's own kernels again by itself, but not those of others that call them.
+    """
+    if not _in_kernel(text, text.count("\n", 0, text.index(mutant.old)) + 1):
+        return set()
+    sources = {file.stem: file for package in KERNELS for file in (tree / "src/vrx_mj" / package).glob("*.py")}
+    needs = {stem: set(_imported(file)) for stem, file in sources.items()}
+    stale: set[str] = set()
+    found = {Path(mutant.file).stem}
+    while found - stale:
+        stale |= found
+        found = {stem for stem, imported in needs.items() if imported & stale}
+    return stale
+
+
+def _in_kernel(text: str, line: int) -> bool:
+    """Whether a line is in a kernel, or outside of all functions: it may be a constant of one."""
+    tree = ast.parse(text)
+    around = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0)
+    ]
+    return not around or any("kernel" in ast.unparse(mark) for node in around for mark in node.decorator_list)
+
+
+def _imported(file: Path) -> Iterator[str]:
+    kernels = re.compile(rf"vrx_mj\.({'|'.join(KERNELS)})")
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and kernels.match(node.module):
+            yield node.module.rpartition(".")[2]
+            yield from (alias.name for alias in node.names)

@@ -1,0 +1,51 @@
+"""What a batch is given: which rows, and numbers for them."""
+
+import numpy as np
+import pytest
+
+from vrx_mj.errors import CommandError
+from vrx_mj.runtime.row_arguments import row_seeds, row_values, row_vectors, which_rows
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [(None, [0, 1, 2, 3]), ([2], [2]), ([3, 0], [3, 0]), ([True, False, True, False], [0, 2]), ([], [])],
+)
+def test_rows_are_numbers_or_a_mask(rows, expected):
+    assert which_rows(4, rows).tolist() == expected
+
+
+@pytest.mark.parametrize("rows", [[4], [0, 7], [-1], [0.0], [True, False], [[0]], 2])
+def test_rows_that_are_not_there_are_refused(rows):
+    with pytest.raises(CommandError):
+        which_rows(4, rows)
+
+
+def test_one_seed_is_row_0s_whichever_rows_take_theirs():
+    assert row_seeds(np.array([0, 1, 2]), 7).tolist() == [7, 8, 9]
+    assert row_seeds(np.array([3, 1]), 7).tolist() == [10, 8]
+    assert row_seeds(np.array([3, 1]), [5, 5]).tolist() == [5, 5]
+
+
+@pytest.mark.parametrize("seed", [[1], [1, 2, 3], [0.5, 1.5], True, "1"])
+def test_seeds_that_are_none_are_refused(seed):
+    with pytest.raises(CommandError):
+        row_seeds(np.array([3, 1]), seed)
+
+
+def test_values_are_one_for_all_or_one_for_each():
+    assert row_values("mass", 2, 3, 0.0).tolist() == [2.0] * 3
+    assert row_values("mass", [1, 2, 3], 3, 0.0).tolist() == [1.0, 2.0, 3.0]
+    assert row_vectors("pose", range(6), 2).tolist() == [[0, 1, 2, 3, 4, 5]] * 2
+
+
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf, [1, 2], [[1, 2, 3]], "x"])
+def test_values_that_cannot_be_are_refused(value):
+    with pytest.raises(CommandError):
+        row_values("mass", value, 3, 0.0)
+
+
+@pytest.mark.parametrize("value", [[0] * 5, [[0] * 6] * 3, [0, 0, 0, 0, 0, 1e7], [np.nan] * 6])
+def test_vectors_that_cannot_be_are_refused(value):
+    with pytest.raises(CommandError):
+        row_vectors("pose", value, 2)
