@@ -7,7 +7,6 @@ import posixpath
 import re
 from html import unescape
 from pathlib import Path
-from typing import Any
 
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
@@ -73,5 +72,3 @@ def _outside(page: str, link: str) -> str | None:
 def _copy(source: str) -> str:
     """Where a file lies in the site."""
     return f"{COPIES}/{source}"
-
-
