@@ -5,21 +5,34 @@ MathML is drawn by the browser itself, so that the site needs no script and no f
 
 import posixpath
 import re
+import sys
 from html import unescape
 from pathlib import Path
 
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
+from mkdocs.plugins import get_plugin_logger
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+sys.path.insert(0, str(Path(__file__).parent))  # mkdocs loads hooks by their path
+
+from public_names import complaints
+
+log = get_plugin_logger("names")
 REPO = Path(__file__).resolve().parents[1]
 COPIES = "files"
 """Folder of the site with what pages link to outside `docs/`."""
 LINK = re.compile(r"(?<=\]\()(?P<path>(?:\.\./)+[^)#\s]+)")
 COMMENT = re.compile(r"^<!-- .*? -->\n", re.M | re.S)
 FORMULA = re.compile(r"<(?P<tag>span|div) class=\"arithmatex\">\\[(\[](?P<latex>.*?)\\[)\]]</(?P=tag)>", re.S)
+
+
+def on_config(config: MkDocsConfig) -> None:
+    """Warn of public names that nobody described; where the build is strict, it fails."""
+    for complaint in complaints():
+        log.warning(complaint)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

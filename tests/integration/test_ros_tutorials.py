@@ -10,8 +10,9 @@ import vrx_mj
 
 pytest.importorskip("rosbags", reason="pip install 'vrx-mj[ros1,rosbridge]'")
 
+from page_blocks import blocks, pieces
 from ros_scene import served
-from tutorial_pages import REPO, Reader, blocks, pieces
+from tutorial_pages import REPO, Reader
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
 DOCS = REPO / "docs"

@@ -48,17 +48,23 @@ class TaskSummary:
     """How a task went."""
 
     type: str
+    """Type of the task."""
     name: str
+    """Name of the task: VRX's task_name."""
     state: str
     """initial, ready, running or finished."""
     score: float
+    """The score, in `unit`."""
     unit: str
+    """Unit of the score."""
     better: str
     """lower or higher: which scores are the better ones."""
     elapsed: float
     """Since it began to run [s]."""
     timed_out: bool
+    """Whether the time ran out before the task was done."""
     num_collisions: int
+    """Collisions that counted."""
     events: tuple[tuple[float, str, str], ...]
     """What the referee said: simulated time [s], text and level."""
 
@@ -68,16 +74,27 @@ class Summary:
     """What a run was and how it ended; two equal runs on one platform have one `state_sha256`."""
 
     world: str
+    """Name of the world."""
     fleet: str
+    """Name of the fleet."""
     seed: int
+    """Seed of the run."""
     steps: int
+    """Physics steps that were made."""
     sim_time: float
+    """Simulated time at the end [s]."""
     wall_time: float
+    """Wall time of the run [s]."""
     real_time_factor: float
+    """Simulated seconds per second of wall time."""
     state_sha256: str
+    """Fingerprint of the final state."""
     platform: str
+    """Kind of machine and versions for which equal runs are equal to the last bit."""
     interrupted: bool
+    """Whether Ctrl-C ended the run."""
     boats: dict[str, BoatSummary]
+    """Where each boat is and how far it went, by name."""
     task: TaskSummary | None = None
     """How the world's task went; None where there is none."""
 

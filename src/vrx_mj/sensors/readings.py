@@ -15,26 +15,32 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CameraInfo:
-    """Intrinsics as ROS's CameraInfo has them; no distortion (plumb_bob, zeros)."""
+    """Intrinsics of a camera, as in ROS's CameraInfo; the lens has no distortion."""
 
     width: int
+    """Width of the picture [pixels]."""
     height: int
+    """Height of the picture [pixels]."""
     K: tuple[float, ...]
-    """(9,) row by row: intrinsic matrix [pixels]."""
+    """Intrinsic matrix, (9,) row by row [pixels]."""
     R: tuple[float, ...]
+    """Rectification matrix, (9,) row by row: the identity."""
     P: tuple[float, ...]
-    """(12,) row by row: projection matrix [pixels]."""
+    """Projection matrix, (12,) row by row [pixels]."""
     D: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """Distortion coefficients, (5,), all zero."""
     distortion_model: str = "plumb_bob"
+    """Name of the distortion model."""
 
 
 @dataclass(frozen=True)
 class Image:
-    """A picture, in the optical frame (z forward, x right, y down)."""
+    """A picture of a camera, in the optical frame (z forward, x right, y down)."""
 
     rgb: npt.NDArray[np.uint8]
-    """(height, width, 3)."""
+    """Pixels, (height, width, 3), red, green and blue from 0 to 255."""
     info: CameraInfo
+    """Intrinsics of the camera."""
 
 
 @dataclass(frozen=True)
@@ -42,102 +48,109 @@ class PointCloud:
     """The valid returns of a 3D lidar, in its own frame (x forward, z up)."""
 
     points: npt.NDArray[np.float32]
-    """(n, 3) [m]."""
+    """Positions of the returns, (n, 3) [m]."""
     intensity: npt.NDArray[np.float32]
-    """(n,)."""
+    """Intensities of the returns, (n,)."""
     ring: npt.NDArray[np.uint16]
-    """(n,): from the lowest ring, 0."""
+    """Ring of each return, (n,), counted from 0, the lowest."""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """One turn of a planar lidar, as ROS's LaserScan has it."""
+    """One sweep of a planar lidar, as in ROS's LaserScan."""
 
     ranges: npt.NDArray[np.float32]
-    """(samples,) [m]; inf where nothing is."""
+    """Ranges, (samples,) [m]; inf where there is no return."""
     angle_min: float
+    """Angle of the first ray [rad], counter-clockwise from x."""
     angle_max: float
+    """Angle of the last ray [rad]."""
     angle_increment: float
+    """Angle between two rays [rad]."""
     range_min: float
+    """Least range [m]."""
     range_max: float
+    """Greatest range [m]."""
 
 
 @dataclass(frozen=True)
 class Fix:
-    """Where a GPS receiver says it is, on WGS84."""
+    """Position and velocity measured by a GPS receiver, on WGS84."""
 
     latitude: float
-    """[degrees]"""
+    """Latitude [degrees]."""
     longitude: float
-    """[degrees]"""
+    """Longitude [degrees]."""
     altitude: float
-    """[m] above the ellipsoid."""
+    """Altitude above the ellipsoid [m]."""
     velocity: FloatArray
-    """(3,) [m/s]: north, west, up, as VRX's."""
+    """Velocity north, west and up, (3,) [m/s], as in VRX."""
     position_covariance: tuple[float, ...]
-    """(9,) row by row, ENU [m2]."""
+    """Covariance of the position, (9,) row by row [m2, ENU]."""
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """What an inertial unit measures."""
+    """Measurement of an IMU."""
 
     orientation: FloatArray
-    """(4,) quaternion (w, x, y, z), sensor to ENU."""
+    """Orientation, (4,) quaternion (w, x, y, z), sensor to ENU."""
     angular_velocity: FloatArray
-    """(3,) [rad/s], sensor axes."""
+    """Angular velocity, (3,) [rad/s], sensor axes."""
     linear_acceleration: FloatArray
-    """(3,) [m/s2], sensor axes: +9.8 up at rest."""
+    """Linear acceleration, (3,) [m/s2], sensor axes; at rest 9.8 upward."""
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Pose and twist of a link in the world."""
+    """True pose and velocity of a link in the world."""
 
     position: FloatArray
-    """(3,) [m], ENU."""
+    """Position, (3,) [m, ENU]."""
     orientation: FloatArray
-    """(4,) quaternion (w, x, y, z), body to ENU."""
+    """Orientation, (4,) quaternion (w, x, y, z), body to ENU."""
     velocity: FloatArray
-    """(3,) [m/s], world axes, as VRX's."""
+    """Linear velocity, (3,) [m/s], world axes, as in VRX."""
     angular_velocity: FloatArray
-    """(3,) [rad/s], world axes."""
+    """Angular velocity, (3,) [rad/s], world axes."""
 
 
 @dataclass(frozen=True)
 class Sound:
-    """An acoustic beacon, as heard."""
+    """Range and bearing of an acoustic beacon, as a receiver measures them."""
 
     range: float
-    """[m]; may be negative near the beacon, as in VRX."""
+    """Range [m]; it may be negative near the beacon, as in VRX."""
     bearing: float
-    """[rad], counter-clockwise from the bow."""
+    """Bearing [rad], counter-clockwise from the bow."""
     elevation: float
-    """[rad], positive up."""
+    """Elevation [rad], positive up."""
 
 
 @dataclass(frozen=True)
 class Shooter:
-    """A ball shooter."""
+    """State of a ball shooter."""
 
     shots_left: int
+    """Number of balls left."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a sensor last measured."""
+    """The last measurement of a sensor."""
 
     name: str
+    """Name of the sensor."""
     type: str
-    """camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
+    """Type of the sensor: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
     time: float
-    """When it was measured [s], simulated."""
+    """Simulated time of the measurement [s]."""
     sequence: int
     """Number of the measurement, from 0 at time 0."""
     frame: str
-    """ROS frame of `data`: the boat's name, a slash, and the sensor's own."""
+    """ROS frame of `data`: the boat's name, a slash, and the sensor's own frame."""
     data: Any
-    """Image, PointCloud, Scan, Fix, Inertia, Truth, Sound or Shooter."""
+    """The measured values: an Image, PointCloud, Scan, Fix, Inertia, Truth, Sound or Shooter."""
     mount: Mount | None = field(default=None, repr=False, compare=False)
-    """Where the sensor's link is on the boat, as ROS's static transforms tell: of a camera x forward and z up. None in
-    what a recording kept."""
+    """Pose of the sensor's link on the boat, as in ROS's static transforms: x forward and z up for a camera. It is None
+    in a reading that comes from a recording."""
