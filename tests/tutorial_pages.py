@@ -1,10 +1,6 @@
-"""A page of the documentation as a reader follows it: its blocks in order, and what its comments say of them.
+"""A page of the documentation as a reader follows it, with a terminal and ROS's tools; page_blocks.py reads it.
 
-Comments stand before their block. `file: NAME`: save it so. `not run: REASON`. `needs: pictures`: only where cameras
-can be drawn. `expect: REGEX` in what it prints, `server says: REGEX` in what the server prints meanwhile, `moves: BOAT
-METRES`: how far the boat gets from where it was, `writes: FILE`. `Ctrl-C`: it goes on until all that has come, `Ctrl-C:
-N s`: and so long after that; `beside`: until the next heading. A block with `vrx-mj serve` is the page's server until
-the next one.
+A block with `vrx-mj serve` is the page's server until the next one.
 """
 
 import os
@@ -14,20 +10,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from page_blocks import Block
 from ros1_served import environment, free_port
 from vrx_mj.adapters.ros.packages import write_packages
 
 REPO = Path(__file__).resolve().parents[1]
-PIECE = re.compile(
-    r"^<!-- (?P<note>.*?) -->$|^(?P<heading>#+ [^\n]*)$|^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S
-)
-NOTE = re.compile(r"(file|not run|needs|expect|server says|moves|writes|Ctrl-C|beside)(?:: (.*))?", re.S)
 SERVED = "cmd_vel is "
 """In a line that a server prints when it listens."""
 ADDRESSES = {"192.168.1.20": "127.0.0.2", "192.168.1.30": "127.0.0.1"}
@@ -43,43 +34,6 @@ for line in sys.stdin:
     place = get(line.strip(), "").pose.position
     print(place.x, place.y, flush=True)
 """
-
-
-@dataclass(frozen=True)
-class Block:
-    """A fenced block, and what is said about it."""
-
-    kind: str
-    text: str
-    place: str
-    notes: tuple[tuple[str, str], ...]
-
-    def note(self, key: str) -> str | None:
-        """What it says under a key, '' if no more than that; None: nothing."""
-        return dict(self.notes).get(key)
-
-
-def pieces(page: Path) -> Iterator[Block | str]:
-    """The blocks and headings of a page, in order."""
-    text = page.read_text(encoding="utf-8")
-    notes: list[tuple[str, str]] = []
-    for piece in PIECE.finditer(text):
-        if piece["heading"]:
-            yield piece["heading"]
-        elif piece["kind"]:
-            line = text.count("\n", 0, piece.start()) + 1
-            yield Block(piece["kind"], piece["text"], f"{page.name}:{line}", tuple(notes))
-            notes = []
-        else:
-            said = NOTE.fullmatch(piece["note"])
-            assert said, f"{page.name}: a comment that says nothing: {piece['note']}"
-            notes.append((said[1], said[2] or ""))
-    assert not notes, f"{page.name}: comments without a block: {notes}"
-
-
-def blocks(page: Path) -> list[Block]:
-    """The blocks of a page, in order."""
-    return [piece for piece in pieces(page) if isinstance(piece, Block)]
 
 
 class Reader:

@@ -67,10 +67,15 @@ class Problem:
     """One mistake in an input file. Lines and columns count from 1, and are None where they are unknown."""
 
     file: str
+    """Path of the file, or what stands for it."""
     line: int | None
+    """Line, from 1."""
     column: int | None
+    """Column, from 1."""
     key: str
+    """Path of the key, as `sea.gain`."""
     message: str
+    """What is wrong, the value, and what is allowed."""
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)

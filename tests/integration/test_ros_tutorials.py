@@ -7,8 +7,9 @@ import pytest
 
 import vrx_mj
 from needs import ROS1_TOOLS, needs
+from page_blocks import blocks, pieces
 from ros_scene import served
-from tutorial_pages import REPO, Reader, blocks, pieces
+from tutorial_pages import REPO, Reader
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
 DOCS = REPO / "docs"

@@ -76,26 +76,28 @@ class BayConfig(Config):
     """A bay. Its zones come from the drawing's bay of the same number, unless both are given."""
 
     name: Name | None = None
-    """By default bay1, bay2 and so on."""
+    """Name of the bay; by default bay1, bay2 and so on."""
     symbol: Symbol | None = None
     """What its placard shows at the start; by default a blue circle."""
     placard: Literal["placard", "placard_2022", "none"] = "placard"
     """A board of 2 by 3 m, the one of 2022 with two holes, or none. Not used where the dock lists its `placards`."""
     internal: Box | None = None
-    """Where the boat's origin has to stay."""
+    """Zone in which the boat's origin has to stay."""
     external: Box | None = None
-    """Through which it has to leave."""
+    """Zone through which the boat has to leave."""
 
 
 class PlacardConfig(Config):
     """A board with a symbol on it, at a place of its own."""
 
     name: Name
+    """Name of the placard, which nothing else in the world has."""
     model: Board = "placard"
+    """The board of 2019, 2 by 3 m, or that of 2022, which has two holes."""
     pose: Pose
-    """Of the board."""
+    """Pose of the board in the dock's frame [m, rad]."""
     symbol_pose: Pose
-    """Of the symbol."""
+    """Pose of the symbol in the dock's frame [m, rad]."""
     symbol: Symbol = FIRST_SYMBOL
     """What it shows at the start."""
     shapes: Annotated[tuple[Literal["circle", "cross", "triangle", "rectangle"], ...], NotEmpty] = (
@@ -115,8 +117,9 @@ class HoleConfig(Config):
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
+    """Which of VRX's two sizes of hole it is; a task gives points by it."""
     center: Vec3
-    """Centre [m]."""
+    """Centre of the hole in the dock's frame [m]."""
     box: Size
     """Edges of the box in which a ball is in the hole [m]."""
 
@@ -125,9 +128,9 @@ class MooringConfig(Config):
     """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
 
     stiffness: NonNegative = 2000.0
-    """Of one line [N/m]."""
+    """Stiffness of one line [N/m]."""
     damping: NonNegative = 2000.0
-    """Of one line [N s/m]."""
+    """Damping of one line [N s/m]."""
 
 
 @dataclass(frozen=True)

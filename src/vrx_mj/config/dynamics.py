@@ -31,12 +31,13 @@ class ThrusterConfig(Config):
     mapping: Literal["linear", "glf", "newtons"]
     """What a command is: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
     max_command: Positive = 1.0
+    """The command that gives the largest force."""
     max_force_forward: NonNegative = 250.0
-    """At the largest command [N]."""
+    """Force at the largest command [N]."""
     max_force_reverse: Annotated[float, Field(le=0)] = -100.0
-    """At the smallest command [N]."""
+    """Force at the smallest command [N]."""
     timeout: float = 1.0
-    """After which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
+    """Time after which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
     max_angle: NonNegative = 1.5707963267948966
     """Largest steering angle either way [rad]."""
 
@@ -45,11 +46,11 @@ class HullConfig(Config):
     """One float of a boat, lifted at points: VRX 3's Surface plugin. Each point stands for an equal piece of it."""
 
     length: Positive
-    """Of the float [m]."""
+    """Length of the float [m]."""
     radius: Positive
-    """Of the float [m]."""
+    """Radius of the float [m]."""
     points: Annotated[tuple[Vec3, ...], NotEmpty]
-    """On its keel line, in the base link's axes [m]."""
+    """Points on the float's keel line, in the base link's axes [m]."""
 
 
 class HydrodynamicsConfig(Config):
@@ -59,14 +60,22 @@ class HydrodynamicsConfig(Config):
     """
 
     water_level: float = 0.0
+    """Mean water level in the world [m]."""
     water_density: Positive = 997.8
+    """Density of the water [kg/m3]."""
     hull_radius: Positive
+    """Radius of each of the two half-cylinders that carry the boat [m]."""
     boat_width: Positive
+    """Distance between the axes of the two hulls [m]."""
     boat_length: Positive
+    """Length of the hulls [m]."""
     length_n: Annotated[int, Field(ge=1, le=1000)] = 2
     """Stations along each hull."""
     hulls: tuple[HullConfig, ...] = ()
     """Where any are listed they carry the boat, and not two hulls with stations spread evenly along them."""
     added_mass: Six
+    """Added mass, the diagonal of the matrix [kg, kg m2]."""
     drag_linear: Six
+    """Linear drag [N s/m, N m s]."""
     drag_quadratic: Six
+    """Quadratic drag [N s2/m2, N m s2]."""

@@ -24,6 +24,7 @@ class FieldKind(Config):
     model: str
     """A name from `objects`, or the path of a YAML file relative to this one."""
     count: Annotated[int, Field(ge=1, le=MOST)]
+    """Number of these objects."""
     name: Name | None = None
     """What their names start with, before a number; by default the model's."""
 
@@ -43,15 +44,18 @@ class FieldConfig(Config):
     """Objects in a square, not too near each other, boats at their start, other objects, docks and the shore."""
 
     name: Name
+    """Name of the field."""
     objects: Annotated[tuple[FieldKind, ...], NotEmpty]
+    """Kinds of objects in the field, and how many of each."""
     size: Positive = 40.0
     """Edge of the square [m], along the world's axes."""
     center: Annotated[tuple[Coordinate, Coordinate], numbers("x y")] = (0.0, 0.0)
-    """[m]"""
+    """Centre of the square in the world [m]."""
     min_distance: NonNegative = 5.0
-    """Between the objects' origins, and from them to the origins of other things, to docks and to the shore [m]."""
+    """Least distance between the objects' origins, and from them to the origins of other things, to docks and to the
+    shore [m]."""
     seed: Seed | None = None
-    """By default the world's file's: other runs of one world have the same field."""
+    """Seed of the places; by default that of the world's file, so that other runs of one world have the same field."""
 
 
 def _must_be_single(model: str, near: Path | None) -> None:

@@ -58,7 +58,9 @@ class BoatConfig(Config):
     folder: Folder = None
     """Where a relative path of `robot` starts."""
     name: Name
+    """Name of the boat."""
     robot: str
+    """Kind of boat: a name, or a path relative to `folder`."""
     thrusters: str | None
     """Layout of the thrusters, or path of a thruster file; None: the robot has no layouts."""
     components: str | None = None
@@ -70,7 +72,9 @@ class BoatConfig(Config):
     pose: Pose
     """Of `base_link` in the world [m, rad]."""
     color: Color | None = None
+    """Colour of the hull; None: the robot's own."""
     engines: Engines = "fixed"
+    """Whether the engines are fixed to the hull or bodies on hinges."""
     controller: str | None = None
     """What commands it unless a run is told otherwise, as module:function."""
 
@@ -97,8 +101,11 @@ class FleetPosition(Config):
     """A boat's place in the frame of the fleet's origin."""
 
     x: Coordinate
+    """Along the x axis of the fleet's frame [m]."""
     y: Coordinate
+    """Along the y axis of the fleet's frame [m]."""
     z: Coordinate = HEIGHT
+    """Height of the boat's origin over the mean water [m]."""
     Y: float = 0.0
     """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
 
@@ -123,12 +130,13 @@ class _Built(Config):
     thrusters: str | None = None
     """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
     components: str | None = None
-    """A component file."""
+    """Path of a component file."""
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
     engines: Engines | None = None
+    """Whether the engines are fixed to the hull, the default, or bodies on hinges, at four times the cost."""
     controller: Annotated[str, AfterValidator(_controller)] | None = None
-    """What commands the boats unless a run is told otherwise: module:function, or module:Class."""
+    """Controller of the boats, module:function or module:Class, unless a run is given another."""
 
     @field_validator("robot")
     @classmethod
@@ -159,9 +167,11 @@ class BoatEntry(_Built):
     """What is different about one boat, found by its name or by its place in the list."""
 
     name: Name | None = None
+    """Name of the boat."""
     pose: Pose | None = None
-    """In the frame of the fleet's origin [m, rad]."""
+    """Pose in the frame of the fleet's origin [m, rad]."""
     color: Color | None = None
+    """Colour of the boat's skin."""
 
 
 def _origin(value: Any) -> Any:
@@ -200,29 +210,33 @@ class FleetConfig(_Built):
     """A fleet's file. Boats are numbered `wamv1 ... wamvN` unless `boats` names them."""
 
     name: str = "fleet"
+    """Name of the fleet; by default that of the file."""
     description: str = ""
+    """What `vrx-mj list fleets --verbose` shows."""
     usv_count: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """Number of boats; by default as many as `positions` and `boats` make."""
     layout: LayoutName | None = None
-    """How to place boats that have no `positions`."""
+    """How boats that have no `positions` are placed."""
     radius: Positive | None = None
-    """Of the circle [m]."""
+    """Radius of the circle [m]."""
     start_angle: float | None = None
-    """Of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
+    """Angle of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
     spacing: Positive | None = None
-    """Between neighbours; between random ones at least [m]."""
+    """Distance between neighbours; in a random layout the least distance [m]."""
     size: Positive | None = None
     """Edge of the square of a random layout, around the origin [m]."""
     seed: Seed | None = None
-    """Of a random layout; by default the world's file's."""
+    """Seed of a random layout; by default that of the world's file."""
     heading: Heading | None = None
-    """Of the layout's boats: outward, inward, tangent, or [degrees], read as `headings` says."""
+    """Heading of the layout's boats, a number in [degrees] is read as `headings` says."""
     headings: Headings | None = None
     """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
     positions: tuple[FleetPosition, ...] = ()
-    """Of the first boats, whatever the layout."""
+    """Places of the first boats, whatever the layout."""
     origin: Origin = "world"
     """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
+    """What is different about single boats, and boats with names and poses of their own."""
 
     _section: Section | None = PrivateAttr(default=None)
 

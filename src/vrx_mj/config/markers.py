@@ -18,12 +18,13 @@ class MarkersConfig(Config):
     scaling: Scaling = (0.2, 0.2, 2.0)
     """Diameter, once more, and length of the cylinders [m]."""
     height: float = 0.5
-    """Of the upright one's lower end over the mean water [m]."""
+    """Height of the upright cylinder's lower end over the mean water [m]."""
     color: Color = (1.0, 0.0, 0.0, 1.0)
+    """Colour of the markers."""
     task: Switch = True
     """Whether the goal or the waypoints of the world's task have markers."""
     places: tuple[Place, ...] = ()
-    """Where else there are markers: x, y [m] and yaw [rad] in the world."""
+    """Other places that have markers: x, y [m] and yaw [rad] in the world."""
 
     @field_validator("scaling")
     @classmethod

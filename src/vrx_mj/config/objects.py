@@ -64,7 +64,9 @@ class Placed(Config):
 
     folder: Folder = None
     name: Name
+    """Name in the world; nothing else has it."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Pose in the world, or in the object that this is a part of [m, rad]."""
 
 
 class Placement(Placed):
@@ -73,9 +75,9 @@ class Placement(Placed):
     model: str
     """A name from `objects`, or the path of a YAML file relative to this one."""
     path: PathConfig | None = None
-    """Along which it swims; by default its model's own. `null`: it drifts."""
+    """Path along which it swims; by default its model's own. `null`: it drifts."""
     symbols: tuple[Symbol, ...] = ()
-    """What the placards of the docks in it show at the start, in their order."""
+    """Symbols that the placards of its docks show at the start, in their order."""
 
     @field_validator("symbols")
     @classmethod
@@ -111,15 +113,15 @@ class DockPlacement(Placed):
     block: float = 2.0
     """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
     mooring: MooringConfig | None = None
-    """Of a dynamic dock; without it, it drifts."""
+    """Lines that hold a dynamic dock; without them it drifts."""
     bays: tuple[BayConfig, ...] | None = None
-    """Of all bays or the first ones. Without it a dock has all bays of its drawing, and no placards."""
+    """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
     placards: tuple[PlacardConfig, ...] | None = None
-    """Of the bays in their order; by default one at the inner end of each bay of `bays`."""
+    """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
     holes: tuple[HoleConfig, ...] | None = None
-    """By default those of the placards."""
+    """Holes for balls; by default those of the placards."""
     symbols: tuple[Symbol, ...] = ()
-    """What the placards show at the start, in their order."""
+    """Symbols that the placards show at the start, in their order."""
 
     @field_validator("layout")
     @classmethod
@@ -151,6 +153,7 @@ class BuoyancyElement(Shape):
     """A shape that displaces water."""
 
     type: Literal["box", "sphere", "cylinder"]
+    """Kind of shape."""
 
     @property
     def volume(self) -> float:
@@ -165,14 +168,15 @@ class BuoyancyConfig(Config):
     """VRX's buoyancy_gazebo_plugin: what an object displaces, and its drag in water."""
 
     fluid_density: Positive = WATER_DENSITY
-    """Density [kg/m3]."""
+    """Density of the water [kg/m3]."""
     fluid_level: float = 0.0
     """Mean water level [m]."""
     linear_drag: NonNegative
-    """Of the link's linear velocity [N s/m], as a share of the volume under water."""
+    """Drag force over the link's linear velocity [N s/m], scaled by the share of the volume under water."""
     angular_drag: NonNegative
-    """Of the link's angular velocity [N m s], as a share of the volume under water."""
+    """Drag torque over the link's angular velocity [N m s], scaled by the share of the volume under water."""
     elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
+    """Shapes that displace water; the whole volume of each counts."""
 
 
 class ObjectConfig(Config):
@@ -180,8 +184,11 @@ class ObjectConfig(Config):
 
     folder: Folder = None
     description: str = ""
+    """What `vrx-mj list objects --verbose` shows."""
     static: Switch = False
+    """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
+    """Name of its link, as ROS and VRX's files know it."""
     mass: Positive | None = None
     """Mass [kg]."""
     center_of_mass: Vec3 = (0.0, 0.0, 0.0)
@@ -189,14 +196,19 @@ class ObjectConfig(Config):
     inertia: Principal | None = None
     """Ixx, Iyy, Izz about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
+    """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()
+    """Shapes that are seen."""
     buoyancy: BuoyancyConfig | None = None
+    """What it displaces, and its drag; an object that floats needs it."""
     path: PathConfig | None = None
-    """Along which it swims, unless the world gives another."""
+    """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
-    """Of a light buoy."""
+    """Panels of a light buoy."""
     objects: tuple[Placement, ...] = ()
+    """Other objects that this one is made of."""
     docks: tuple[DockPlacement, ...] = ()
+    """Docks that this object is made of."""
 
     @property
     def kind(self) -> Literal["floating", "static", "composite"]:

@@ -21,7 +21,7 @@ class CirclePath(Config):
     """A circle round where the thing starts, counter-clockwise, as eight waypoints; the first lies to the east."""
 
     radius: Positive
-    """[m]"""
+    """Radius of the circle [m]."""
 
 
 class LinePath(Config):
@@ -30,7 +30,7 @@ class LinePath(Config):
     length: Positive
     """Distance between the two [m]."""
     direction: float = 0.0
-    """Of the other place [rad], counter-clockwise from the thing's own x axis at the start."""
+    """Direction of the other place [rad], counter-clockwise from the thing's own x axis at the start."""
 
 
 class PathConfig(Config):
@@ -39,11 +39,13 @@ class PathConfig(Config):
     waypoints: Annotated[tuple[Point, ...], NotEmpty] | None = None
     """Places in the world [m]."""
     circle: CirclePath | None = None
+    """A circle around where it starts."""
     line: LinePath | None = None
+    """To and fro along a line from where it starts."""
     force: NonNegative = 10.0
-    """With which it swims, along its x axis [N]."""
+    """Force with which it swims, along its x axis [N]."""
     torque: NonNegative = 1.0
-    """With which it turns toward its waypoint [N m]."""
+    """Torque with which it turns toward its waypoint [N m]."""
     bearing_tolerance: Annotated[float, Field(ge=0, le=180)] = 2.0
     """How far off its bow a waypoint may be before it turns [degrees]."""
     range_tolerance: Positive = 0.5

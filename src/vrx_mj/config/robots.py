@@ -61,33 +61,36 @@ class ThrusterEntry(ThrusterConfig):
     """A thruster, by the names of its links and joints in the URDF."""
 
     mapping: Literal["linear", "glf"]
+    """Force in proportion to the command, or on VRX's generalised logistic curve."""
     propeller: str
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None
-    """What steers it; none: it does not steer."""
+    """Joint that steers it; without one it does not steer."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
+    """What steers the thruster."""
 
 
 class RudderEntry(Config):
     """A rudder on a joint: a wing with the normal force of the MMG standard method."""
 
     joint: str
-    """What turns it; its axis points up."""
+    """Joint that turns it; its axis points up."""
     area: Positive
-    """Of the blade [m2]."""
+    """Area of the blade [m2]."""
     aspect_ratio: Positive
     """Span over mean chord."""
     center: Vec3 = (0.0, 0.0, 0.0)
-    """Of pressure, in the frame of the joint's child link [m]."""
+    """Centre of pressure in the frame of the joint's child link [m]."""
     propeller: Name | None = None
     """Thruster in whose race it stands."""
     propeller_diameter: Positive | None = None
-    """[m]"""
+    """Diameter of that thruster's propeller [m]."""
     race_share: Share = 1.0
     """Share of the blade that the race covers."""
     max_angle: NonNegative = 0.6109
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
+    """What turns the rudder."""
 
     @model_validator(mode="after")
     def _race_is_complete(self) -> Self:
@@ -101,15 +104,25 @@ class HydrodynamicsEntry(Config):
     """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
     water_level: float | None = None
+    """Mean water level in the world [m]."""
     water_density: Positive | None = None
+    """Density of the water [kg/m3]."""
     hull_radius: Positive | None = None
+    """Radius of each of the two half-cylinders that carry the boat [m]."""
     boat_width: Positive | None = None
+    """Distance between the axes of the two hulls [m]."""
     boat_length: Positive | None = None
+    """Length of the hulls [m]."""
     length_n: Annotated[int, Field(ge=1, le=1000)] | None = None
+    """Stations along each hull."""
     added_mass: Six | None = None
+    """Added mass in surge, sway, heave, roll, pitch, yaw [kg, kg m2]."""
     drag_linear: Six | None = None
+    """Linear drag in the same order [N s/m, N m s]."""
     drag_quadratic: Six | None = None
+    """Quadratic drag in the same order [N s2/m2, N m s2]."""
     hulls: tuple[HullConfig, ...] | None = None
+    """Floats that are lifted at points, instead of two half-cylinders."""
 
     @property
     def said(self) -> dict[str, Any]:
@@ -137,15 +150,18 @@ class ProfileEntry(Config):
     """What is different about a robot in worlds of another profile than `vrx`."""
 
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    """What is different about lift, drag and added mass."""
     thrusters: DriveEntry = DriveEntry()
+    """What is different about the thrusters."""
     shot_impulse: NonNegative | None = None
-    """Of its ball shooters [N s]."""
+    """Impulse of a shot of its ball shooters [N s]."""
 
 
 class Profiles(Config):
     """Profiles of physics that a robot's file can tell something of."""
 
     vrx3: ProfileEntry = ProfileEntry()
+    """What is different in worlds of profile vrx3."""
 
 
 class RobotConfig(Config):
@@ -153,10 +169,11 @@ class RobotConfig(Config):
 
     folder: Folder = None
     description: str = ""
+    """What `vrx-mj list robots --verbose` shows."""
     urdf: str
     """The `.urdf` or `.xacro`, relative to this file."""
     arguments: Arguments = Field(default_factory=dict)
-    """Of the xacro."""
+    """Arguments of the xacro."""
     layouts: dict[Name, Arguments] = Field(default_factory=dict)
     """Layouts of thrusters by name, as xacro arguments."""
     suites: dict[Name, Arguments] = Field(default_factory=dict)
@@ -164,12 +181,15 @@ class RobotConfig(Config):
     vrx_parts: Switch = False
     """Whether VRX's thruster and component files can furnish it."""
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    """Lift, drag and added mass."""
     thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
+    """Thrusters by the names that commands have."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
+    """Rudders by the names that commands have."""
     wind: Vec3 | None = None
-    """Coefficients along x and y and about z, for worlds that list none for it."""
+    """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
     sensors: tuple[SensorConfig, ...] = ()
-    """Besides those of the URDF; posed in their link's frame."""
+    """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()
     """What is different in worlds of other profiles."""
 

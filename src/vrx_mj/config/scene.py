@@ -20,8 +20,11 @@ class CloudsConfig(Config):
     direction: float = 0.0
     """Direction of travel [rad], counter-clockwise from east."""
     humidity: Share = 0.5
+    """SDF's humidity; clouds are not drawn."""
     mean_size: Share = 0.5
+    """SDF's mean size; clouds are not drawn."""
     ambient: Color = (0.8, 0.8, 0.8, 1.0)
+    """SDF's ambient colour; clouds are not drawn."""
 
 
 class SkyConfig(Config):
@@ -30,8 +33,11 @@ class SkyConfig(Config):
     time: Hour = 10.0
     """Time of day [h]."""
     sunrise: Hour = 6.0
+    """When the sun rises [h]."""
     sunset: Hour = 20.0
+    """When the sun sets [h]."""
     clouds: CloudsConfig = CloudsConfig()
+    """Clouds, which are not drawn: giving any gives a warning."""
 
     @model_validator(mode="after")
     def _sets_after_it_rises(self) -> Self:
@@ -44,12 +50,15 @@ class FogConfig(Config):
     """Fog; `start` and `end` are for linear fog, `density` for the others."""
 
     type: Literal["none", "linear", "exp", "quadratic"] = "none"
+    """How fog grows with the distance; exp and quadratic are drawn linear between their distances of 5 % and 95 %."""
     color: Color = (1.0, 1.0, 1.0, 1.0)
+    """Colour of the fog, and of the horizon in it."""
     start: NonNegative = 1.0
     """Distance at which fog starts [m]."""
     end: NonNegative = 100.0
     """Distance beyond which fog hides everything [m]."""
     density: NonNegative = 1.0
+    """Density [1/m]: exp fog hides 1 - exp(-density d) at distance d, quadratic fog 1 - exp(-(density d)^2)."""
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self) -> Self:
@@ -81,9 +90,16 @@ class SceneConfig(Config):
     """Light, background, sky and fog."""
 
     ambient: Color | None = None
+    """Ambient light; by default 0.4 in each channel."""
     background: Color | None = None
+    """Colour of the horizon, and of the sky where `sky` is false."""
     sky: Sky = True
+    """Whether there is a sky, or which hour it shows; by default a clear morning."""
     grid: Switch = False
+    """SDF's grid, which is not drawn: true gives a warning."""
     origin_visual: Switch = False
+    """SDF's axes at the origin, which are not drawn: true gives a warning."""
     shadows: Switch = True
+    """Whether the sun casts shadows."""
     fog: FogConfig | None = None
+    """Fog; by default none."""

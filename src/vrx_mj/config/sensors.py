@@ -31,22 +31,26 @@ class ErrorModel(Config):
     """Hector's model of a measurement's error, along three axes: offset + drift + white noise."""
 
     offset: Vec3 = (0.0, 0.0, 0.0)
+    """Constant error, in the unit of the measurement."""
     drift: _Spread = (0.0, 0.0, 0.0)
-    """Standard deviation of the slow drift, a Gauss-Markov process."""
+    """Standard deviation of the slow drift, a Gauss-Markov process, in the unit of the measurement."""
     drift_frequency: _Spread = (0.00027, 0.00027, 0.00027)
     """Reciprocal of the drift's time constant [1/s]."""
     noise: _Spread = (0.0, 0.0, 0.0)
-    """Standard deviation of the white noise."""
+    """Standard deviation of the white noise, in the unit of the measurement."""
 
 
 class _Sensor(Config):
+    """What all sensors have."""
+
     name: Name
+    """Name of the sensor on its boat."""
     link: str
     """The link that carries it, without the boat's namespace."""
     frame: str = ""
-    """Of its readings' header, without the boat's namespace; by default the link."""
+    """Frame of its readings, without the boat's namespace; by default the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
+    """Pose of the measuring frame (x forward, y left, z up) in the boat's `base_link` [m, rad]."""
     topic: str = ""
     """ROS topic or stem of topics, without the boat's namespace."""
 
@@ -55,15 +59,19 @@ class CameraConfig(_Sensor):
     """A pinhole camera without distortion, looking along x of its pose; `frame` is the optical one."""
 
     type: Literal["camera"] = "camera"
+    """Type of the sensor."""
     rate: Rate = 30.0
-    """Images per second."""
+    """Images per second [Hz]."""
     width: Annotated[int, Field(ge=1, le=8192)] = 1280
+    """Columns of an image [pixels]."""
     height: Annotated[int, Field(ge=1, le=8192)] = 720
+    """Rows of an image [pixels]."""
     horizontal_fov: Annotated[float, Field(gt=0, lt=3.1415)] = 1.3962634
     """Horizontal field of view [rad]."""
     near: Positive = 0.05
     """Nearest distance that is seen [m]."""
     far: Positive = 300.0
+    """Farthest distance that is seen [m]."""
     noise: NonNegative = 0.007
     """Standard deviation per pixel, of full scale, the same in the three channels."""
     baseline: float = 0.07
@@ -80,10 +88,13 @@ class LidarConfig(_Sensor):
     """A lidar: `points` from several rings, `scan` from one, planar."""
 
     type: Literal["lidar"] = "lidar"
+    """Type of the sensor."""
     output: Literal["points", "scan"] = "points"
+    """A cloud of points, or the ranges of one planar ring."""
     rate: Rate = 10.0
-    """Scans per second."""
+    """Scans per second [Hz]."""
     rings: Annotated[int, Field(ge=1, le=256)] = 16
+    """Number of rings."""
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1875
     """Rays per ring."""
     azimuth: tuple[float, float] = (-3.14159265358979, 3.14159265358979)
@@ -119,7 +130,9 @@ class GpsConfig(_Sensor):
     """A satellite receiver: fix and velocity."""
 
     type: Literal["gps"] = "gps"
+    """Type of the sensor."""
     rate: Rate = 15.0
+    """Fixes per second [Hz]."""
     position: ErrorModel = ErrorModel()
     """Errors along the world's x, y and z axes [m], as Hector's."""
     velocity: ErrorModel = ErrorModel()
@@ -130,7 +143,9 @@ class ImuConfig(_Sensor):
     """An inertial unit: orientation, rates and accelerations with gravity in them."""
 
     type: Literal["imu"] = "imu"
+    """Type of the sensor."""
     rate: Rate = 15.0
+    """Readings per second [Hz]."""
     acceleration: ErrorModel = ErrorModel()
     """Errors along the sensor's axes [m/s2]."""
     angular_velocity: ErrorModel = ErrorModel()
@@ -143,31 +158,39 @@ class P3dConfig(_Sensor):
     """The truth: pose and twist of a link in the world, with noise if wanted."""
 
     type: Literal["p3d"] = "p3d"
+    """Type of the sensor."""
     rate: Rate = 10.0
+    """Readings per second [Hz]."""
     noise: NonNegative = 0.0
+    """Standard deviation of each component of the velocities [m/s, rad/s]."""
 
 
 class PingerConfig(_Sensor):
     """A receiver of an acoustic beacon: range, bearing and elevation."""
 
     type: Literal["pinger"] = "pinger"
+    """Type of the sensor."""
     rate: Rate = 1.0
+    """Readings per second [Hz]."""
     range_noise: NonNegative = 3.0
-    """[m]"""
+    """Standard deviation of the range [m]."""
     bearing_noise: NonNegative = 0.01
-    """[rad]"""
+    """Standard deviation of the bearing [rad]."""
     elevation_noise: NonNegative = 0.01
-    """[rad]"""
+    """Standard deviation of the elevation [rad]."""
 
 
 class BallShooterConfig(_Sensor):
     """A launcher of balls, along x of its pose. It is fired, and reads how many shots are left."""
 
     type: Literal["ball_shooter"] = "ball_shooter"
+    """Type of the sensor."""
     rate: Rate = 10.0
+    """Readings per second [Hz]."""
     shots: Annotated[int, Field(ge=0, le=1000)] = 4
+    """Balls that it has at the start."""
     impulse: NonNegative = 0.3
-    """Of a shot [N s]; VRX: 300 N for 1 ms."""
+    """Impulse of a shot [N s]; VRX: 300 N for 1 ms."""
     muzzle: Vec3 = (0.14, 0.0, 0.0)
     """Where the ball starts, in the launcher's frame [m]."""
 

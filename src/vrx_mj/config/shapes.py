@@ -46,7 +46,9 @@ class Shape(Config):
 
     folder: Folder = None
     name: Name | None = None
+    """Name of the shape, for what refers to it."""
     type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]
+    """Kind of shape."""
     size: Size | None = None
     """Full edge lengths of a box, full axes of an ellipsoid [m]."""
     radius: Positive | None = None
@@ -56,9 +58,9 @@ class Shape(Config):
     file: str | None = None
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
     scale: Annotated[Scale, BeforeValidator(_three)] = (1.0, 1.0, 1.0)
-    """Of a mesh, along x, y and z; a negative one mirrors it. A file may give one number for all three."""
+    """Factors of a mesh along x, y and z; a negative one mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """In the link's frame."""
+    """Pose in the link's frame [m, rad]."""
 
     @field_validator("file")
     @classmethod
@@ -90,3 +92,4 @@ class Visual(Shape):
     """A shape that is seen."""
 
     color: Color = (0.5, 0.5, 0.5, 1.0)
+    """Colour of the shape."""

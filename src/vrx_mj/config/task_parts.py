@@ -58,15 +58,15 @@ class ShownObject(Config):
     """An object that shows up before the boat for a while."""
 
     time: NonNegative
-    """When, from the start of the run [s]."""
+    """Time at which it shows up, from the start of the run [s]."""
     duration: Positive = 5.0
-    """For how long [s]."""
+    """Time for which it is shown [s]."""
     type: str | None = None
-    """What a right report calls it; by default its model."""
+    """Name that a right report gives it; by default its model."""
     name: str
-    """Of the object in the world, which waits elsewhere."""
+    """Name of the object in the world, which waits elsewhere."""
     pose: Pose
-    """In the boat's frame, of which only the yaw turns [m, rad]."""
+    """Pose in the boat's frame, of which only the yaw turns [m, rad]."""
 
 
 class ChannelConfig(Config):
@@ -82,7 +82,7 @@ class GymkhanaChannel(ChannelConfig):
     """The channel of a gymkhana."""
 
     obstacle_penalty: NonNegative = 10.0
-    """For a collision in the channel [s]."""
+    """Penalty for a collision in the channel [s]."""
     collision_buffer: NonNegative = 10.0
     """Dead time after a collision counted in the channel [s]."""
 
@@ -91,8 +91,9 @@ class BaySign(Config):
     """What the placard of a bay shows, and whether it is the right one."""
 
     name: str | None = None
-    """Of the dock's bay; bays come in the dock's order."""
+    """Name of the dock's bay; bays come in the dock's order."""
     symbol: Symbol
+    """Symbol on the bay's placard at the start."""
     dock_allowed: Switch = False
     """Whether this is the correct bay."""
 
@@ -103,13 +104,16 @@ class TargetConfig(Config):
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
+    """Which hole of the bay's placard."""
     points: NonNegative
+    """Points for each ball [points]."""
 
 
 class AnimalConfig(Config):
     """An animal and what to do about it."""
 
     name: str
-    """Of the object in the world."""
+    """Name of the object in the world."""
     goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"] | None = None
-    """By default that of its model: avoid a crocodile, circle a platypus clockwise, a turtle counterclockwise."""
+    """What to do about it; by default that of its model: avoid a crocodile, circle a platypus clockwise, a turtle
+    counterclockwise."""

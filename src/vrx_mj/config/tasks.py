@@ -138,7 +138,7 @@ class NavigationTask(TaskConfig, ChannelConfig):
     collision_buffer: NonNegative = 10.0
     """Dead time after a counted collision [s]."""
     obstacle_penalty: NonNegative = 10.0
-    """For a collision [s]."""
+    """Penalty for a collision [s]."""
 
 
 class FollowPathTask(TaskConfig, ChannelConfig):
@@ -149,11 +149,11 @@ class FollowPathTask(TaskConfig, ChannelConfig):
     collision_buffer: NonNegative = 10.0
     """Dead time after a counted collision [s]."""
     points_per_gate_crossed: NonNegative = 10.0
-    """Points for a gate."""
+    """Points for a gate [points]."""
     bonus: NonNegative = 1.0
-    """Points for a gate right after the one before it, and for the last."""
+    """More, for a gate right after the one before it, and for the last [points]."""
     obstacle_penalty: NonNegative = 3.0
-    """Points that a collision costs."""
+    """Penalty for a collision [points]."""
 
 
 class DockTask(TaskConfig):
@@ -170,17 +170,18 @@ class DockTask(TaskConfig):
     color_sequence: tuple[ColorName, ColorName, ColorName] = ("red", "green", "blue")
     """What the light buoy shows, and what is to be reported."""
     color_bonus_points: NonNegative = 10.0
-    """For the right report of the colours."""
+    """Points for the right report of the colours [points]."""
     dock_bonus_points: NonNegative = 10.0
-    """For docking; by default 15 in scan_dock_deliver."""
+    """Points for docking [points]; by default 15 in scan_dock_deliver."""
     correct_dock_bonus_points: NonNegative = 10.0
-    """More, for docking in the correct bay; by default 5 in scan_dock_deliver."""
+    """More, for docking in the correct bay [points]; by default 5 in scan_dock_deliver."""
     enable_color_checker: Switch = True
     """Whether a report of the colours is taken; by default not in dock."""
     min_dock_time: NonNegative = 10.0
     """How long to stay in the bay [s]."""
     targets: tuple[TargetConfig, ...] | None = None
-    """By default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small one."""
+    """Points of holes; by default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small
+    one."""
 
     @model_validator(mode="before")
     @classmethod
@@ -213,11 +214,11 @@ class WildlifeTask(TaskConfig):
     animals: tuple[AnimalConfig, ...] = ()
     """Name and goal of each; by default all animals of the world."""
     engagement_distance: Positive = 10.0
-    """Within which an animal is engaged [m]."""
+    """Distance within which an animal is engaged [m]."""
     time_bonus: NonNegative = 30.0
-    """For each animal that was dealt with as it should be [s]."""
+    """Bonus for each animal that was dealt with as it should be [s]."""
     publication_rate: Positive | None = None
-    """At which the animals' places are told [Hz]; by default at every look."""
+    """Rate at which the animals' places are published [Hz]; by default at every look."""
 
 
 class GymkhanaTask(TaskConfig):
@@ -230,7 +231,7 @@ class GymkhanaTask(TaskConfig):
     pinger: Vec3
     """x, y, z of the beacon [m]."""
     obstacle_penalty: NonNegative = 1.0
-    """For a collision [m]."""
+    """Penalty for a collision [m]."""
 
 
 class AcousticPerceptionTask(TaskConfig):
@@ -254,7 +255,7 @@ class AcousticTrackingTask(TaskConfig):
     pinger_depth: float = 2.0
     """z of the beacon that receivers hear [m]; VRX's is above the water."""
     obstacle_penalty: NonNegative = 1.0
-    """For a collision [m]."""
+    """Penalty for a collision [m]."""
 
 
 ALIASES = {"station_keeping": "stationkeeping"}

@@ -68,8 +68,9 @@ class SeaConfig(Config):
     scale: Positive = 1.5
     """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
     angle: float = 0.4
-    """Between the directions of neighbouring components [rad]."""
+    """Angle between the directions of neighbouring components [rad]."""
     steepness: NonNegative = 0.0
+    """VRX's steepness; it is kept, but the height of the water does not depend on it."""
     gain: NonNegative = 0.1
     """Factor on amplitudes (pms)."""
     amplitude: NonNegative = 0.0
@@ -77,7 +78,7 @@ class SeaConfig(Config):
     period: Positive = 5.0
     """Peak (pms) or median (cwr) period [s]."""
     direction: Annotated[tuple[float, float], numbers("x y")] = (1.0, 0.0)
-    """In which the waves travel, east and north; any length but zero."""
+    """Direction in which the waves travel, east and north; any length but zero."""
     tau: NonNegative = 2.0
     """Time constant of the waves' growth at the start [s]."""
 
@@ -104,16 +105,18 @@ class WindObject(Config):
     """Something that the wind pushes: a boat, an object, or every boat of a kind."""
 
     model: str
+    """Name of a boat, an object, a kind of robot or a model of objects."""
     link: str | None = None
+    """VRX's link_name; without effect."""
     coefficients: Vec3
-    """Of the force along x and y and the torque about z."""
+    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N s2/m]."""
 
 
 class WindConfig(Config):
     """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts."""
 
     direction: float = 270.0
-    """In which the air moves [degrees], counter-clockwise from east."""
+    """Direction in which the air moves [degrees], counter-clockwise from east."""
     mean_velocity: NonNegative = 0.0
     """Mean speed [m/s]."""
     var_gain: NonNegative = 0.0
@@ -121,20 +124,22 @@ class WindConfig(Config):
     var_time: Positive = 2.0
     """Time constant of the gusts [s]."""
     seed: Seed = 0
-    """Of the gusts; 0 leaves it to the world's seed."""
+    """Seed of the gusts; 0 leaves it to the world's seed."""
     update_rate: float = 10.0
-    """At which VRX publishes the wind [Hz]; no effect on motion."""
+    """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
     objects: tuple[WindObject, ...] = ()
+    """What the wind pushes, besides boats whose robot has coefficients of its own."""
 
 
 class PhysicsConfig(Config):
     """How time passes and what pulls down."""
 
     profile: Profile = CLASSIC
+    """Whose physics the world has: VRX classic's, or VRX 3's."""
     timestep: Annotated[float, Field(gt=0, le=0.02)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
-    """Of the world, downwards [m/s2]."""
+    """Gravity of the world, downwards [m/s2]."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
     at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
@@ -203,7 +208,9 @@ class SpawnConfig(Config):
 
     folder: Folder = None
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
+    """Pose in the world [m, rad]."""
     robot: str = "wamv"
+    """Kind of boat: a name, or a path relative to this file."""
     thrusters: str = "T"
     """Layout of the thrusters: H, T or X."""
     sensors: Sensors | None = None
@@ -228,26 +235,37 @@ class WorldConfig(Config):
 
     folder: Folder = None
     name: str = "world"
+    """Name of the world; by default that of the file."""
     description: str = ""
+    """What `vrx-mj list worlds --verbose` shows."""
     georeference: Georeference | None = None
+    """Where the origin is on Earth; GPS and geodetic goals need it."""
     physics: PhysicsConfig = PhysicsConfig()
+    """Profile, step and gravity."""
     sea: SeaConfig = SeaConfig()
+    """The waves."""
     wind: WindConfig | None = None
+    """The wind; by default none."""
     scene: SceneConfig = SceneConfig()
+    """Light, sky and fog."""
     spawn: SpawnConfig = SpawnConfig()
+    """The one boat of a run without a fleet, and what fleets take from it."""
     terrain: str | None = None
-    """A name from `assets/terrain`."""
+    """Shoreline and ground: a name from `assets/terrain`."""
     objects: tuple[Placement, ...] = ()
+    """Objects in the water and on the shore."""
     docks: tuple[DockPlacement, ...] = ()
+    """Docks, drawn with letters."""
     fields: tuple[FieldConfig, ...] = ()
     """Objects at places drawn from a seed."""
     task: Task = None
+    """What is asked of a boat, and scored; by default nothing."""
     markers: MarkersConfig = MarkersConfig()
-    """Of the task's goals and of other places; only looked at."""
+    """Markers of the task's goals and of other places; only looked at."""
     camera: Pose | None = None
-    """Of the view that a recording opens with."""
+    """Pose of the view that a recording opens with [m, rad]."""
     seed: Seed = 0
-    """Of everything random, unless a run is given another."""
+    """Seed of everything random, unless a run is given another."""
 
     _section: Section | None = PrivateAttr(default=None)
 

@@ -48,17 +48,23 @@ class TaskSummary:
     """Result of a task."""
 
     type: str
+    """Type of the task."""
     name: str
+    """Name of the task: VRX's task_name."""
     state: str
     """Phase of the task: initial, ready, running or finished."""
     score: float
+    """The score, in `unit`."""
     unit: str
+    """Unit of the score."""
     better: str
     """Whether a `lower` or a `higher` score is better."""
     elapsed: float
     """Time since the task began to run [s]."""
     timed_out: bool
+    """Whether the time ran out before the task was done."""
     num_collisions: int
+    """Collisions that counted."""
     events: tuple[tuple[float, str, str], ...]
     """Messages of the referee: simulated time [s], text and level."""
 
@@ -68,16 +74,27 @@ class Summary:
     """Settings and result of a run; equal runs on one platform have the same `state_sha256`."""
 
     world: str
+    """Name of the world."""
     fleet: str
+    """Name of the fleet."""
     seed: int
+    """Seed of the run."""
     steps: int
+    """Physics steps that were made."""
     sim_time: float
+    """Simulated time at the end [s]."""
     wall_time: float
+    """Wall time of the run [s]."""
     real_time_factor: float
+    """Simulated seconds per second of wall time."""
     state_sha256: str
+    """Fingerprint of the final state."""
     platform: str
+    """Kind of machine and versions for which equal runs are equal to the last bit."""
     interrupted: bool
+    """Whether Ctrl-C ended the run."""
     boats: dict[str, BoatSummary]
+    """Where each boat is and how far it went, by name."""
     task: TaskSummary | None = None
     """Result of the world's task; None if it has none."""
 

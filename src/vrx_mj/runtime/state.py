@@ -21,9 +21,11 @@ class State:
     """
 
     version: int
+    """Version of this form; `check` refuses another one."""
     world: str
     """`World.sha256` of the world to which the state belongs."""
     seed: int
+    """Seed of the run."""
     time: float
     """Simulated time [s]."""
     mujoco: npt.NDArray[np.float64]

@@ -17,11 +17,15 @@ class Difference:
     """The first place where two recordings part."""
 
     row: int
+    """Number of the row, from 0."""
     time: float
     """Simulated time [s]."""
     column: str
+    """Name of the first column that parts."""
     first: float
+    """Its value in the one recording."""
     second: float
+    """Its value in the other."""
     columns: int
     """Number of columns that part in this row."""
 
@@ -31,12 +35,15 @@ class Comparison:
     """What two recordings have in common."""
 
     first: Path
+    """One recording."""
     second: Path
+    """The other recording."""
     common: int
     """Rows that both have."""
     differences: tuple[str, ...]
     """Everything that differs besides the rows, in words."""
     parting: Difference | None
+    """The first place where the motions part; None: nowhere."""
     notes: tuple[str, ...] = ()
     """What was not compared, in words."""
 

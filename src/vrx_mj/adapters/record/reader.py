@@ -33,7 +33,9 @@ class Event:
     time: float
     """Simulated time [s], to a nanosecond."""
     text: str
+    """What happened, in words."""
     level: str
+    """INFO, WARN or ERROR, as rerun has it."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,9 @@ class SavedState:
     """A state from which the run can go on."""
 
     time: float
+    """Simulated time [s]."""
     blob: bytes
+    """What `State.from_bytes` reads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,7 @@ class Track:
     """What one boat or object did, a row per recorded time; NaN while it was not there."""
 
     name: str
+    """Name of the boat or object."""
     position: FloatArray
     """(n, 3) [m, ENU]."""
     quaternion: FloatArray
@@ -68,6 +73,7 @@ class Record:
     """A recording."""
 
     path: Path
+    """The file that was read."""
     properties: Mapping[str, Any]
     """The run: world, fleet, seed, versions, platform."""
     companies: tuple[Company, ...]
@@ -81,16 +87,21 @@ class Record:
     wind_direction: tuple[float, float]
     """Unit vector the wind blows toward, east and north."""
     boats: Mapping[str, Track]
+    """What each boat did, by name."""
     objects: Mapping[str, Track]
+    """What each object did, by name."""
     balls: Mapping[str, Track]
     """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
     sensors: tuple[RecordedSensor, ...]
     """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
+    """What happened, in order of time."""
     states: tuple[SavedState, ...]
+    """States from which the run can go on."""
     frames: tuple[Found, ...]
     """What the referee of the world's task looked at: company, a row of `tasks.layout`, and what was sent with it."""
     layout: RowLayout
+    """Which column of `rows` is what."""
     rows: FloatArray
     """(n, columns): everything recorded, as it was; `layout.names()` names the columns. NaN of who was not there."""
     views: bytes

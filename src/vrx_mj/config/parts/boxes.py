@@ -23,6 +23,7 @@ class Box(Config):
     """A box along the axes of base_link; its faces belong to it."""
 
     name: Name
+    """Name of the box, as messages give it."""
     center: Vec3
     """[m]"""
     size: Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]

@@ -1,0 +1,122 @@
+"""The documentation: what its first pages tell works, its written pages are up to date, and the site builds."""
+
+import ast
+import contextlib
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from page_blocks import Block, blocks
+
+REPO = Path(__file__).resolve().parents[1]
+DOCS = REPO / "docs"
+TOOLS = REPO / "tools"
+START = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy")
+NEEDS = {"first_policy": "gymnasium"}
+COMMAND = re.compile(r"^vrx-mj (.*)$", re.M)
+
+
+def tool(name, monkeypatch):
+    """What a script of `tools` defines."""
+    monkeypatch.syspath_prepend(TOOLS)
+    return runpy.run_path(str(TOOLS / f"{name}.py"))
+
+
+def typed(block: Block, monkeypatch) -> None:
+    """The commands of a block, run by this process."""
+    from vrx_mj.cli import main
+
+    for command in COMMAND.findall(block.text):
+        monkeypatch.setattr(sys, "argv", ["vrx-mj", *shlex.split(command, comments=True)])
+        with contextlib.suppress(SystemExit):
+            main()
+
+
+def executed(block: Block, _monkeypatch) -> None:
+    """A block of Python, run as a program; a test may make a line quicker."""
+    text = block.text
+    quicker = block.note("tested with")
+    if quicker is not None:
+        name = quicker.split(" = ")[0]
+        text, count = re.subn(rf"^{name} = .*$", quicker, text, flags=re.M)
+        assert count == 1, f"{block.place}: no line sets {name}"
+    script = Path("block.py")
+    script.write_text(text, encoding="utf-8")
+    runpy.run_path(str(script), run_name="__main__")
+
+
+RUN = {"bash": typed, "python": executed}
+
+
+def checked(block: Block, said: str) -> None:
+    """What the page says that a block prints and writes."""
+    for key, value in block.notes:
+        if key == "expect":
+            assert re.search(value, said, re.M | re.S), f"{block.place}: no {value} in\n{said}"
+        elif key == "writes":
+            assert Path(value).is_file(), f"{block.place} did not write {value}"
+
+
+@pytest.mark.parametrize("page", START)
+def test_what_a_first_page_shows_works_as_written(page, tmp_path, monkeypatch, capsys):
+    if page in NEEDS:
+        pytest.importorskip(NEEDS[page], reason="pip install 'vrx-mj[rl]'")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("COLUMNS", "160")
+    for block in blocks(DOCS / "start" / f"{page}.md"):
+        if (file := block.note("file")) is not None:
+            Path(file).write_text(block.text, encoding="utf-8")
+        if block.note("not run") is None and block.kind in RUN:
+            RUN[block.kind](block, monkeypatch)
+            checked(block, capsys.readouterr().out)
+    sys.modules.pop("steer", None)
+
+
+def test_the_pages_of_file_formats_are_those_of_the_models(monkeypatch):
+    for name, text in tool("format_pages", monkeypatch)["pages"]().items():
+        committed = (DOCS / "formats" / name).read_text(encoding="utf-8")
+        assert committed == text, f"docs/formats/{name} is out of date: python tools/format_pages.py"
+
+
+def test_every_public_name_is_described_and_in_the_reference(monkeypatch):
+    assert tool("public_names", monkeypatch)["complaints"]() == []
+
+
+@pytest.mark.parametrize(
+    ("source", "lacks"),
+    [
+        ("class Boat:\n    name: str\n", ["x.Boat", "x.Boat.name"]),
+        ("class Boat:\n    '''A boat.'''\n    def go(self, way): ...\n", ["x.Boat.go", "x.Boat.go(way)"]),
+        ("class Boat:\n    '''A boat.'''\n    def go(self, way):\n        '''Go a `way` [m].'''\n", []),
+        ("def boat(name, seed):\n    '''A boat.'''\n", ["x.boat(name)"]),
+        ("class Boat:\n    '''A boat.'''\n    _name: str\n    size: int\n    '''Length [m].'''\n", []),
+    ],
+)
+def test_a_name_without_a_description_is_found(source, lacks, monkeypatch):
+    names = tool("public_names", monkeypatch)
+    node = ast.parse(source).body[0]
+    assert list(names["_undescribed"](f"x.{node.name}", "x", node, "", {"seed"})) == lacks
+
+
+def test_the_site_leaves_no_page_out():
+    listed = set(re.findall(r"[\w/]+\.md\b", (REPO / "mkdocs.yml").read_text(encoding="utf-8")))
+    assert listed == {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("mkdocs") is None, reason="pip install 'vrx-mj[docs]'")
+def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
+    done = subprocess.run(command, cwd=REPO, capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    pages = sorted((tmp_path / "site").rglob("*.html"))
+    loaded = re.compile(r"<(?:script|img|iframe)[^>]* src=\"(https?://[^\"]+)|<link[^>]* href=\"(https?://[^\"]+)")
+    assert len(pages) > 40
+    assert {page.name: found for page in pages if (found := loaded.findall(page.read_text(encoding="utf-8")))} == {}

@@ -1,0 +1,339 @@
+"""Write docs/formats/*.md from the models that read the files: `python tools/format_pages.py`.
+
+Every key stands there with its type, range, unit, default and meaning, below the head of the page, which is written by
+hand. tests/test_docs.py compares the pages with what this writes.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from pydantic import BeforeValidator
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from vrx_mj.config.base import Color, Config, Coordinate, Name, Pose, Switch
+from vrx_mj.config.displays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
+from vrx_mj.config.fleet import FleetConfig, Heading, Origin
+from vrx_mj.config.objects import DockPlacement, ObjectConfig
+from vrx_mj.config.parts.catalogue import TYPES, PartType
+from vrx_mj.config.parts.rules import load_rules
+from vrx_mj.config.paths import PathConfig
+from vrx_mj.config.robots import Arguments, RobotConfig
+from vrx_mj.config.series.given import REQUIRED
+from vrx_mj.config.series.macros import MACROS
+from vrx_mj.config.shapes import Factor
+from vrx_mj.config.task_parts import Gates
+from vrx_mj.config.tasks import TASKS, Task
+from vrx_mj.config.world import Sensors, WorldConfig
+
+REPO = Path(__file__).resolve().parents[1]
+FOLDER = REPO / "docs" / "formats"
+SIMPLE = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+MARK = "<!-- from here on by tools/format_pages.py -->\n"
+HEADER = "| key | type and range | unit | default | meaning |\n|---|---|---|---|---|\n"
+FORMS = {"word": "text", "switch": "true or false", "triple": "text of 3 numbers"}
+EXTENDS = "| `extends` | text | | | A name or a path of another file of this kind; the keys of this one win. |\n"
+UNIT = re.compile(r"\[((?:degrees|pixels|points|rad|kg|Hz|N|m|s|h|1)(?:[ /,0-9][^\]]*)?)\]")
+
+POSE = "pose [x, y, z, roll, pitch, yaw]"
+
+WORDS: tuple[tuple[Any, str], ...] = (
+    (Pose, POSE),
+    (Color, "colour"),
+    (Name, "name"),
+    (Switch, "true or false"),
+    (Coordinate, "number"),
+    (Symbol, f"symbol, as `red_circle`: {', '.join(LIGHT_COLORS)}; {', '.join(SHAPES)}"),
+    (LightColor, "`red`, `green`, `blue`, `yellow` or `off`"),
+    (Sensors, "`vrx`, `none`, or list of names"),
+    (Origin, "`world`, `spawn`, or [x, y, yaw]"),
+    (Heading, "`outward`, `inward`, `tangent`, or number"),
+    (Task, "[keys](task.md), by `type`"),
+    (Gates, "list of [left, right], names of buoys"),
+    (Arguments, "names and values of xacro arguments"),
+    (Pattern, "[first, second, third], each `red`, `green`, `blue`, `yellow` or `off`"),
+    (Factor, "number, not 0"),
+)
+"""Types with words of their own."""
+
+EXAMPLES = {
+    "world": "assets/start/world.yaml",
+    "fleet": "assets/start/fleet.yaml",
+    "object": "assets/start/object.yaml",
+    "dock": "assets/start/dock.txt",
+    "robot": "assets/robots/skiff/robot.yaml",
+    "parts": "assets/start/component_config.yaml",
+}
+"""Files that stand in the pages."""
+"""Files that the pages show."""
+
+
+@dataclass
+class Writer:
+    """Sections of one page, and where each model is described."""
+
+    page: str
+    homes: dict[type[Config], str]
+    queue: list[tuple[str, type[Config]]] = field(default_factory=list)
+
+    def section(self, title: str, model: type[Config], level: str) -> str:
+        """A heading, what the model is, and its table of keys."""
+        score = getattr(model, "scores", None)
+        lines = [f"{level} {title}\n", f"{(model.__doc__ or '').strip()}\n"]
+        if score is not None:
+            lines.append(f"Score: {score}.\n")
+        return "\n".join(lines) + "\n" + self.table(model, title)
+
+    def table(self, model: type[Config], title: str) -> str:
+        """The keys of a model; nested models that nobody describes yet follow."""
+        rows = HEADER + (EXTENDS if model in {WorldConfig, FleetConfig, ObjectConfig, RobotConfig} else "")
+        hints = get_type_hints(model, include_extras=True)
+        for key, info in model.model_fields.items():
+            if info.exclude:
+                continue
+            path = key if not title.startswith("`") else f"{title.strip('`')}.{key}"
+            words = self.words(hints[key], path)
+            cells = (f"`{key}`", words, unit(hints[key], info), default(info), meaning(model, key))
+            rows += row(cells)
+        return rows + "\n"
+
+    def words(self, hint: Any, path: str) -> str:
+        """A type in plain words."""
+        known = next((said for kind, said in WORDS if hint == kind), None)
+        if known is not None:
+            return known
+        metadata = getattr(hint, "__metadata__", ())
+        if metadata:
+            return self._annotated(hint.__origin__, metadata, path)
+        if isinstance(hint, type) and issubclass(hint, Config):
+            return f"[keys]({self.link(hint, path)})"
+        return SIMPLE[hint] if hint in SIMPLE else self._compound(get_origin(hint), get_args(hint), path)
+
+    def _compound(self, origin: Any, arguments: tuple[Any, ...], path: str) -> str:
+        """A type made of others."""
+        if origin is Literal:
+            return either([f"`{part}`" for part in arguments])
+        if origin is tuple and arguments[-1] is Ellipsis:
+            return f"list of {self.words(arguments[0], path)}"
+        if origin is dict:
+            return f"names, each with {self.words(arguments[1], path)}"
+        parts = [self.words(part, path) for part in arguments if part is not type(None)]
+        if origin is tuple and len(set(parts)) == 1:
+            return f"list of {len(parts)}: {parts[0]}"
+        return either(list(dict.fromkeys(parts)))
+
+    def _annotated(self, inner: Any, metadata: tuple[Any, ...], path: str) -> str:
+        """A type with limits, or of several numbers."""
+        labels = next((found for each in metadata if (found := labels_of(each))), None)
+        if labels:
+            each = {self.words(part, path) for part in get_args(inner)}
+            limit = each.pop().removeprefix("number").removeprefix(",") if len(each) == 1 else ""
+            return f"[{', '.join(labels)}]" + (f", each {limit.strip()}" if limit else "")
+        limits = ", ".join(limit for each in metadata for limit in limits_of(each))
+        return self.words(inner, path) + (f", {limits}" if limits else "")
+
+    def link(self, model: type[Config], path: str) -> str:
+        """Where a model is described; a new one gets a section of this page."""
+        if model not in self.homes:
+            self.homes[model] = f"{self.page}.md#{slug(path)}"
+            self.queue.append((f"`{path}`", model))
+        page, anchor = self.homes[model].split("#")
+        return f"#{anchor}" if page == f"{self.page}.md" else f"{page}#{anchor}"
+
+    def rest(self, level: str) -> Iterator[str]:
+        """Sections of the models that the ones above name."""
+        while self.queue:
+            title, model = self.queue.pop(0)
+            yield self.section(title, model, level)
+
+
+def either(words: list[str]) -> str:
+    """`a`, `b` or `c`."""
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def labels_of(validator: Any) -> list[str] | None:
+    """The names of the numbers that `numbers` demands."""
+    function = getattr(validator, "func", None)
+    if not isinstance(validator, BeforeValidator) or "numbers.<locals>" not in getattr(function, "__qualname__", ""):
+        return None
+    cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+    return list(cells["names"].cell_contents)
+
+
+def limits_of(constraint: Any) -> Iterator[str]:
+    """Limits of a number in words."""
+    if isinstance(constraint, FieldInfo):
+        for each in constraint.metadata:
+            yield from limits_of(each)
+    for name, words in (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most")):
+        limit = getattr(constraint, name, None)
+        if limit is not None:
+            yield f"{words} {'2^63' if limit == 2**63 else number(limit)}"
+
+
+def unit(hint: Any, info: FieldInfo) -> str:
+    """Units as the docstring gives them in brackets; those of a pose are always the same."""
+    found = [part.strip() for text in UNIT.findall(info.description or "") for part in text.split(",")]
+    if not found and Pose in {hint, *get_args(hint)}:
+        found = ["m", "rad"]
+    return ", ".join(dict.fromkeys(found))
+
+
+def default(info: FieldInfo) -> str:
+    """A default as a file would give it."""
+    value = info.default
+    if info.is_required():
+        return "**required**"
+    if value is PydanticUndefined or value is None or isinstance(value, Config):
+        return ""
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, float | int):
+        return f"`{number(value)}`"
+    if isinstance(value, tuple):
+        text = ", ".join(number(part) if isinstance(part, float) else str(part) for part in value)
+        return f"`[{text}]`"
+    return f"`{value}`" if value else ""
+
+
+def number(value: float) -> str:
+    """A number without a needless point."""
+    return f"{value:.6g}"
+
+
+def meaning(model: type[Config], key: str) -> str:
+    """The attribute's docstring on one line.
+
+    Raises:
+        ValueError: it has none.
+    """
+    owners = (base.model_fields[key] for base in model.__mro__ if issubclass(base, Config) and key in base.model_fields)
+    said = next((owner.description for owner in owners if owner.description), None)
+    if said is None:
+        raise ValueError(f"{model.__module__}.{model.__name__}.{key} has no docstring")
+    text = " ".join(said.split()).replace("|", "\\|")
+    return re.sub(rf" {UNIT.pattern}", "", text) if len(UNIT.findall(text)) == 1 else text
+
+
+def part_default(value: str | float | bool | None) -> str:
+    """The default of a part's parameter."""
+    if value is None:
+        return "**required**"
+    if isinstance(value, bool) or not isinstance(value, float):
+        return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+    return f"`{number(value)}`"
+
+
+def row(cells: tuple[str, ...]) -> str:
+    """A row of a table."""
+    return "|" + "|".join(f" {cell} " if cell else " " for cell in cells) + "|\n"
+
+
+def slug(title: str) -> str:
+    """The anchor of a heading, as mkdocs and GitHub make it."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def pages() -> dict[str, str]:
+    """Contents of all pages, by file name."""
+    homes: dict[type[Config], str] = {DockPlacement: "dock.md#keys", PathConfig: "object.md#path"}
+    written = {
+        "world": model_page("world", homes, WorldConfig),
+        "fleet": model_page("fleet", homes, FleetConfig),
+        "object": model_page("object", homes, ObjectConfig, ("`path`", PathConfig)),
+        "dock": model_page("dock", homes, DockPlacement),
+        "task": task_page(homes),
+        "robot": model_page("robot", homes, RobotConfig),
+        "parts": parts_page(),
+        "axes": axes_page(),
+    }
+    return {f"{name}.md": text.rstrip("\n") + "\n" for name, text in written.items()}
+
+
+def model_page(name: str, homes: dict[type[Config], str], root: type[Config], *more: tuple[str, type[Config]]) -> str:
+    """A page of a file that one model reads."""
+    writer = Writer(name, homes, list(more))
+    homes.setdefault(root, f"{name}.md#keys")
+    return begin(name) + "## Keys\n\n" + writer.table(root, "Keys") + "".join(writer.rest("##"))
+
+
+def task_page(homes: dict[type[Config], str]) -> str:
+    """The types of tasks; what all of them have comes first."""
+    writer = Writer("task", homes)
+    text = begin("task")
+    for name, model in TASKS.items():
+        if model not in homes:
+            homes[model] = f"task.md#{slug(name)}"
+            names = [one for one in TASKS if TASKS[one] is model]
+            text += writer.section(", ".join(names), model, "##")
+    return text + "".join(writer.rest("##"))
+
+
+def parts_page() -> str:
+    """Types of thrusters and components with their parameters."""
+    rules = load_rules("classic")
+    text = begin("parts")
+    for kind in ("thrusters", "components"):
+        text += f"## {kind.capitalize()}\n\n"
+        for part in TYPES.values():
+            if part.kind == kind:
+                allowed = rules.of(kind).types.get(part.name)
+                text += part_section(part, allowed.most if allowed else 0, allowed.parameters if allowed else ())
+    return text
+
+
+def part_section(part: PartType, most: int, allowed: tuple[str, ...]) -> str:
+    """A type of part."""
+    legal = f"A competition allows {most} at most." if most else "No competition allows it."
+    text = f"### `{part.name}`\n\n{part.meaning[0].upper()}{part.meaning[1:]}. {legal}\n\n"
+    text += "| parameter | type | unit | default | competition | meaning |\n|---|---|---|---|---|---|\n"
+    for each in part.parameters:
+        release = f" (VRX {each.release} only)" if each.release else ""
+        cells = (
+            f"`{each.name}`",
+            FORMS.get(each.form, each.form),
+            each.unit,
+            part_default(each.default),
+            "yes" if each.name in allowed else "no",
+            each.meaning + release,
+        )
+        text += row(cells)
+    return text + "\n"
+
+
+def axes_page() -> str:
+    """Macros with their parameters."""
+    text = begin("axes") + "## Macros\n\n| macro | makes | parameters and defaults | XML |\n|---|---|---|---|\n"
+    for name, macro in MACROS.items():
+        given = ", ".join(parameter(key, value) for key, value in macro.defaults.items())
+        blocks = ", ".join(f"`/**{block}`" for block in macro.blocks)
+        text += f"| `{name}` | {macro.part} | {given} | {blocks} |\n"
+    return text
+
+
+def parameter(key: str, value: Any) -> str:
+    """A parameter of a macro with its default."""
+    if value is REQUIRED:
+        return f"`{key}` (required)"
+    return f"`{key}`" if value == "" else f"`{key}: {number(value) if isinstance(value, float) else value}`"
+
+
+def begin(name: str) -> str:
+    """The head of a page, which is kept, and its example."""
+    head, mark, _ = (FOLDER / f"{name}.md").read_text(encoding="utf-8").partition(MARK)
+    if not mark:
+        raise ValueError(f"docs/formats/{name}.md lacks the line {MARK}")
+    if name not in EXAMPLES:
+        return f"{head}{mark}\n"
+    content = (REPO / EXAMPLES[name]).read_text(encoding="utf-8").rstrip("\n")
+    kind = "yaml" if EXAMPLES[name].endswith(".yaml") else "text"
+    return f"{head}{mark}\n## Example\n\n```{kind}\n{content}\n```\n\n"
+
+
+if __name__ == "__main__":
+    for page, content in pages().items():
+        (FOLDER / page).write_text(content, encoding="utf-8", newline="\n")
