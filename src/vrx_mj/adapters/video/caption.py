@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from PIL import ImageFont
     from PIL.Image import Image
 
-__all__ = ["clock_line", "name_boats", "project", "task_line", "write_lines"]
+__all__ = ["clock_line", "name_boats", "project", "task_lines", "write_lines"]
 
 FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[int, int, int]
@@ -42,11 +42,11 @@ def clock_line(world: str, time: float, speed: float) -> str:
     return f"{world}  {time:.1f} s{faster}"
 
 
-def task_line(standing: Standing) -> str:
-    """Phase, time left, score and collisions of a task."""
+def task_lines(standing: Standing) -> tuple[str, str]:
+    """Phase and time left, score and collisions of a task."""
     left = f", {standing.remaining:.0f} s left" if standing.phase == "running" else ""
-    hits = f", collisions {standing.collisions}"
-    return f"{standing.task}: {standing.phase}{left}, score {standing.score:.2f} {standing.unit}{hits}"
+    score = f"score {standing.score:.2f} {standing.unit}, collisions {standing.collisions}"
+    return f"{standing.task}: {standing.phase}{left}", score
 
 
 def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:

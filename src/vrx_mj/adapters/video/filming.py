@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.reader import Record, read_record
-from vrx_mj.adapters.video.caption import clock_line, name_boats, task_line, write_lines
+from vrx_mj.adapters.video.caption import clock_line, name_boats, task_lines, write_lines
 from vrx_mj.adapters.video.encoder import encoder_of
 from vrx_mj.adapters.video.eye import Above, Chase, Eye, view_of
 from vrx_mj.adapters.video.footage import Footage, Instant
@@ -96,11 +96,15 @@ def write_video(
     recorded = source if isinstance(source, Record) else read_record(source)
     suffix = target.suffix.lower()
     film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix])
+    part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
     try:
-        with closing(film), target.open("wb"):
-            encoder(target, film.pictures(progress), len(film.times), film.rate)
+        with closing(film), part.open("wb"):
+            encoder(part, film.pictures(progress), len(film.times), film.rate)
+        part.replace(target)
     except OSError as error:
         raise VideoError(f"cannot write the video '{target}': {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
     return len(film.times)
 
 
@@ -113,7 +117,7 @@ class Film:
         if shot.view not in VIEWS:
             raise UnknownNameError("view", shot.view, VIEWS)
         self.size = checked_size(shot.size or size)
-        self.rate = Fraction(positive("fps", shot.fps or fps)).limit_denominator(1000)
+        self.rate = Fraction(positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(1000)
         self.times = self._times(positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
         paths = {boat: self._footage.path(boat) for boat in recorded.boats}
@@ -170,7 +174,7 @@ class Film:
         """Time, task and score, and what has just happened."""
         world, standing = str(self._footage.recorded.properties["world"]), self._footage.standing(time)
         lines = [clock_line(world, time, self._shot.speed)]
-        write_lines(shown, lines if standing is None else [*lines, task_line(standing)])
+        write_lines(shown, lines if standing is None else [*lines, *task_lines(standing)])
         since = time - TOLD_FOR * self._shot.speed
         events = [event for event in self._footage.recorded.events if since < event.time <= time and event.time > 0.0]
         write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-MOST_EVENTS:]], bottom=True)
