@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from itertools import pairwise
@@ -68,9 +67,9 @@ def write_webp(path: Path, pictures: Pictures, count: int, rate: Fraction) -> No
     reel = reel_of(pictures, count)
     stops = [round(1000 * number / rate) for number in range(count + 1)]
     durations = [end - begin for begin, end in pairwise(stops)]
-    reel.save(
+    reel.save(  # every picture whole: differences between lossy pictures leave ghosts on moving water
         path, format="WEBP", save_all=True, duration=durations, loop=0, quality=WEBP_QUALITY, method=WEBP_EFFORT,
-        kmin=0, kmax=sys.maxsize >> 33, minimize_size=False,
+        kmin=0, kmax=1,
     )  # fmt: skip
 
 

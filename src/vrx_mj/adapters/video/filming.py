@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "Film", "Shot", "write_video"]
 
+FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
 VIEWS = ("both", "chase", "above")
 """From where a video is seen; both: behind a boat, with the view from above in a corner."""
@@ -73,6 +74,7 @@ def write_video(
     path: str | Path,
     shot: Shot | None = None,
     *,
+    eye: Callable[[float], Eye] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> int:
     """Draw a recording into a video, without a display; returns the number of its pictures.
@@ -83,6 +85,7 @@ def write_video(
         source: a recording, or its file.
         path: the video: `.mp4`, `.webp` or `.gif`.
         shot: how it is filmed.
+        eye: a camera of your own instead of that of `shot.view`: where it is at a simulated time [s].
         progress: called after every picture with the number of those that are drawn, and of all.
 
     Raises:
@@ -95,7 +98,7 @@ def write_video(
     encoder = encoder_of(target)
     recorded = source if isinstance(source, Record) else read_record(source)
     suffix = target.suffix.lower()
-    film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix])
+    film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix], eye=eye)
     part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
     try:
         with closing(film), part.open("wb"):
@@ -111,7 +114,15 @@ def write_video(
 class Film:
     """The pictures of a recording. `close` it when they are drawn."""
 
-    def __init__(self, recorded: Record, shot: Shot, *, size: tuple[int, int], fps: float) -> None:
+    def __init__(
+        self,
+        recorded: Record,
+        shot: Shot,
+        *,
+        size: tuple[int, int],
+        fps: float,
+        eye: Callable[[float], Eye] | None = None,
+    ) -> None:
         """Plan what is drawn; `size` and `fps` are those of a shot that leaves them open."""
         self._footage, self._shot = Footage(recorded), shot
         if shot.view not in VIEWS:
@@ -123,8 +134,7 @@ class Film:
         paths = {boat: self._footage.path(boat) for boat in recorded.boats}
         boat = followed(recorded, shot.boat)
         self._paths, self._colors = paths, boat_colors(recorded.boats)
-        self._chase = Chase(paths[boat], self._footage.level)
-        self._above = Above(list(paths.values()), self._footage.level, self.size[0] / self.size[1])
+        self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
 
     def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
@@ -137,12 +147,10 @@ class Film:
     def picture(self, time: float) -> Picture:
         """The picture of a simulated time [s]."""
         moment, (width, height) = self._footage.at(time), self.size
-        first, *others = {"both": (self._chase, self._above), "chase": (self._chase,), "above": (self._above,)}[
-            self._shot.view
-        ]
-        shown = self._seen(moment, first.eye(time), self.size)
+        first, *others = self._eyes
+        shown = self._seen(moment, first(time), self.size)
         for other in others:
-            inset = self._seen(moment, other.eye(time), (even(INSET * width), even(INSET * height)))
+            inset = self._seen(moment, other(time), (even(INSET * width), even(INSET * height)))
             set_in(shown, inset)
         if self._shot.captions:
             self._write(shown, time)
@@ -153,6 +161,12 @@ class Film:
         if self._stage is not None:
             self._stage[1].close()
             self._stage = None
+
+    def _views(self, paths: Sequence[FloatArray], path: FloatArray) -> Sequence[Callable[[float], Eye]]:
+        """The cameras, the large picture's first: behind the boat of a path, and above those of all paths."""
+        level, (width, height) = self._footage.level, self.size
+        chase, above = Chase(path, level).eye, Above(paths, level, width / height).eye
+        return {"both": (chase, above), "chase": (chase,), "above": (above,)}[self._shot.view]
 
     def _seen(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> Image:
         """What an eye sees, with the boats' names."""
