@@ -16,6 +16,7 @@ __all__ = [
     "SensorError",
     "StateError",
     "UnknownNameError",
+    "VideoError",
     "VrxError",
     "VrxWarning",
     "check_kind",
@@ -125,6 +126,10 @@ class SensorError(VrxError):
 
 class RenderError(VrxError):
     """Pictures that cannot be drawn on this machine; the message names what to install."""
+
+
+class VideoError(VrxError):
+    """A video that cannot be made: an unknown kind of file, an invalid size, an encoder that is not installed."""
 
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:

@@ -151,16 +151,31 @@ def view(
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, tell=typer.echo)
 
 
-def replay(recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")]) -> None:
-    """Open a recording in rerun's viewer.
+def replay(
+    recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    video: Annotated[Path | None, typer.Option(help="Draw a video instead: .mp4, .webp or .gif.")] = None,
+    view: Annotated[
+        str, typer.Option(help="Of the video: chase, above, or both, with above in a corner.", show_default=True)
+    ] = "both",
+    boat: Annotated[str | None, typer.Option(help="The boat that is followed.")] = None,
+    size: Annotated[str | None, typer.Option(help="Of the video [pixels]: 1280x720.")] = None,
+    fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second of the video.")] = 1.0,
+    begin: Annotated[float | None, typer.Option("--from", help="First simulated second of the video.")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video.")] = None,
+) -> None:
+    """Open a recording in rerun's viewer, or draw it into a video, for which no display is needed.
 
-    Example: vrx-mj replay run.rrd
+    Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
     from vrx_mj.adapters.record import open_viewer
+    from vrx_mj.adapters.video import Shot, draw_video, parse_size
 
     if not recording.is_file():
         raise RecordError(f"no recording '{recording}'")
-    raise SystemExit(open_viewer(recording))
+    if video is None:
+        raise SystemExit(open_viewer(recording))
+    typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))
 
 
 def compare(

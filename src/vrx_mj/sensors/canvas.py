@@ -5,6 +5,7 @@ import functools
 import importlib
 import threading
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -39,17 +40,29 @@ class Canvas:
     The model must not be used elsewhere: what a picture does not show is hidden in it.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0, spare: int = SPARE_GEOMS
+    ) -> None:
+        """Open a context.
+
+        Args:
+            model: what is drawn.
+            width: of the largest picture at first [pixels].
+            height: likewise.
+            fog: whether there is any.
+            samples: per pixel, which smooths edges: 0, or 4, which takes twice as long.
+            spare: room for geoms that are drawn besides the model's.
+        """
         self._gl: Any = None
         self._context: Any = None
         self._model = model
         self.thread = threading.current_thread()
         self._size = (width, height)
         self._groups = model.geom_group.copy()
-        model.vis.quality.offsamples = 0
+        model.vis.quality.offsamples = samples
         model.vis.quality.shadowsize = 0
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + SPARE_GEOMS)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + spare)
         for flag, value in {**FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
             self._scene.flags[flag] = value
         self._option = mujoco.MjvOption()
@@ -64,8 +77,15 @@ class Canvas:
         self._functions: Any = importlib.import_module("OpenGL.GL")
         self._simplify_textures()
 
-    def draw(self, data: mujoco.MjData, view: View, sea: SeaSkin, out: npt.NDArray[np.uint8]) -> None:
-        """Draw what `view` sees into `out` (height, width, 3), the lowest row first."""
+    def draw(
+        self,
+        data: mujoco.MjData,
+        view: View,
+        sea: SeaSkin,
+        out: npt.NDArray[np.uint8],
+        add: Callable[[mujoco.MjvScene], None] | None = None,
+    ) -> None:
+        """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `add` adds geoms to the scene."""
         if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
         check_process()
@@ -75,6 +95,8 @@ class Canvas:
         self._collect(data, view)
         if sea.wet:
             self._pour(sea)
+        if add is not None:
+            add(self._scene)
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._context)
         mujoco.mjr_readPixels(out, None, area, self._context)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import draw_surface, fan, ripples
+from vrx_mj.physics.waves import surface_heights
 
 __all__ = ["SeaSkin"]
 
@@ -42,6 +43,13 @@ class SeaSkin:
             self._factor, self._waves = factor, self._nominal.copy()
             self._waves["amplitude"] *= factor
             self._shading = ripples(self._waves)
+
+    def height(self, x: FloatArray, y: FloatArray, time: float) -> FloatArray:
+        """Heights [m] of the surface at x, y [m, ENU, equal shapes] and simulated time [s], as the physics has them."""
+        east, north = (np.ascontiguousarray(values, np.float64).reshape(-1) for values in (x, y))
+        out = np.empty(east.shape)
+        surface_heights(self._waves, self._sea[0], east, north, np.full(east.shape, float(time)), out)
+        return out.reshape(np.shape(x))
 
     def move(self, eye: FloatArray, sun: FloatArray, course: float, half: float, time: float) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].

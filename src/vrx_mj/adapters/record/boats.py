@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.scene import RecordedBody, RecordScene
-from vrx_mj.adapters.record.still import boat_colors, body_chunks, mesh, named_series, pose, shown, static
+from vrx_mj.adapters.record.still import body_chunks, mesh, named_series, pose, shown, static
 
 __all__ = ["boat_chunks", "change_chunks"]
 
@@ -43,7 +44,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
 
 def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
-    begun, rgb = scene.begun, boat_colors(scene)[boat.name]
+    begun, rgb = scene.begun, boat_colors(scene.roster())[boat.name]
     if begun is not None:
         yield shown(begun, boat.path, pose(boat.pose))
     if boat.surfaces:
@@ -63,7 +64,7 @@ def series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> Iterator
     boats = [boat] if all(one.name != boat for one in first.boats()) else []
     known = {(one.boat, one.name) for one in first.thrusters}
     new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
-    yield from named_series(boats, new, boat_colors(scene), own=f"/{boat}")
+    yield from named_series(boats, new, boat_colors(scene.roster()), own=f"/{boat}")
 
 
 def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:

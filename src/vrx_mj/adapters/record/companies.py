@@ -22,7 +22,16 @@ from vrx_mj.adapters.record.scene import MovingBody, RecordScene, RowLayout
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
 
-__all__ = ["COMPANIES", "Company", "all_rows", "company_chunk", "joint_layout", "read_companies", "unpacked"]
+__all__ = [
+    "COMPANIES",
+    "Company",
+    "all_rows",
+    "columns_in",
+    "company_chunk",
+    "joint_layout",
+    "read_companies",
+    "unpacked",
+]
 
 COMPANIES = "/record/companies"
 FloatArray = npt.NDArray[np.float64]
@@ -86,11 +95,16 @@ def unpacked(blob: bytes) -> dict[str, bytes]:
         return {name: stored.read(name) for name in stored.namelist()}
 
 
-def all_rows(parts: Sequence[Mapping[str, Any]], layouts: Sequence[RowLayout]) -> FloatArray:
-    """Rows of every block in the columns of the joint layout, sorted by time; `layouts` are those of the companies."""
+def all_rows(
+    parts: Sequence[Mapping[str, Any]], layouts: Sequence[RowLayout]
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """Rows of every block in the columns of the joint layout, sorted by time, and numbers (n,) of their companies.
+
+    `layouts` are those of the companies.
+    """
     joint = joint_layout(layouts)
     places = [columns_in(joint, layout) for layout in layouts]
-    found = [np.empty((0, joint.width))]
+    found, owners = [np.empty((0, joint.width))], [np.zeros(0, np.int64)]
     for part in parts:
         numbers = part.get("company") or [[0]] * len(part["block"])
         for blob, (number,) in zip(part["block"], numbers, strict=True):
@@ -98,8 +112,10 @@ def all_rows(parts: Sequence[Mapping[str, Any]], layouts: Sequence[RowLayout]) -
             wide = np.full((len(rows), joint.width), np.nan)
             wide[:, places[number]] = rows
             found.append(wide)
-    rows = np.concatenate(found)
-    return rows[np.argsort(rows[:, 0], kind="stable")]
+            owners.append(np.full(len(rows), number))
+    rows, numbers = np.concatenate(found), np.concatenate(owners)
+    order = np.argsort(rows[:, 0], kind="stable")
+    return rows[order], numbers[order]
 
 
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from vrx_mj.adapters.record.reader import Record
 
-__all__ = ["FRAMES", "Scored", "frame_chunk", "read_frames", "rescore", "take_up"]
+__all__ = ["FRAMES", "Scored", "frame_chunk", "looks", "read_frames", "rescore", "take_up"]
 
 FRAMES = "/record/frames"
 FloatArray = npt.NDArray[np.float64]
@@ -95,19 +95,38 @@ def rescore(source: str | Path | Record) -> Scored:
     from vrx_mj.adapters.record.reader import Record, read_record
 
     recorded = source if isinstance(source, Record) else read_record(source)
+    referee, begun = _referee(recorded)
+    events = [(frame.time, *line) for frame, lines in _looks(recorded, referee, begun) for line in lines]
+    return Scored(referee, tuple(events))
+
+
+def looks(recorded: Record) -> Iterator[tuple[float, Referee]]:
+    """The time [s] of every frame of a recording, and the referee, always the same, after its look at it.
+
+    Raises:
+        RecordError: the recording is of a world without a task.
+    """
+    referee, begun = _referee(recorded)
+    return ((frame.time, referee) for frame, _ in _looks(recorded, referee, begun))
+
+
+def _looks(recorded: Record, referee: Referee, begun: float) -> Iterator[tuple[Frame, Sequence[tuple[str, str]]]]:
+    """Every frame after the time `begun` [s], and what the referee says of it: text and level."""
+    tasks = (company.parameters["task"] for company in recorded.companies)
+    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
+    for frame in frames_of(recorded, layouts):
+        if frame.time > begun + 1e-9:
+            yield frame, referee.look(frame).lines
+
+
+def _referee(recorded: Record) -> tuple[Referee, float]:
+    """The referee at the first frame that it has not seen, and the time [s] up to which it has."""
     task = recorded.companies[0].parameters.get("task")
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties['world']}, has no task")
-    referee, begun = make_referee(task), -1.0
-    if recorded.states and recorded.states[0].time > 0.0:
-        begun = _resumed(referee, recorded)
-    tasks = (company.parameters["task"] for company in recorded.companies)
-    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
-    events: list[tuple[float, str, str]] = []
-    for frame in frames_of(recorded, layouts):
-        if frame.time > begun + 1e-9:
-            events += [(frame.time, *line) for line in referee.look(frame).lines]
-    return Scored(referee, tuple(events))
+    referee = make_referee(task)
+    resumed = bool(recorded.states) and recorded.states[0].time > 0.0
+    return referee, _resumed(referee, recorded) if resumed else -1.0
 
 
 def frames_of(recorded: Record, layouts: Sequence[FrameLayout]) -> Iterator[Frame]:

@@ -104,6 +104,8 @@ class Record:
     """Which column of `rows` is what."""
     rows: FloatArray
     """(n, columns): everything recorded, as it was; `layout.names()` names the columns. NaN of who was not there."""
+    row_companies: npt.NDArray[np.int64]
+    """(n,) numbers of the companies that the rows are of."""
     views: bytes
     """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
@@ -148,7 +150,8 @@ def read_record(path: str | Path) -> Record:
     first = Company(RowLayout.from_json(head["layout"]), sha256, files)
     companies = read_companies(first, parts.get(COMPANIES, []))
     layouts = [company.layout for company in companies]
-    layout, rows = joint_layout(layouts), all_rows(parts.get("/record/rows", []), layouts)
+    rows, numbers = all_rows(parts.get("/record/rows", []), layouts)
+    layout = joint_layout(layouts)
     return Record(
         path=file,
         properties=head["properties"],
@@ -166,6 +169,7 @@ def read_record(path: str | Path) -> Record:
         frames=read_frames(parts.get(FRAMES, [])),
         layout=layout,
         rows=rows,
+        row_companies=numbers,
         views=run["views"][0][0],
         complete=complete,
     )

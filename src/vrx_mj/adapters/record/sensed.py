@@ -14,9 +14,10 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.moving import TRAIL_HEIGHT, times
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
-from vrx_mj.adapters.record.still import boat_colors, static
+from vrx_mj.adapters.record.still import static
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.sensors.intrinsics import focal_length
 from vrx_mj.sensors.readings import Inertia, Reading, Scan
@@ -47,7 +48,7 @@ OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
-    colors = boat_colors(scene)
+    colors = boat_colors(scene.roster())
     for sensor in scene.sensors:
         if sensor.type == "camera":
             yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))

@@ -15,23 +15,13 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
+from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.moving import WIND_HEIGHT, times
 from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
 from vrx_mj.adapters.record.sea import sea_triangles
 
-__all__ = ["boat_colors", "body_chunks", "mesh", "named_series", "pose", "shown", "static", "still_chunks"]
+__all__ = ["body_chunks", "mesh", "named_series", "pose", "shown", "static", "still_chunks"]
 
-COLORS = (
-    (255, 177, 61),
-    (84, 214, 255),
-    (255, 105, 140),
-    (140, 232, 120),
-    (190, 150, 255),
-    (255, 236, 110),
-    (90, 225, 195),
-    (255, 150, 90),
-)
-"""Colours that tell boats apart in trails and plots."""
 WIND_COLOR = (235, 245, 255)
 WAYPOINT_COLOR = (255, 64, 200)
 SHORE_COLOR = (226, 203, 150)
@@ -41,11 +31,6 @@ SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 EPOCH = (2020, 1, 1, 0, 0, 0)
 """Time of the files in the archive: one world, one archive."""
-
-
-def boat_colors(scene: RecordScene) -> dict[str, tuple[int, int, int]]:
-    """Colours of boats, of those that left, too."""
-    return {boat: COLORS[i % len(COLORS)] for i, boat in enumerate(scene.roster())}
 
 
 def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
@@ -228,7 +213,7 @@ def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
 
 def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
-    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene)
+    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene.roster())
     yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
     yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
