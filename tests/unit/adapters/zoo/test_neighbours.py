@@ -133,7 +133,7 @@ def test_shares():
     assert [team_share(reward) for reward in ("team", "individual", 0.25)] == [1, 0, 0.25]
     with pytest.raises(gymnasium.error.Error) as caught:
         team_share("both")
-    text = "reward is 'both': 'team', 'individual' or the team's share, from 0 to 1, is needed"
+    text = "invalid reward 'both': 'team', 'individual' or the team's share, from 0 to 1, is needed"
     assert str(caught.value) == text
     with pytest.raises(gymnasium.error.Error) as caught:
         chance("joining", 1.5)

@@ -169,8 +169,8 @@ ODD = {
     "negative mass; it needs 1.3465 m or more",
     "wamv_camera: [{name: front, post_z_from: 1.6}]\n": "components.yaml:1:15: wamv_camera[0].z: at 1.5 m its post is "
     "-0.127 m long, with a negative mass; it needs 1.627 m or more",
-    "lidar: [{name: top, type: 64_beam}]\n": "components.yaml:1:27: lidar[0].type: VRX makes no lidar of type '64_beam'; "
-    "known: 16_beam, 32_beam",
+    "lidar: [{name: top, type: 64_beam}]\n": "components.yaml:1:27: lidar[0].type: VRX makes no lidar of type "
+    "'64_beam'; known: 16_beam, 32_beam",
     "wamv_gps: [{P: 15}]\n": "components.yaml:1:16: wamv_gps[0].P: 15 is over a full turn, 6.2832; angles are in "
     "radians: ${radians(15)}",
     "wamv_pinger: [{orientation: 0 0 90}]\n": "components.yaml:1:29: wamv_pinger[0].orientation: 90 is over a full "

@@ -100,7 +100,8 @@ CALLS = {
         "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: expected elements <waypoint>, got '1 2 3'"
     ),
     "wayfinding: [{/**waypoints: '<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>'}]": (
-        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; remove '<!...'"
+        "bay.yaml:4:33: a.macros.wayfinding[0]./**waypoints: document types and entities are not allowed; "
+        "remove '<!...'"
     ),
     "usv_wind_gazebo: [{/**wind_objs: '<wind_obj><name>wamv</name></wind_obj>'}]": (
         "bay.yaml:4:38: a.macros.usv_wind_gazebo[0]./**wind_objs: <wind_obj> needs a <coeff_vector>"
