@@ -238,7 +238,7 @@ def test_the_threads_go_with_their_batch(boat):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda b: b.command(np.zeros((2, 3))), "commands have shape (2, 3) instead of (2, 4)"),
+        (lambda b: b.command(np.zeros((2, 3))), "invalid commands of shape (2, 3): (2, 4) is needed"),
         (
             lambda b: b.command([[0, 0, 0, 0], [0, np.nan, 0, 0]]),
             "invalid command nan for right of wamv in row 1: a finite number is needed",

@@ -204,7 +204,7 @@ def test_what_cannot_be_shown_is_refused(lit):
     with pytest.raises(CommandError) as caught:
         lit.set_light("buoy", ["red", "pink", "red"])
     known = "three of red, green, blue, yellow, off are needed"
-    assert str(caught.value) == f"the colours of buoy are ['red', 'pink', 'red']: {known}"
+    assert str(caught.value) == f"invalid colours ['red', 'pink', 'red'] of buoy: {known}"
     with pytest.raises(CommandError):
         lit.set_light("buoy", "red")
     with pytest.raises(UnknownNameError, match=r"^no symbol named 'red_cicle'; did you mean 'red_circle'\?$"):

@@ -157,7 +157,7 @@ def test_the_other_boats_hits_are_its_own():
 def test_a_message_that_the_task_does_not_take_is_refused(sim):
     with pytest.raises(CommandError, match=r"^station-keeping takes no message 'landmark'; known: none$"):
         sim.send("landmark", {"type": "mb_marker_buoy_red", "x": 1.0, "y": 2.0})
-    with pytest.raises(CommandError, match=r"^the message 'landmark' is not of plain finite data: "):
+    with pytest.raises(CommandError, match=r"^invalid message 'landmark': plain data with finite numbers is needed: "):
         sim.send("landmark", {"x": math.nan})
 
 

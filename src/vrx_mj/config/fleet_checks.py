@@ -96,7 +96,7 @@ def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfi
     distance, nearest = min((math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places)
     if distance > FAR:
         text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
-        advice = f"over {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
+        advice = f"more than {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
         warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
 
 

@@ -22,7 +22,7 @@ def shown(value: Any) -> str:
     if isinstance(value, list | tuple):
         return _short(f"[{', '.join(map(shown, value[:_LONGEST]))}]")
     huge = isinstance(value, int) and abs(value) >= 10**_LONGEST
-    return f"a number of over {_LONGEST} digits" if huge else _short(repr(value).removesuffix(".0"))
+    return f"a number of more than {_LONGEST} digits" if huge else _short(repr(value).removesuffix(".0"))
 
 
 def choice(value: Any, allowed: Sequence[str]) -> str:

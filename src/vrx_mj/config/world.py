@@ -321,6 +321,6 @@ def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) ->
     for name, angles in poses:
         angle = max(angles, key=abs)
         if abs(angle) > FULL_TURN:
-            text = f"{owner}: angle {angle:g} of '{name}' is over a full turn, {FULL_TURN:.4f}"
+            text = f"{owner}: angle {angle:g} of '{name}' exceeds a full turn, {FULL_TURN:.4f}"
             warnings.warn(f"{text}; poses are in radians", VrxWarning, stacklevel=4)
             return

@@ -48,7 +48,7 @@ _REWORDED = (
     ("did not find expected <document start>", "wrong indentation, or text after the end of the document"),
     ("expected the node content", "expected a value"),
     ("found undefined alias", "no anchor of this name"),
-    ("found duplicate anchor", "an anchor of this name exists already"),
+    ("found duplicate anchor", "an anchor of this name already exists"),
     ("found unknown escape character", "unknown escape in double quotes; use single quotes for a plain '\\'"),
     ("sequence entries are not allowed here", "a list's '-' starts on a line of its own"),
     ("block sequence entries", "a list's '-' starts on a line of its own"),

@@ -366,7 +366,8 @@ class Batch:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
         given = row_numbers("commands", values)
         if given.shape != (len(which), len(self._channels)):
-            raise CommandError(f"commands have shape {given.shape} instead of {(len(which), len(self._channels))}")
+            needed = (len(which), len(self._channels))
+            raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
         if not np.isfinite(given).all():
             at = np.argwhere(~np.isfinite(given))[0]
             boat, name = self.channels[at[1]]

@@ -201,5 +201,5 @@ def test_a_broken_shoreline_is_named(tmp_path, text, reason):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
         shoreline("bad", tmp_path)
-    wanted = "wanted {land: [{exterior: [[x, y], ...], holes: [...]}]}"
-    assert str(caught.value) == f"{path}: land: not a shoreline: {reason}; {wanted}"
+    wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
+    assert str(caught.value) == f"{path}: land: invalid shoreline: {reason}; {wanted}"

@@ -181,7 +181,7 @@ def test_a_fleet_far_from_everything_gives_one_warning(world):
         load_fleet({"positions": [{"x": 500, "y": 0}, {"x": 600, "y": 0}]}, world)
     assert [str(item.message) for item in caught] == [
         (
-            "fleet fleet: 403 m from the spawn pose, the nearest thing in world world; over 300 m; "
+            "fleet fleet: 403 m from the spawn pose, the nearest thing in world world; more than 300 m; "
             "`origin: spawn` puts it around the spawn pose"
         )
     ]

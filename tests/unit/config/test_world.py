@@ -160,7 +160,7 @@ def test_an_angle_over_a_turn_gives_one_warning(here):
     with pytest.warns(VrxWarning) as caught:
         load_world({"objects": objects})
     assert [str(item.message) for item in caught] == [
-        "world world: angle 90 of 'a' is over a full turn, 6.2832; poses are in radians"
+        "world world: angle 90 of 'a' exceeds a full turn, 6.2832; poses are in radians"
     ]
 
 

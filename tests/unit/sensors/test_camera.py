@@ -304,7 +304,7 @@ def test_a_process_that_was_forked_from_one_that_drew_is_refused():
     told = [ours.recv() if ours.poll(60.0) else None for _ in range(3)]
     child.kill()
     refused = (
-        "this process was forked from one that had drawn pictures, after which it cannot draw any: "
+        "this process was forked from one that had drawn pictures, so it cannot draw: "
         "start it with 'spawn' or 'forkserver', or draw only in processes that were forked before"
     )
     assert told == [refused, refused, "closed"]

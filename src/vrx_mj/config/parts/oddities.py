@@ -39,7 +39,7 @@ def _angles(instance: Instance) -> Iterator[Oddity]:
             if abs(angle) > FULL_TURN:
                 yield (
                     key,
-                    f"{angle:g} is over a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
+                    f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
                 )
                 break
 

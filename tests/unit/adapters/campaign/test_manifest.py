@@ -59,7 +59,7 @@ def test_another_plan_is_noticed(folder):
         folder,
         "it also has the controllers boat:f",
         "it also has the worlds hold",
-        "it has the seeds 0 too",
+        "it also has the seeds 0",
         "its --fleet was not given, now trio",
         "its --duration was 10.0, now not given",
         "its --record was off, now on",

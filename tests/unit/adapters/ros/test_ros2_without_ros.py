@@ -49,8 +49,8 @@ def test_a_ros_2_for_another_python_is_named(monkeypatch):
     with pytest.raises(NetworkError) as caught:
         installed.load_rclpy()
     assert str(caught.value) == (
-        f"ROS 2 Humble is for Python 3.10, and this is Python {OWN}: install vrx_mj with that one, which has to "
-        "be 3.11 or newer; Jazzy has 3.12"
+        f"ROS 2 Humble is for Python 3.10, and this is Python {OWN}: install vrx_mj with that Python, 3.11 or "
+        "newer; Jazzy has 3.12"
     )
 
 

@@ -117,7 +117,7 @@ def test_noise_hangs_on_the_key_and_the_pair_alone():
         ((1, math.nan, SHARP, 0), "invalid range nan: a number of metres above 0 is needed"),
         (
             (1, 50, (1, 2), 0),
-            f"noise is (1, 2): three numbers of 0 or more are needed, {WHAT}",
+            f"invalid noise (1, 2): three numbers of 0 or more are needed, {WHAT}",
         ),
         ((1, 50, SHARP, 0.25), "invalid delay 0.25: a multiple of 0.1 s is needed"),
         ((1, 50, SHARP, -1), "invalid delay -1: a multiple of 0.1 s is needed"),
@@ -133,7 +133,7 @@ def test_shares():
     assert [team_share(reward) for reward in ("team", "individual", 0.25)] == [1, 0, 0.25]
     with pytest.raises(gymnasium.error.Error) as caught:
         team_share("both")
-    text = "reward is 'both': 'team', 'individual' or the team's share, from 0 to 1, is needed"
+    text = "invalid reward 'both': 'team', 'individual' or the team's share, from 0 to 1, is needed"
     assert str(caught.value) == text
     with pytest.raises(gymnasium.error.Error) as caught:
         chance("joining", 1.5)

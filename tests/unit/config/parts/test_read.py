@@ -171,9 +171,9 @@ ODD = {
     "-0.127 m long, with a negative mass; it needs 1.627 m or more",
     "lidar: [{name: top, type: 64_beam}]\n": "components.yaml:1:27: lidar[0].type: VRX makes no lidar of type "
     "'64_beam'; known: 16_beam, 32_beam",
-    "wamv_gps: [{P: 15}]\n": "components.yaml:1:16: wamv_gps[0].P: 15 is over a full turn, 6.2832; angles are in "
+    "wamv_gps: [{P: 15}]\n": "components.yaml:1:16: wamv_gps[0].P: 15 exceeds a full turn, 6.2832; angles are in "
     "radians: ${radians(15)}",
-    "wamv_pinger: [{orientation: 0 0 90}]\n": "components.yaml:1:29: wamv_pinger[0].orientation: 90 is over a full "
+    "wamv_pinger: [{orientation: 0 0 90}]\n": "components.yaml:1:29: wamv_pinger[0].orientation: 90 exceeds a full "
     "turn, 6.2832; angles are in radians: ${radians(90)}",
     "wamv_pinger: [{sensor_name: receiver, position: 1 0 -1}]\n": "components.yaml:1:49: wamv_pinger[0].position: VRX "
     "jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin",

@@ -36,7 +36,7 @@ class Splitter:
         self._buffer += data
         self._budget.used += len(data)
         if self._budget.is_spent:
-            raise CommandError(f"over {self._budget.most} bytes of frames that have begun to come")
+            raise CommandError(f"more than {self._budget.most} bytes of incomplete frames")
 
     def take(self) -> bytes | None:
         """The next frame, without its length; None if it has not come yet.

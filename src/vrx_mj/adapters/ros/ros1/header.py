@@ -41,7 +41,7 @@ def decode_header(raw: bytes) -> dict[str, str]:
         name, equals, value = raw[at : at + size].decode("utf-8", "replace").partition("=")
         if not equals or len(fields) >= MOST_FIELDS:
             raise CommandError(
-                "a header's field has no '='" if not equals else f"over {MOST_FIELDS} fields in a header"
+                "a header's field has no '='" if not equals else f"more than {MOST_FIELDS} fields in a header"
             )
         fields[name] = value
         at += size

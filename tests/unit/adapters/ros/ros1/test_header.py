@@ -28,7 +28,7 @@ def test_a_header_is_read_as_it_was_written(fields):
         (b"\x01\0", "truncated header: it ends inside the length of a field, at byte 0"),
         (b"\x02\0\0\0a=\x09\0\0\0b=", "a header's field has 9 bytes where 2 are left"),
         (b"\x02\0\0\0ab", "a header's field has no '='"),
-        (b"".join(framed(b"%d=" % number) for number in range(65)), "over 64 fields in a header"),
+        (b"".join(framed(b"%d=" % number) for number in range(65)), "more than 64 fields in a header"),
     ],
 )
 def test_what_is_no_header_is_named(raw, message):
@@ -67,7 +67,7 @@ def test_all_that_wait_for_frames_share_what_they_may_hold():
     one.feed(b"\x50\0\0\0" + b"x" * 76)
     with pytest.raises(CommandError) as caught:
         other.feed(b"\x50\0\0\0" + b"x" * 20)
-    assert str(caught.value) == "over 100 bytes of frames that have begun to come"
+    assert str(caught.value) == "more than 100 bytes of incomplete frames"
     one.rest()
     other.rest()
     assert budget.used == 0

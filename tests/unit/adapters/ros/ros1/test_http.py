@@ -115,7 +115,7 @@ def test_what_is_no_http_is_closed(head):
     ("body", "why"),
     [
         (b"<!DOCTYPE a [<!ENTITY b 'c'>]>" + PING[22:], "a document type is not allowed in XML-RPC"),
-        (PING.decode().replace("?>", " encoding='utf-16'?>").encode("utf-16")[:80], "no XML-RPC: ExpatError .*"),
+        (PING.decode().replace("?>", " encoding='utf-16'?>").encode("utf-16")[:80], "not XML-RPC: ExpatError .*"),
         (
             b"<methodCall><methodName>a</methodName><params><param>" + b"<value><array><data>" * 50,
             "more than 128 elements within each other, or 400000 in all",
@@ -124,7 +124,7 @@ def test_what_is_no_http_is_closed(head):
             b"<methodCall><methodName>a</methodName><params><param><value><i4>x</i4></value>",
             "no XML-RPC: ValueError .*",
         ),
-        (b"not xml", "no XML-RPC: ExpatError .*"),
+        (b"not xml", "not XML-RPC: ExpatError .*"),
         (dumps((1,), methodresponse=True).encode(), "an answer instead of a call"),
         (dumps((), "fail").encode(), "it failed"),
         (dumps((5,), "system.multicall").encode(), "system.multicall needs one list of at most 1000 calls"),
