@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from page_blocks import Block, blocks
+from vrx_mj.config.search import find
 
 REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"
@@ -106,7 +107,8 @@ def test_a_name_without_a_description_is_found(source, lacks, monkeypatch):
 
 
 def test_the_site_leaves_no_page_out():
-    listed = set(re.findall(r"[\w/]+\.md\b", (REPO / "mkdocs.yml").read_text(encoding="utf-8")))
+    lines = (REPO / "mkdocs.yml").read_text(encoding="utf-8").splitlines()
+    listed = {name for line in lines for name in re.findall(r"^ *- .*?([\w/]+\.md)$", line)}
     assert listed == {page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")}
 
 
@@ -120,3 +122,12 @@ def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     loaded = re.compile(r"<(?:script|img|iframe)[^>]* src=\"(https?://[^\"]+)|<link[^>]* href=\"(https?://[^\"]+)")
     assert len(pages) > 40
     assert {page.name: found for page in pages if (found := loaded.findall(page.read_text(encoding="utf-8")))} == {}
+
+
+def test_the_worlds_that_vrx_users_are_pointed_to_exist():
+    text = (DOCS / "vrx.md").read_text(encoding="utf-8")
+    cells = re.findall(r"^\|[^|]*\| (`vrx-mj serve .*)\|$", text, re.M)
+    names = {word for cell in cells for word in re.findall(r"`(?:vrx-mj serve )?([a-z][\w/]*)(?: --ros2)?`", cell)}
+    assert len(names) > 10
+    for name in names:
+        assert find("worlds", name).is_file()
