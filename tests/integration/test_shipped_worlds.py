@@ -21,7 +21,8 @@ FIRST = {re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values()
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
 ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
 """Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""
-ALONE = [(world, None) for world in SINGLE]
+ALONE = [pytest.param((world, None), marks=pytest.mark.slow if "/" in world else ()) for world in SINGLE]
+"""The worlds of single years differ little from those without one, which are sailed every day."""
 WITH_FLEET = [
     pytest.param(pair, marks=() if pair[0] == ROOMS[0] else pytest.mark.slow)
     for pair in itertools.product(ROOMS, catalogue("fleets"))
