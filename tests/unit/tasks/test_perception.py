@@ -34,13 +34,16 @@ def report(kind, x, y):
 
 def test_a_perfect_run():
     referee = perception()
-    assert look(referee, 5.05, **UP) == ["landmark red_0 shows up", "landmark green_0 shows up"]
+    assert look(referee, 5.05, **UP) == ["landmark red_0 appears", "landmark green_0 appears"]
     messages = [report(RED, 8, 0), report(GREEN, 8, 2)]
     assert look(referee, 6.0, messages=messages, **UP) == [
         "landmark red_0 found, error 0.00 m",
         "landmark green_0 found, error 0.00 m",
     ]
-    assert look(referee, 10.05, **UP) == ["landmark red_0 goes: error 0.00 m", "landmark green_0 goes: error 0.00 m"]
+    assert look(referee, 10.05, **UP) == [
+        "landmark red_0 disappears: error 0.00 m",
+        "landmark green_0 disappears: error 0.00 m",
+    ]
     assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, False, 0.0)
 
 
@@ -48,7 +51,7 @@ def test_errors_are_of_now_at_most_two_and_the_least_counts():
     referee = perception([thing("red_0", RED, 5.0)])
     look(referee, 6.0, red_0=(-200, 100))
     assert look(referee, 6.05, messages=[report(RED, 9, 0)], red_0=(8.5, 0)) == ["landmark red_0 found, error 0.50 m"]
-    assert look(referee, 11.0, red_0=(9, 0)) == ["landmark red_0 goes: error 0.50 m"]
+    assert look(referee, 11.0, red_0=(9, 0)) == ["landmark red_0 disappears: error 0.50 m"]
     assert referee.sheet.score == 0.5
     far = perception([thing("red_0", RED, 5.0)])
     look(far, 6.0, red_0=(8, 0))

@@ -97,6 +97,6 @@ def test_what_else_differs_is_noted(tmp_path):
     assert result.notes == (
         "vrx_mj was 0.1.0 abc, now 0.2.0 def",
         "the controller a:f has changed",
-        "--duration then None, now 9.0",
+        "--duration was None, now 9.0",
         "platform was here, now there: equal runs may differ in their last bits",
     )

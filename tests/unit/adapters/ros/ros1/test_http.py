@@ -122,7 +122,7 @@ def test_what_is_no_http_is_closed(head):
         ),
         (
             b"<methodCall><methodName>a</methodName><params><param><value><i4>x</i4></value>",
-            "no XML-RPC: ValueError .*",
+            "not XML-RPC: ValueError .*",
         ),
         (b"not xml", "not XML-RPC: ExpatError .*"),
         (dumps((1,), methodresponse=True).encode(), "an answer instead of a call"),
