@@ -10,6 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.adapters.course import course_of
+from vrx_mj.adapters.record.marks import MARKS
 from vrx_mj.adapters.record.moving import TIMELINE
 from vrx_mj.adapters.record.progress import PLOT, WORDS
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
@@ -93,7 +94,7 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
 
 def beside(scene: RecordScene) -> list[Any]:
     """Under the plan: how the task goes, if there is one, then speed and thrust, which share a place with it."""
-    plots = [plot_view(SPEED, legend=True)]
+    plots = [plot_view(SPEED, legend=True, marked=True)]
     if scene.thrusters:
         legend = len(scene.thrusters) <= LEGEND
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
@@ -105,7 +106,7 @@ def beside(scene: RecordScene) -> list[Any]:
 def task_view() -> rrb.Container:
     """Phase, score and parts of the task in words, and score and collisions as a plot."""
     told = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return rrb.Horizontal(told, plot_view(TASK, legend=True), column_shares=[1, 1])
+    return rrb.Horizontal(told, plot_view(TASK, legend=True, marked=True), column_shares=[1, 1])
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -192,12 +193,13 @@ def trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def plot_view(plot: tuple[str, str], *, legend: bool = False) -> rrb.TimeSeriesView:
-    """A plot over the whole run."""
+def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = False) -> rrb.TimeSeriesView:
+    """A plot over the whole run; `marked`: with the marks of what happened."""
     quantity, name = plot
     return rrb.TimeSeriesView(
         name=name,
         origin=f"/plots/{quantity}",
+        contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
     )

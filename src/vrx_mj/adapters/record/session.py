@@ -75,10 +75,12 @@ def record(
         sim.attach(writer, rate=POSE_RATE)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
+        watch = sim.watch_contacts(writer.touch)
         taken = [sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate) for one in choices]
         try:
             yield writer
         finally:
+            sim.unwatch_contacts(watch)
             for subscription in taken:
                 sim.unsubscribe(subscription)
             sim.detach(writer)
