@@ -127,8 +127,8 @@ def picture_view(sensor: RecordedSensor) -> rrb.Spatial2DView:
 
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
-    """The fleet, followed from behind and above."""
-    middle, reach = fleet_circle(scene)
+    """The fleet, or the boat of `scene.follow`, followed from behind and above."""
+    middle, reach = followed_circle(scene)
     away = 9.0 + 1.35 * reach
     eye = middle + away * np.array([-0.72, -0.72, 0.42])
     return rrb.Spatial3DView(
@@ -143,7 +143,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             position=eye,
             look_target=middle,
             eye_up=(0.0, 0.0, 1.0),
-            tracking_entity="/world/fleet",
+            tracking_entity="/world/fleet" if scene.follow is None else f"/world/boats/{scene.follow}",
         ),
         overrides=trails(scene),
     )
@@ -230,6 +230,12 @@ def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
     """Radius [m] around `middle` that holds the fleet and all that stands near it."""
     away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
+
+
+def followed_circle(scene: RecordScene) -> tuple[Any, float]:
+    """Middle (3,) and radius [m] of what is followed when recording starts."""
+    own = [boat.pose[:2] for boat in scene.boats() if boat.name == scene.follow]
+    return (np.array([*own[0], 0.0]), 0.0) if own else fleet_circle(scene)
 
 
 def fleet_circle(scene: RecordScene) -> tuple[Any, float]:
