@@ -78,6 +78,7 @@ def run(
     ] = None,
     bag: BagFile = None,
     topic: BagTopics = None,
+    follow: Annotated[str | None, typer.Option(help="The boat that the recording's camera follows.")] = None,
     nudge: Nudge = False,
     package_path: Packages = None,
 ) -> None:
@@ -90,13 +91,14 @@ def run(
     from vrx_mj.cli.sailing import sail
 
     _check_paired("--sensors", sensors, "--record FILE.rrd", record)
+    _check_paired("--follow", follow, "--record FILE.rrd", record)
     _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
             summary.absolute().parent.stat()
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        nudge=nudge, bag=bag, topics=topic or (),
+        follow=follow, nudge=nudge, bag=bag, topics=topic or (),
     )  # fmt: skip
     print_summary(result)
     if summary is not None:
@@ -157,7 +159,7 @@ def replay(
     view: Annotated[
         str, typer.Option(help="Of the video: chase, above, or both, with above in a corner.", show_default=True)
     ] = "both",
-    boat: Annotated[str | None, typer.Option(help="The boat that is followed.")] = None,
+    boat: Annotated[str | None, typer.Option(help="The boat that the camera follows.")] = None,
     size: Annotated[str | None, typer.Option(help="Of the video [pixels]: 1280x720.")] = None,
     fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second of the video.")] = 1.0,
@@ -174,7 +176,7 @@ def replay(
     if not recording.is_file():
         raise RecordError(f"no recording '{recording}'")
     if video is None:
-        raise SystemExit(open_viewer(recording))
+        raise SystemExit(open_viewer(recording, follow=boat))
     typer.echo(draw_video(recording, video, Shot(view, boat, parse_size(size), fps, speed, begin, end)))
 
 

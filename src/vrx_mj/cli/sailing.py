@@ -24,6 +24,7 @@ def sail(
     control: str | None,
     thrust: str | None,
     sensors: str | None = None,
+    follow: str | None = None,
     nudge: bool = False,
     bag: Path | None = None,
     topics: Sequence[str] = (),
@@ -35,7 +36,7 @@ def sail(
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
     with (
-        recording(sim, path, sensors or ()),
+        recording(sim, path, sensors or (), follow=follow),
         _bagging(sim, bag, controller, topics) as (advance, controller),
         terminal_bar(sim, most) as tick,
     ):
@@ -56,13 +57,15 @@ def _bagging(
         yield pair
 
 
-def recording(sim: Simulation, path: Path | None, sensors: str | Sequence[str]) -> AbstractContextManager[object]:
+def recording(
+    sim: Simulation, path: Path | None, sensors: str | Sequence[str], *, follow: str | None = None
+) -> AbstractContextManager[object]:
     """What records a simulation into a file, or nothing if there is none."""
     if path is None:
         return nullcontext()
     from vrx_mj.adapters.record import record
 
-    return record(sim, path, sensors=sensors)
+    return record(sim, path, sensors=sensors, follow=follow)
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:

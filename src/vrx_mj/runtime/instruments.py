@@ -1,9 +1,11 @@
 """What a `Simulation` offers of its boats' sensors."""
 
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 
 from vrx_mj.runtime.bodies import check_name
 from vrx_mj.runtime.commands import Helm
+from vrx_mj.runtime.contacts import ContactWatch, Touch
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Readings, Sensing
@@ -62,6 +64,20 @@ class Instruments:
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription that `subscribe` returned."""
         self._subscriptions.remove(subscription)
+
+    def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
+        """Have `tell(touch)` called once for every touch of a boat: whom, when, and how hard.
+
+        It is called from within `advance`, up to half a second after the touch began, and may not advance.
+        """
+        own = weakref.proxy(self)
+        watch = ContactWatch(lambda: own.boats, lambda: own._rig, tell)
+        self._subscriptions.watch(watch)
+        return watch
+
+    def unwatch_contacts(self, watch: ContactWatch) -> None:
+        """End what `watch_contacts` began."""
+        self._subscriptions.unwatch(watch)
 
     def steering(self, boat: str) -> dict[str, float]:
         """Current angle of each engine and rudder of a boat [rad]; UnknownNameError if no boat has that name."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.contacts import ContactWatch
 from vrx_mj.runtime.moments import DUE
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.readings import Reading
@@ -61,6 +62,7 @@ class Subscriptions:
         """Nobody yet; `read` gives the reading of a boat's sensor now."""
         self._read, self._timestep = read, timestep
         self._all: tuple[Subscription, ...] = ()
+        self._watches: tuple[ContactWatch, ...] = ()
         self._busy = False
         self.times: dict[tuple[str, str], float] = {}
         """Wall time [s] that the readings of each boat's sensors took, with what their subscribers made of them."""
@@ -103,6 +105,15 @@ class Subscriptions:
         """Give no more readings to a subscription; nothing happens if it has ended."""
         self._all = tuple(one for one in self._all if one is not subscription)
 
+    def watch(self, watch: ContactWatch) -> None:
+        """Have somebody look at the contacts."""
+        self._watches = (*self._watches, watch)
+
+    def unwatch(self, watch: ContactWatch) -> None:
+        """End what `watch` began."""
+        watch.end()
+        self._watches = tuple(one for one in self._watches if one is not watch)
+
     def begin(self, time: float) -> None:
         """The state was set: readings that are due at `time` [s] are to come."""
         for one in self._all:
@@ -119,10 +130,13 @@ class Subscriptions:
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to where the next reading may be due."""
-        return min((one.steps(time, self._timestep) for one in self._all), default=NEVER)
+        readings = (one.steps(time, self._timestep) for one in self._all)
+        return min(NEVER, *readings, *(watch.steps(time) for watch in self._watches), NEVER)
 
     def deliver(self, time: float) -> None:
-        """Hand over every reading that is due at `time` [s] and was not handed over yet."""
+        """Hand over every reading that is due at `time` [s] and was not handed over yet, and see who touches whom."""
+        for watch in self._watches:
+            watch.look(time)
         for one in self._all:
             number = one.number(time)
             if number != one.taken and one in self._all:

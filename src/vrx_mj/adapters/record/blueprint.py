@@ -10,6 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.adapters.course import course_of
+from vrx_mj.adapters.record.marks import MARKS
 from vrx_mj.adapters.record.moving import TIMELINE
 from vrx_mj.adapters.record.progress import PLOT, WORDS
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
@@ -93,7 +94,7 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
 
 def beside(scene: RecordScene) -> list[Any]:
     """Under the plan: how the task goes, if there is one, then speed and thrust, which share a place with it."""
-    plots = [plot_view(SPEED, legend=True)]
+    plots = [plot_view(SPEED, legend=True, marked=True)]
     if scene.thrusters:
         legend = len(scene.thrusters) <= LEGEND
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
@@ -105,7 +106,7 @@ def beside(scene: RecordScene) -> list[Any]:
 def task_view() -> rrb.Container:
     """Phase, score and parts of the task in words, and score and collisions as a plot."""
     told = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return rrb.Horizontal(told, plot_view(TASK, legend=True), column_shares=[1, 1])
+    return rrb.Horizontal(told, plot_view(TASK, legend=True, marked=True), column_shares=[1, 1])
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -126,8 +127,8 @@ def picture_view(sensor: RecordedSensor) -> rrb.Spatial2DView:
 
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
-    """The fleet, followed from behind and above."""
-    middle, reach = fleet_circle(scene)
+    """The fleet, or the boat of `scene.follow`, followed from behind and above."""
+    middle, reach = followed_circle(scene)
     away = 9.0 + 1.35 * reach
     eye = middle + away * np.array([-0.72, -0.72, 0.42])
     return rrb.Spatial3DView(
@@ -142,7 +143,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             position=eye,
             look_target=middle,
             eye_up=(0.0, 0.0, 1.0),
-            tracking_entity="/world/fleet",
+            tracking_entity="/world/fleet" if scene.follow is None else f"/world/boats/{scene.follow}",
         ),
         overrides=trails(scene),
     )
@@ -192,12 +193,13 @@ def trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def plot_view(plot: tuple[str, str], *, legend: bool = False) -> rrb.TimeSeriesView:
-    """A plot over the whole run."""
+def plot_view(plot: tuple[str, str], *, legend: bool = False, marked: bool = False) -> rrb.TimeSeriesView:
+    """A plot over the whole run; `marked`: with the marks of what happened."""
     quantity, name = plot
     return rrb.TimeSeriesView(
         name=name,
         origin=f"/plots/{quantity}",
+        contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),
     )
@@ -228,6 +230,12 @@ def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
     """Radius [m] around `middle` that holds the fleet and all that stands near it."""
     away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
+
+
+def followed_circle(scene: RecordScene) -> tuple[Any, float]:
+    """Middle (3,) and radius [m] of what is followed when recording starts."""
+    own = [boat.pose[:2] for boat in scene.boats() if boat.name == scene.follow]
+    return (np.array([*own[0], 0.0]), 0.0) if own else fleet_circle(scene)
 
 
 def fleet_circle(scene: RecordScene) -> tuple[Any, float]:

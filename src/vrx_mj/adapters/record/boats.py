@@ -8,14 +8,18 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.adapters.record.colors import boat_colors
+from vrx_mj.adapters.record.moving import wake_path
 from vrx_mj.adapters.record.scene import RecordedBody, RecordScene
 from vrx_mj.adapters.record.still import body_chunks, mesh, named_series, pose, shown, static
+from vrx_mj.adapters.record.wake import FADES
 
 __all__ = ["boat_chunks", "change_chunks"]
 
 THRUST_COLOR = (255, 84, 48)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
+WAKE_RADIUS = 0.14
+"""Half the thickness of a wake [m]."""
 TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""
 
@@ -55,6 +59,8 @@ def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     yield shown(begun, f"{boat.path}/label", name_tag(boat.name, rgb))
     trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
     yield static(f"/world/trails/{boat.name}", trail)
+    if scene.sea_height is not None:
+        yield static(wake_path(boat.name), rr.LineStrips3D.from_fields(colors=FADES, radii=[WAKE_RADIUS]))
     arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
     yield static(f"{boat.path}/thrust", arrows)
 

@@ -18,9 +18,10 @@ from vrx_mj.adapters.record.hinged import part_poses
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import PARKED, MovingBody, RecordedDisplay, RecordedThruster, RecordScene
 from vrx_mj.adapters.record.sea import SIDE, sea_patch
+from vrx_mj.adapters.record.wake import FADES, WAKE_RATE, Wake
 from vrx_mj.physics.motion import rotation_matrix
 
-__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times"]
+__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times", "wake_path"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -86,6 +87,7 @@ class MovingChunks:
 
     def __init__(self, scene: RecordScene) -> None:
         self._scalar, self._trail, self._sea = Ticker(SCALAR_RATE), Ticker(TRAIL_RATE), Ticker(SEA_RATE)
+        self._wake, self._wakes = Ticker(WAKE_RATE), dict[str, Wake]()
         self._trail_end: dict[str, FloatArray] = {}
         self._heading: dict[str, float] = {}
         self._angle: dict[tuple[str, str], float] = {}
@@ -107,6 +109,7 @@ class MovingChunks:
         self._paths = {body.name: body.path for body in scene.bodies}
         there = {boat.name for boat in self._boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in there}
+        self._wakes = {boat: self._wakes.get(boat) or Wake() for boat in there}
         self._heading = {boat: last for boat, last in self._heading.items() if boat in there}
         self._angle = {key: last for key, last in self._angle.items() if key[0] in there}
 
@@ -123,6 +126,7 @@ class MovingChunks:
             yield from self._slow(rows[self._scalar(rows[:, 0])])
             if self._scene.sea_height is not None:
                 yield from self._seas(rows[self._sea(rows[:, 0])])
+                yield from self._foam(rows[self._wake(rows[:, 0])])
 
     def _poses(self, rows: FloatArray) -> Iterator[Chunk]:
         for body in self._layout.bodies:
@@ -257,6 +261,23 @@ class MovingChunks:
             )
             lengths = [SIDE * SIDE] * len(time)
             yield Chunk.from_columns("/world/sea", [times(time)], columns.partition(lengths))
+
+    def _foam(self, rows: FloatArray) -> Iterator[Chunk]:
+        """The wake of every boat."""
+        height = self._scene.sea_height
+        assert height is not None
+        places = self._boat_positions(rows)[:, :, :2]
+        for i, boat in enumerate(self._boats if len(rows) else ()):
+            wake = self._wakes[boat.name]
+            strips = [wake.strips(float(row[0]), place, height) for row, place in zip(rows, places[:, i], strict=True)]
+            columns = rr.LineStrips3D.columns(strips=[strip for several in strips for strip in several])
+            lengths = [len(FADES)] * len(rows)
+            yield Chunk.from_columns(wake_path(boat.name), [times(rows[:, 0])], columns.partition(lengths))
+
+
+def wake_path(boat: str) -> str:
+    """The entity of a boat's wake."""
+    return f"/world/wakes/{boat}"
 
 
 def exact_rows(rows: FloatArray, company: int) -> Chunk:

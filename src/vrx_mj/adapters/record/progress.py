@@ -23,6 +23,7 @@ from vrx_mj.adapters.record.course import (
     bays_path,
     gate_lines,
 )
+from vrx_mj.adapters.record.marks import TaskMarks
 from vrx_mj.adapters.record.moving import times
 from vrx_mj.adapters.record.officiated import Seen, take_up
 from vrx_mj.adapters.record.still import static
@@ -76,7 +77,7 @@ class TaskChunks:
         self._drawn: tuple[float, list[Any], Ends] | None = None
         self._waiting: dict[str, tuple[Maker, list[tuple[float, Any]]]] = {}
         if self._task:
-            self._referee = make_referee(self._task)
+            self._referee, self._marks = make_referee(self._task), TaskMarks(self._task)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
     def go_on(self, parameters: Mapping[str, Any]) -> None:
@@ -105,6 +106,8 @@ class TaskChunks:
             at, values = zip(*rows, strict=True)
             yield Chunk.from_columns(path, [times(at)], maker(values))
         self._waiting = {}
+        if self._task:
+            yield from self._marks.chunks()
 
     def _begin(self, states: Sequence[tuple[float, bytes]]) -> None:
         """Go on from the first state, if that is not the beginning of the run."""
@@ -112,6 +115,7 @@ class TaskChunks:
         if states and states[0][0] > 0.0:
             self._begun, blob = states[0]
             take_up(self._referee, blob)
+            self._marks.take_up(self._referee)
             self._now = self._begun
             self._draw(self._begun, stands_of(self._parameters))
             self._tell(self._begun, at_once=True)
@@ -120,6 +124,7 @@ class TaskChunks:
         """Have the referee look, and take note of what has changed."""
         phase = self._referee.sheet.phase
         self._referee.look(frame)
+        self._marks.look(time, self._referee)
         self._now = time
         self._draw(time, frame.stands)
         self._tell(time, at_once=self._referee.sheet.phase != phase)

@@ -204,6 +204,8 @@ class RecordScene:
     """Those of the world, as the compiler made them: what its task lays out."""
     begun: float | None = None
     """Simulated time from which its boats are shown [s]; None: always, and they stay."""
+    follow: str | None = None
+    """The boat that the camera follows; None: the fleet."""
     earlier: tuple[str, ...] = ()
     """Boats of the scenes before it in the same recording, in the order in which they came."""
 

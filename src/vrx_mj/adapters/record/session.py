@@ -36,6 +36,7 @@ from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError, check_kind
+from vrx_mj.runtime.bodies import check_name
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -51,7 +52,12 @@ POSE_RATE = 20.0
 
 @contextlib.contextmanager
 def record(
-    sim: Simulation, path: str | Path, *, sea: bool = True, sensors: str | Sequence[str] = ()
+    sim: Simulation,
+    path: str | Path,
+    *,
+    sea: bool = True,
+    sensors: str | Sequence[str] = (),
+    follow: str | None = None,
 ) -> Iterator[RecordWriter]:
     """Record everything that `sim` does inside the `with` statement to a rerun file.
 
@@ -62,6 +68,8 @@ def record(
     An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
     file that reads up to its last second.
 
+    The camera follows the boat `follow`, or else the whole fleet.
+
     Boats that are spawned appear, but for their sensors; those that are removed go, and their sensors' readings end.
 
     Raises:
@@ -71,14 +79,18 @@ def record(
     """
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
     choices = chosen(sensors, sensor_rates(sim)) if sensors else ()
-    with RunWriter(path, sim, choices, sea=sea) as writer:
+    if follow is not None:
+        check_name("boat", follow, sim.boats)
+    with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer:
         sim.attach(writer, rate=POSE_RATE)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
+        watch = sim.watch_contacts(writer.touch)
         taken = [sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate) for one in choices]
         try:
             yield writer
         finally:
+            sim.unwatch_contacts(watch)
             for subscription in taken:
                 sim.unsubscribe(subscription)
             sim.detach(writer)
@@ -87,10 +99,14 @@ def record(
 class RunWriter(RecordWriter):
     """Writes the recording of a simulation, and looks at it again when boats have come or gone."""
 
-    def __init__(self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool) -> None:
+    def __init__(
+        self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool, follow: str | None = None
+    ) -> None:
         self._sim, self._choices = sim, choices
         shown = sim.sea.height if sea else None
-        super().__init__(path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown))
+        super().__init__(
+            path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown, follow=follow)
+        )
 
     def boats_changed(self) -> None:
         """Boats have come or gone."""
@@ -98,7 +114,8 @@ class RunWriter(RecordWriter):
         known = {boat.name for boat in before.boats()}
         self._choices = [one for one in self._choices if one.boat in sim.boats]
         now = scene_of(sim, self._choices, looks_of=[boat for boat in sim.boats if boat not in known])
-        self.go_on(dataclasses.replace(now, begun=sim.time, sea_height=before.sea_height, displays=before.displays))
+        now = dataclasses.replace(now, begun=sim.time, follow=before.follow)
+        self.go_on(dataclasses.replace(now, sea_height=before.sea_height, displays=before.displays))
 
 
 def resume(path: str | Path, time: float) -> Simulation:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from vrx_mj.adapters.record.reader import Record, read_record
-from vrx_mj.errors import RecordError
+from vrx_mj.errors import RecordError, UnknownNameError
 
 __all__ = ["has_views", "join_views", "open_viewer", "viewer_binary"]
 
@@ -41,18 +42,22 @@ def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> N
         raise RecordError(f"rerun cannot finish '{recording}': {said[-1] if said else done.returncode}")
 
 
-def open_viewer(path: str | Path) -> int:
+def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
     """Open a recording in the viewer, which listens to this machine only; the viewer's exit code.
 
-    The file of a killed run has no blueprint yet: it is opened with the one that the recording carries.
+    The camera follows the boat `follow`, or else what it followed when the run was recorded. The file of a killed run
+    has no blueprint yet: it is opened with the one that the recording carries.
+
+    Raises:
+        UnknownNameError: there is no such boat.
     """
     record = read_record(path)
     command = [str(viewer_binary()), "--bind", "127.0.0.1", str(record.path)]
-    if has_views(record):
+    if follow is None and has_views(record):
         return subprocess.run(command, check=False).returncode
     with tempfile.TemporaryDirectory() as folder:
         blueprint = Path(folder) / "views.rbl"
-        blueprint.write_bytes(record.views)
+        blueprint.write_bytes(record.views if follow is None else views_following(record, follow))
         return subprocess.run([*command, str(blueprint)], check=False).returncode
 
 
@@ -61,3 +66,22 @@ def has_views(record: Record) -> bool:
     from rerun.chunk import RrdReader
 
     return record.complete and bool(RrdReader(record.path).blueprints())
+
+
+def views_following(record: Record, boat: str) -> bytes:
+    """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file.
+
+    Raises:
+        UnknownNameError: there is no such boat.
+    """
+    from vrx_mj.adapters.record.blueprint import blueprint_bytes
+    from vrx_mj.adapters.record.session import saved_world, scene_of
+    from vrx_mj.adapters.record.writer import APPLICATION
+    from vrx_mj.runtime.simulation import Simulation
+
+    if boat not in record.boats:
+        raise UnknownNameError("boat", boat, record.boats)
+    sim = Simulation(saved_world(record.companies[0]))
+    scene = scene_of(sim, looks_of=())
+    scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
+    return blueprint_bytes(scene, APPLICATION)

@@ -28,6 +28,7 @@ import numpy.typing as npt
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import RecordScene
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
+from vrx_mj.runtime.contacts import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
 
@@ -41,7 +42,7 @@ FLUSH_BYTES = 16 << 20
 WAITING = 64
 """Blocks and readings in the queue before the caller waits."""
 
-KINDS = ("rows", "event", "state", "reading", "frame", "scene")
+KINDS = ("rows", "event", "mark", "state", "reading", "frame", "scene")
 """Of what waits in the queue."""
 
 FloatArray = npt.NDArray[np.float64]
@@ -86,6 +87,11 @@ class RecordWriter:
     def event(self, t: float, text: str, level: str = "INFO") -> None:
         """Record that something happened at simulated time `t` [s]."""
         self._put(("event", (float(t), text, level)))
+
+    def touch(self, touch: Touch) -> None:
+        """Record that a boat touches something: as an event, and as a mark in the plots."""
+        self.event(touch.time, str(touch), "WARN")
+        self._put(("mark", (touch.time, "contacts")))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
@@ -199,6 +205,7 @@ class Work:
         from vrx_mj.adapters.record.boats import boat_chunks, change_chunks
         from vrx_mj.adapters.record.companies import company_chunk
         from vrx_mj.adapters.record.course import course_chunks
+        from vrx_mj.adapters.record.marks import legend_chunks, mark_chunks
         from vrx_mj.adapters.record.moving import MovingChunks, event_chunk, state_chunk
         from vrx_mj.adapters.record.officiated import frame_chunk
         from vrx_mj.adapters.record.progress import TaskChunks, task_chunks
@@ -210,6 +217,7 @@ class Work:
         yield from sensor_chunks(self._scene)
         yield from course_chunks(self._scene.parameters)
         yield from task_chunks(self._scene.parameters)
+        yield from legend_chunks(self._scene.parameters)
         moving, sensed = MovingChunks(self._scene), SensedChunks(self._scene)
         going = TaskChunks(self._scene.parameters)
         before = self._scene
@@ -221,6 +229,7 @@ class Work:
             yield from sensed(batch["reading"])
             if batch["event"]:
                 yield event_chunk(batch["event"])
+            yield from mark_chunks(batch["mark"])
             if batch["frame"]:
                 yield frame_chunk(batch["frame"], moving.company)
             yield from going(batch["state"], batch["frame"])

@@ -1,0 +1,109 @@
+"""Who touches a boat, and how hard: looked at between calls of the compiled loop, at steps that the motion alone sets.
+
+The loop has MuJoCo look for contacts only while something is near a boat (`runtime.proximity`), and so does a watch:
+often then, seldom while the sea is free. It changes no motion.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from vrx_mj.runtime.rig import Rig
+
+__all__ = ["ContactWatch", "Touch", "forces_of_pairs"]
+
+NEAR, FREE = 0.05, 0.5
+"""Simulated time between two looks while something touches or may touch, and while nothing can [s]."""
+FASTEST = 20.0
+"""A distance of so many metres is looked at again after a second [m/s]."""
+SETTLES = 0.5
+"""A touch is told so long after it began, with the largest force until then [s]."""
+PARTED = 1.0
+"""Those who have not touched for so long [s] touch anew."""
+
+Pair = tuple[str, str]
+
+
+@dataclass
+class Touch:
+    """A boat touches something."""
+
+    boat: str
+    other: str
+    """Another boat, an object or a dock, by its name, or `terrain`."""
+    time: float
+    """When it was first seen [s]."""
+    force: float
+    """The largest that was seen, of all points of contact together [N]."""
+
+    def __str__(self) -> str:
+        return f"{self.boat} touches {self.other}, {self.time:.1f} s, {self.force:.0f} N"
+
+
+class ContactWatch:
+    """Tells of every touch once."""
+
+    def __init__(
+        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], Rig], tell: Callable[[Touch], None]
+    ) -> None:
+        """Watch these boats; `rig` is the present one, and `tell` is called with every touch."""
+        self._boats, self._rig, self._tell = boats, rig, tell
+        self._due = 0
+        self._touches: dict[Pair, Touch] = {}
+        self._seen: dict[Pair, float] = {}
+        self._waiting: set[Pair] = set()
+
+    def steps(self, time: float) -> int:
+        """Steps from `time` [s] to the next look."""
+        return max(1, self._due - round(time / self._rig().timestep))
+
+    def look(self, time: float) -> None:
+        """Look at the contacts of the last step, if that is due at `time` [s]."""
+        rig = self._rig()
+        step = round(time / rig.timestep)
+        if step < self._due:
+            return
+        look = rig.look[0]
+        free = look["wait"] == 0 and look["clearance"] > 0.0
+        pause = min(max(float(look["clearance"]) / FASTEST, NEAR), FREE) if free else NEAR
+        self._due = step + max(1, round(pause / rig.timestep))
+        found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
+        for pair, force in found.items():
+            self._note(pair, force, time)
+        for pair in [pair for pair in self._waiting if time - self._touches[pair].time > SETTLES]:
+            self._settle(pair)
+
+    def end(self) -> None:
+        """Tell of touches that have just begun."""
+        for pair in sorted(self._waiting):
+            self._settle(pair)
+
+    def _note(self, pair: Pair, force: float, time: float) -> None:
+        if time - self._seen.get(pair, -PARTED) >= PARTED:
+            self._touches[pair] = Touch(*pair, time, force)
+            self._waiting.add(pair)
+        self._seen[pair] = time
+        self._touches[pair].force = max(self._touches[pair].force, force)
+
+    def _settle(self, pair: Pair) -> None:
+        self._waiting.discard(pair)
+        self._tell(self._touches[pair])
+
+
+def forces_of_pairs(rig: Rig, boats: frozenset[str]) -> Mapping[Pair, float]:
+    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names."""
+    model, data = rig.model, rig.data
+    sums: dict[Pair, np.ndarray] = {}
+    local = np.zeros(6)
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        one, two = (model.body(int(model.geom_bodyid[geom])).name.partition("/")[0] for geom in contact.geom)
+        pair = (one, two) if one in boats else (two, one)
+        if pair[0] in boats and one != two:
+            mujoco.mj_contactForce(model, data, number, local)
+            force = contact.frame.reshape(3, 3).T @ local[:3]
+            known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
+            sums[known] = sums.get(known, np.zeros(3)) + (force if one == pair[0] else -force)
+    return {pair: float(np.linalg.norm(force)) for pair, force in sums.items()}
