@@ -16,9 +16,7 @@ BACKWARD = RecordedThruster("back", "a", (2.0, 1.0, 0.1), mount=quaternion(0.0, 
 def column(chunk, name):
     """The values of a component of a chunk."""
     batch = chunk.to_record_batch()
-    return [value for found, value in zip(batch.schema.names, batch.columns, strict=True) if name in found][
-        0
-    ].to_pylist()
+    return next(batch.column(found) for found in batch.schema.names if name in found).to_pylist()
 
 
 def added_up(step, count):
@@ -42,7 +40,7 @@ def test_quaternions_are_turned_into_reruns_order():
 
 @pytest.mark.parametrize("angle", [-0.7, 0.0, 0.4])
 def test_a_thrust_arrow_points_where_the_engine_pushes(angle):
-    """Steered by an angle to port, an engine pushes ahead and to port; one mounted backward, astern and to starboard."""
+    """Steered to port, an engine pushes ahead and to port; one mounted backward, astern and to starboard."""
     steering, thrust = np.full((1, 2), angle), np.array([[55.0, 110.0]])
     chunk = thrust_arrows("/a", np.zeros(1), (STERN, BACKWARD), thrust, steering)
     one, other = np.reshape(column(chunk, "vectors"), (2, 3))

@@ -1,4 +1,4 @@
-"""Forces on a boat by their causes: those that the next step applies, and contacts by the law of action and reaction."""
+"""Forces on a boat: those that the next step applies, and contacts by the law of action and reaction."""
 
 import numpy as np
 import pytest
