@@ -44,7 +44,8 @@ def _pytest(arguments: list[str], tree: Path, cache: Path, log: Path, limit: int
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
     source = str(tree / "src")
-    os.environ.update({"PYTHONPATH": source, "VRX_MJ_CACHE": str(cache)})
+    os.environ.update({"PYTHONPATH": source, "VRX_MJ_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": ""})
+    sys.dont_write_bytecode = False  # the next run has it
     os.chdir(tree)
     sys.path[:] = [source, *(entry for entry in sys.path if Path(entry).name != "tests")]
     import pytest

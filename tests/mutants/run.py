@@ -95,26 +95,28 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try the mutants; 1 if one lives."""
     options = parsed(arguments)
-    picked, rows = chosen(options.only, options.ids), []
+    picked, rows = chosen(options.only, options.ids), list[dict[str, object]]()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         free: SimpleQueue[Scratch] = SimpleQueue()
         for job in range(options.jobs):
             free.put(Scratch(Path(folder) / str(job)))
 
-        def attempt(mutant: Mutant) -> dict[str, object]:
+        def attempt(mutant: Mutant) -> None:
             scratch = free.get()
             try:
                 if not options.unchecked:
                     scratch.check_clean(mutant.package, [*own_tests(mutant), "-m", options.marks], LIMITS["own"])
-                return tried(mutant, scratch, options.stages, options.marks)
+                row = tried(mutant, scratch, options.stages, options.marks)
             finally:
                 free.put(scratch)
+            rows.append(row)
+            print(*(row.get(key, "") for key in ("id", "killed", "seconds", "test")), flush=True)
+            options.out.with_suffix(".json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
         with ThreadPoolExecutor(options.jobs) as pool:
-            for row in pool.map(attempt, picked):
-                rows.append(row)
-                print(*(row.get(key, "") for key in ("id", "killed", "seconds", "test")), flush=True)
-                options.out.with_suffix(".json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+            list(pool.map(attempt, picked))
+    order = [mutant.id for mutant in picked]
+    rows.sort(key=lambda row: order.index(str(row["id"])))
     figures = table(rows, options.stages)
     options.out.with_suffix(".txt").write_text(figures, encoding="utf-8")
     print(figures)

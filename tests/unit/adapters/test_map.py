@@ -7,6 +7,7 @@ import pytest
 
 from vrx_mj.adapters.chart import chart
 from vrx_mj.adapters.chart.ground import nice_length
+from vrx_mj.adapters.chart.plan import view_of
 from vrx_mj.adapters.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxError
@@ -172,3 +173,13 @@ def test_an_object_far_from_everything_does_not_widen_the_plan():
     west, east = chart(MapScene("s", objects=(near, far), boats=(boat,)), (800, 600)).axes[0].get_xlim()
     assert west < 0.0
     assert 20.0 < east < 100.0
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 1.45])
+@pytest.mark.parametrize("place", [(400.0, 0.0), (0.0, 400.0), (3.0, 4.0)])
+def test_a_plan_has_the_shape_of_its_picture_and_all_boats_in_it(aspect, place):
+    boats = (MapBoat("one", 0.0, 0.0, 0.0, "red"), MapBoat("other", *place, 0.0, "blue"))
+    west, south, east, north = view_of(MapScene(title="bay", boats=boats), aspect)
+    assert (east - west) / (north - south) == pytest.approx(aspect)
+    assert all(west < boat.x < east and south < boat.y < north for boat in boats)
+    assert (west + east, south + north) == pytest.approx(place)

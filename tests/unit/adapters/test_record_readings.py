@@ -1,0 +1,32 @@
+"""Readings of a recorded sensor: in the order of their times, whatever the order in the file."""
+
+import numpy as np
+
+from vrx_mj.adapters.record.readings import RecordedReadings
+from vrx_mj.adapters.record.scene import RecordedSensor
+
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def numbers(*values):
+    return np.array(values, "<f8").view(np.uint8)
+
+
+def pinger(*rows):
+    """Readings of a pinger, given as time, number and range."""
+    sensor = RecordedSensor("a", "pinger", "pinger", "a/pinger", 1.0, (0.0, 0.0, 0.0), AXES, {})
+    columns = {
+        "time": [[time] for time, _, _ in rows],
+        "sequence": [[number] for _, number, _ in rows],
+        "numbers": [numbers(distance, 0.5, -0.25) for _, _, distance in rows],
+    }
+    return RecordedReadings(sensor, columns)
+
+
+def test_readings_are_in_the_order_of_their_times():
+    found = pinger((2.0, 2, 20.0), (0.0, 0, 10.0), (1.0, 1, 15.0))
+    assert found.time.tolist() == [0.0, 1.0, 2.0]
+    assert found.sequence.tolist() == [0, 1, 2]
+    assert [(one.time, one.sequence, one.data.range) for one in found] == [(0, 0, 10), (1, 1, 15), (2, 2, 20)]
+    assert [one.data.range for one in found[1:]] == [15.0, 20.0]
+    assert (found[0].name, found[0].frame, found[0].data.bearing) == ("pinger", "a/pinger", 0.5)
