@@ -21,9 +21,9 @@ MODULES = (
     "vrx_mj.adapters.record",
 )
 """Modules whose `__all__` is the public API."""
-INTERNAL_ERRORS = {"check_kind", "nearest"}
+INTERNAL = {"check_kind", "nearest"}
 """Functions of `vrx_mj.errors` that only the package itself calls."""
-INTERNAL = ("vrx_mj.runtime.", "vrx_mj.sensors.")
+MADE_HERE = ("vrx_mj.runtime.", "vrx_mj.sensors.")
 """Packages whose classes users meet, but do not make."""
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -41,7 +41,7 @@ class Public:
 def complaints() -> list[str]:
     """Public names that the reference lacks, and what in it has no description."""
     pages = "\n".join(page.read_text(encoding="utf-8") for page in sorted(REFERENCE.glob("*.md")))
-    described = [_resolved(*name.rpartition(".")[::2], name) for name in re.findall(r"^::: (\S+)$", pages, re.M)]
+    described = [each for name in re.findall(r"^::: (\S+)$", pages, re.M) for each in _described(name)]
     there = {(each.module, each.node.name) for each in described}
     missing = [each.path for each in public_names() if (each.module, each.node.name) not in there]
     arguments = (REFERENCE / "arguments.md").read_text(encoding="utf-8")
@@ -56,8 +56,14 @@ def complaints() -> list[str]:
 def public_names() -> list[Public]:
     """Everything that users import, once for each module that exports it."""
     found = [_resolved(module, name, f"{module}.{name}") for module in MODULES for name in _exported(module)]
-    errors = [name for name in _exported("vrx_mj.errors") if name not in INTERNAL_ERRORS]
-    return found + [_resolved("vrx_mj.errors", name, f"vrx_mj.errors.{name}") for name in errors]
+    return found + _described("vrx_mj.errors")
+
+
+def _described(path: str) -> list[Public]:
+    """What a directive of a page describes: one name, or all that a module exports."""
+    if _tree(path) is None:
+        return [_resolved(*path.rpartition(".")[::2], path)]
+    return [_resolved(path, name, f"{path}.{name}") for name in _exported(path) if name not in INTERNAL]
 
 
 def _undescribed(path: str, module: str, node: ast.AST, above: str, common: set[str]) -> Iterator[str]:
@@ -93,7 +99,7 @@ def _members(path: str, module: str, node: ast.ClassDef, common: set[str]) -> It
 
 def _constructs(path: str, member: Function) -> bool:
     """Whether it is the constructor of something that users make, not the package alone."""
-    return member.name == "__init__" and not path.startswith(INTERNAL)
+    return member.name == "__init__" and not path.startswith(MADE_HERE)
 
 
 def _mentioned(name: str, words: str) -> bool:
