@@ -136,7 +136,7 @@ def _world_parts() -> Iterator[str]:
     for name in VIEWS.names:
         yield f"### {name}\n"
         yield f"{_sentence(load_world(name).description)}\n"
-        yield f"![Map of {name}]({_map_file(name)})\n"
+        yield f"[![Map of {name}]({_map_file(name)})]({_map_file(name)})\n"  # a small screen can open it
 
 
 def _competition_parts() -> Iterator[str]:
