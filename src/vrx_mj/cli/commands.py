@@ -155,18 +155,20 @@ def view(
 
 def replay(
     recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
-    video: Annotated[Path | None, typer.Option(help="Draw a video instead: .mp4, .webp or .gif.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
     view: Annotated[
-        str, typer.Option(help="Of the video: chase, above, or both, with above in a corner.", show_default=True)
+        str, typer.Option(help="View of the video: chase, above, or both, with above in a corner.", show_default=True)
     ] = "both",
     boat: Annotated[str | None, typer.Option(help="The boat that the camera follows.")] = None,
-    size: Annotated[str | None, typer.Option(help="Of the video [pixels]: 1280x720.")] = None,
+    size: Annotated[str | None, typer.Option(help="Size of the video [pixels], as in 1280x720.")] = None,
     fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second of the video.")] = 1.0,
     begin: Annotated[float | None, typer.Option("--from", help="First simulated second of the video.")] = None,
     end: Annotated[float | None, typer.Option("--to", help="Last simulated second of the video.")] = None,
 ) -> None:
-    """Open a recording in rerun's viewer, or draw it into a video, for which no display is needed.
+    """Open a recording in rerun's viewer, or draw a video of it.
+
+    A video needs no display; .mp4 needs the extra `video`.
 
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """

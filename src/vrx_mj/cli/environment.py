@@ -9,7 +9,7 @@ from pathlib import Path
 __all__ = ["PACKAGES", "installed_first", "intruder"]
 
 PACKAGES = frozenset({
-    "IPython", "PIL", "cbor2", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "lz4", "markupsafe",
+    "IPython", "PIL", "av", "cbor2", "collada", "gymnasium", "jinja2", "llvmlite", "lxml", "lz4", "markupsafe",
     "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "pyarrow", "pydantic", "pymap3d", "ray", "rerun",
     "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "xacro", "yaml",
 })  # fmt: skip

@@ -36,7 +36,7 @@ COMMANDS = {
     "compile": Entry("Sail", "commands:compile_", "Compile a world to MJCF that plain MuJoCo opens."),
     "list": Entry("Look", "commands:list_", "List worlds, fleets, robots, objects, docks or tasks."),
     "map": Entry("Look", "commands:map_", "Draw a world as seen from above."),
-    "replay": Entry("Look", "commands:replay", "Open a recording in rerun's viewer."),
+    "replay": Entry("Look", "commands:replay", "Open a recording in rerun's viewer, or draw a video of it."),
     "score": Entry("Look", "scoring:score", "Score a recording again, with the task's own rules."),
     "compare": Entry("Look", "commands:compare", "Compare the motion in two recordings, to the last bit."),
     "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
