@@ -58,7 +58,7 @@ def test_earlier_recordings_are_kept(cli, folder, opened, no_screen):
     ("words", "message"),
     [
         (("-o", "no/run.rrd"), "cannot write the recording 'no/run.rrd': No such file or directory"),
-        (("--duration", "0"), "a duration of 0 s: at least one timestep, 0.01 s, is needed"),
+        (("--duration", "0"), "invalid duration 0 s: at least one timestep, 0.01 s, is needed"),
     ],
 )
 def test_what_cannot_be_recorded_leaves_nothing(cli, folder, words, message):
