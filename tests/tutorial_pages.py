@@ -19,7 +19,7 @@ from ros1_served import environment, free_port
 from vrx_mj.adapters.ros.packages import write_packages
 
 REPO = Path(__file__).resolve().parents[1]
-SERVED = "cmd_vel is "
+SERVED = "cmd_vel sets "
 """In a line that a server prints when it listens."""
 ADDRESSES = {"192.168.1.20": "127.0.0.2", "192.168.1.30": "127.0.0.1"}
 """Those that pages have for the machine that serves and for another one, and two that every Linux has."""
@@ -246,5 +246,5 @@ def _variables(folder: Path, port: int) -> dict[str, str]:
         program.chmod(0o755)
     mine = environment(port, folder)
     cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    kept = {name: os.environ[name] for name in ("NUMBA_CACHE_DIR", "MUJOCO_GL") if name in os.environ}
+    kept = {name: os.environ[name] for name in ("NUMBA_CACHE_DIR", "MUJOCO_GL", "VRX_MJ_CACHE") if name in os.environ}
     return {**mine, **kept, "XDG_CACHE_HOME": cache, "PATH": f"{programs}:{mine['PATH']}", "COLUMNS": "160"}
