@@ -1,6 +1,8 @@
 """The commands that sail, look and check; `vrx_mj.cli.index` names them."""
 
+import errno
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,6 +95,8 @@ def run(
     _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
     if summary is not None:
         with writing("the summary", summary):  # now: it must not fail after an hour of sailing
+            if summary.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             summary.absolute().parent.stat()
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,

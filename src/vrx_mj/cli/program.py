@@ -16,7 +16,7 @@ from vrx_mj.cli.arguments import with_default_port
 from vrx_mj.cli.help import Command, Group, UsageError, example
 from vrx_mj.cli.index import COMMANDS, PANELS, overview
 from vrx_mj.cli.screen import show_error, warn_once
-from vrx_mj.errors import DivergedError, UnknownNameError, VrxError
+from vrx_mj.errors import DivergedError, UnknownNameError, VrxError, nearest
 from vrx_mj.signals import ended_by_signals
 
 __all__ = ["app", "main"]
@@ -148,7 +148,7 @@ def _code(command: Any, words: list[str]) -> int:
     try:
         code = command.main(words, prog_name="vrx-mj", standalone_mode=False)
     except VrxError as error:
-        show_error(str(error))
+        show_error(f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2
     except UsageError as error:
         show_error(usage_message(error))
@@ -156,6 +156,18 @@ def _code(command: Any, words: list[str]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return CTRL_C
     return code if isinstance(code, int) else 0
+
+
+def list_hint(error: VrxError) -> str:
+    """Where all names of a kind are listed, for a name that resembles none of them."""
+    if not isinstance(error, UnknownNameError) or nearest(error.name, error.known) is not None:
+        return ""
+    if error.kind == "command":
+        return "; vrx-mj --help explains them"
+    from vrx_mj.config.search import KINDS
+
+    kinds = {name: kind for kind, name in KINDS.items()}
+    return f"; vrx-mj list {kinds[error.kind]} shows all" if error.kind in kinds else ""
 
 
 def usage_message(error: Any) -> str:

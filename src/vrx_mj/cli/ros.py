@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from vrx_mj.bar import Bar
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import VrxError
 
@@ -52,7 +53,9 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 def convert(
     recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
-    bag: Annotated[Path, typer.Argument(help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")],
+    target: Annotated[
+        Path, typer.Argument(metavar="bag", help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")
+    ],
 ) -> None:
     """Convert a recording to a bag. It holds the topics of vrx-mj run --bag, as far as the recording has their data.
 
@@ -64,8 +67,9 @@ def convert(
     """
     with needing_rosbags():
         from vrx_mj.adapters.ros.convert import convert as write_bag
-    count = write_bag(recording, bag)
-    typer.echo(f"{bag}: {count} messages")
+    with Bar("converting", 0.0, "s") as bar:
+        count = write_bag(recording, target, lambda done, total: bar.update(done, total=total))
+    typer.echo(f"{target}: {count} messages")
 
 
 @contextmanager
