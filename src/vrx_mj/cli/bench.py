@@ -194,10 +194,11 @@ def import_seconds() -> float:
 
 def processor_seconds(*words: str) -> float:
     """Processor time of `vrx-mj` with these words, warm: user and system, median of nine [s]; not known on Windows."""
-    return statistics.median(_child_seconds([sys.executable, "-m", "vrx_mj", *words]) for _ in range(9))
+    return statistics.median(child_seconds([sys.executable, "-m", "vrx_mj", *words]) for _ in range(9))
 
 
-def _child_seconds(command: list[str]) -> float:
+def child_seconds(command: list[str]) -> float:
+    """Processor time that a command takes [s]."""
     before = os.times()
     subprocess.run(command, capture_output=True, check=True)
     after = os.times()

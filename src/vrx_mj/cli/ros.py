@@ -53,9 +53,7 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 def convert(
     recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
-    target: Annotated[
-        Path, typer.Argument(metavar="bag", help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")
-    ],
+    bag: Annotated[Path, typer.Argument(help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")],
 ) -> None:
     """Convert a recording to a bag. It holds the topics of vrx-mj run --bag, as far as the recording has their data.
 
@@ -67,9 +65,9 @@ def convert(
     """
     with needing_rosbags():
         from vrx_mj.adapters.ros.convert import convert as write_bag
-    with Bar("converting", 0.0, "s") as bar:
-        count = write_bag(recording, target, lambda done, total: bar.update(done, total=total))
-    typer.echo(f"{target}: {count} messages")
+    with Bar("converting", 0.0, "s") as shown:
+        count = write_bag(recording, bag, lambda done, total: shown.update(done, total=total))
+    typer.echo(f"{bag}: {count} messages")
 
 
 @contextmanager

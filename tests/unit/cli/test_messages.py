@@ -6,7 +6,8 @@ from vrx_mj.config.search import catalogue
 
 WORLDS = (
     "known: base/vrx2023, buoyancy_plugin_demo, example_course, gymkhana, marina, my_course, no_gravity, ocean, "
-    f"ocean_buoys, ocean_docks, ocean_wamv, perception_task and {len(catalogue('worlds')) - 12} more; vrx-mj list worlds shows all"
+    f"ocean_buoys, ocean_docks, ocean_wamv, perception_task and {len(catalogue('worlds')) - 12} more; "
+    "vrx-mj list worlds shows all"
 )
 FORM = "is not name=number, as in left=0.5,right=0.5"
 
