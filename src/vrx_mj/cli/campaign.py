@@ -193,8 +193,8 @@ def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) ->
 
     print_tables(now, comparison)
     cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())
-    told = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
-    typer.echo(f"{told}; page: {page}")
+    counts = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
+    typer.echo(f"{counts}; page: {page}")
     if stopped:
         typer.echo("stopped; the same command continues from here", err=True)
     if stopped or failed == len(cells):

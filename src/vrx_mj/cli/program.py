@@ -16,7 +16,7 @@ from vrx_mj.cli.arguments import with_default_port
 from vrx_mj.cli.help import Command, Group, UsageError, example
 from vrx_mj.cli.index import COMMANDS, PANELS, overview
 from vrx_mj.cli.screen import show_error, warn_once
-from vrx_mj.errors import DivergedError, UnknownNameError, VrxError, nearest
+from vrx_mj.errors import DivergedError, UnknownNameError, VrxError
 from vrx_mj.signals import ended_by_signals
 
 __all__ = ["app", "main"]
@@ -96,13 +96,21 @@ def _print_version(wanted: bool) -> None:
     if not wanted:
         return
     import platform
-    from importlib.metadata import version
 
     from vrx_mj import __version__
 
-    parts = (f"{name} {version(name)}" for name in ("mujoco", "numba"))
+    parts = (f"{name} {_installed(name)}" for name in ("mujoco", "numba"))
     typer.echo(f"vrx-mj {__version__} ({', '.join(parts)}, Python {platform.python_version()})")
     raise typer.Exit
+
+
+def _installed(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def _program(
@@ -159,8 +167,8 @@ def _code(command: Any, words: list[str]) -> int:
 
 
 def list_hint(error: VrxError) -> str:
-    """Where all names of a kind are listed, for a name that resembles none of them."""
-    if not isinstance(error, UnknownNameError) or nearest(error.name, error.known) is not None:
+    """Where all names of a kind are listed, if the message leaves some out."""
+    if not isinstance(error, UnknownNameError) or not error.left_out:
         return ""
     if error.kind == "command":
         return "; vrx-mj --help explains them"

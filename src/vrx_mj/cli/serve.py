@@ -105,7 +105,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     wanted = Wanted(**said)
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
-        run(sim, wanted, tell=_tell, status=_status())
+        run(sim, wanted, tell=_log_line, status=_status())
 
 
 def parse_rate(text: str) -> float | None:
@@ -138,7 +138,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
         load_rclpy()
 
 
-def _tell(level: str, text: str) -> None:
+def _log_line(level: str, text: str) -> None:
     """A line of the log, above that of the status."""
     if is_watched():
         sys.stderr.write("\r\x1b[K")
@@ -150,7 +150,7 @@ class _Log(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show it."""
-        _tell({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
+        _log_line({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 
 def _status() -> Callable[[str], None]:
