@@ -45,9 +45,10 @@ class Bar:
         if self.watched:
             self._write(CLEAR)
 
-    def update(self, done: float, note: str = "") -> None:
-        """Show that so much is done, and a note beside it."""
+    def update(self, done: float, note: str = "", *, total: float | None = None) -> None:
+        """Show that so much is done, and a note beside it; of a new total where that was not known before."""
         self._done, self._note = done, note
+        self._total = self._total if total is None else total
         if self._open[-1:] != [self]:
             return
         now = time.monotonic()

@@ -54,6 +54,11 @@ class UnknownNameError(VrxError):
     def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, str, tuple[str, ...]]]:
         return type(self), (self.kind, self.name, self.known)
 
+    @property
+    def left_out(self) -> int:
+        """How many of the known names the message does not show, for a name that resembles none of them."""
+        return 0 if nearest(str(self.name), self.known) else max(0, len(self.known) - _SHOWN_NAMES)
+
     def _hint(self) -> str:
         close = nearest(str(self.name), self.known)
         if close is not None:

@@ -64,7 +64,7 @@ def two_threads_and_two_processes(rounds: int = ROUNDS, window: float = WINDOW) 
         for _ in range(rounds):
             ours.append(rate(batch, window))
             for worker in workers:
-                _tell(worker, str(window))
+                _send(worker, str(window))
             theirs.append(sum(float(_hear(worker)) for worker in workers))
     return statistics.median(ours), statistics.median(theirs)
 
@@ -114,14 +114,14 @@ def serve() -> None:
 
 @contextmanager
 def _worker(rows: int) -> Iterator["subprocess.Popen[str]"]:
-    """A process that serves; it ends when nobody can tell it more."""
+    """A process that serves; it ends when its input does."""
     command = [sys.executable, "-c", WORKER, str(rows)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="ascii") as worker:
         _hear(worker)
         yield worker
 
 
-def _tell(worker: "subprocess.Popen[str]", line: str) -> None:
+def _send(worker: "subprocess.Popen[str]", line: str) -> None:
     assert worker.stdin is not None
     worker.stdin.write(f"{line}\n")
     worker.stdin.flush()

@@ -1,4 +1,4 @@
-"""The worlds that the bench sails, and what its processes tell of themselves."""
+"""The worlds that the bench sails, and what its processes take."""
 
 import math
 import os
@@ -39,7 +39,7 @@ def sailing(count: int) -> Simulation:
 
 
 def resident_memory() -> float:
-    """Memory of this process [bytes]; not a number where the system does not tell as Linux does."""
+    """Memory of this process [bytes]; not a number where the system does not say, as Linux does."""
     if sys.platform != "linux":
         return math.nan
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])

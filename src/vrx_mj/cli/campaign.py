@@ -54,35 +54,26 @@ Packages = Annotated[
         callback=look_in,
     ),
 ]
+Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 
 
 def campaign(
     worlds: Worlds,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the results; a stopped campaign continues there.")
-    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results; a stopped campaign continues.")],
     controllers: Controllers = None,
     programs: Programs = None,
     seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
-    fleet: Annotated[
-        str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")
-    ] = None,
+    fleet: Fleet = None,
     duration: Duration = None,
     timeout: Timeout = None,
     record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial (.rrd).")] = False,
     rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
     lockstep: Waits = None,
-    rosbridge: Annotated[
-        bool, typer.Option("--rosbridge", help="With --exec: serve rosbridge in every trial.")
-    ] = False,
-    ray: Annotated[
-        bool, typer.Option("--ray", help="Run on a Ray cluster: that of RAY_ADDRESS, or this machine.")
-    ] = False,
-    restart: Annotated[
-        bool, typer.Option("--restart", help="Discard the results in the folder, and start again.")
-    ] = False,
+    rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
+    ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
     package_path: Packages = None,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
@@ -193,8 +184,8 @@ def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) ->
 
     print_tables(now, comparison)
     cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())
-    told = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
-    typer.echo(f"{told}; page: {page}")
+    counts = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
+    typer.echo(f"{counts}; page: {page}")
     if stopped:
         typer.echo("stopped; the same command continues from here", err=True)
     if stopped or failed == len(cells):

@@ -136,5 +136,5 @@ def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
 def _outcome(result: "Result") -> str:
     if result.failed:
         return f"failed: {result.error}"
-    told = "no task" if result.task is None else f"{result.score:.4g} {result.task['unit']}"
-    return f"{told} ({result.sim_time:g} s in {result.wall_time:.1f} s)"
+    outcome = "no task" if result.task is None else f"{result.score:.4g} {result.task['unit']}"
+    return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

@@ -1,6 +1,8 @@
 """The commands that sail, look and check; `vrx_mj.cli.index` names them."""
 
+import errno
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -94,8 +96,7 @@ def run(
     _check_paired("--follow", follow, "--record FILE.rrd", record)
     _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
     if summary is not None:
-        with writing("the summary", summary):  # now: it must not fail after an hour of sailing
-            summary.absolute().parent.stat()
+        _check_writable(summary)
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
         follow=follow, nudge=nudge, bag=bag, topics=topic or (),
@@ -107,6 +108,14 @@ def run(
     _print_files(record, bag)
     if result.interrupted:
         raise SystemExit(1)
+
+
+def _check_writable(summary: Path) -> None:
+    """Check before the run that the summary can be written: it must not fail after an hour of sailing."""
+    with writing("the summary", summary):
+        if summary.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        summary.absolute().parent.stat()
 
 
 def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:

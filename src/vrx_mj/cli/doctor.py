@@ -88,7 +88,9 @@ def print_rows(rows: list[Row]) -> None:
     for row in rows:
         if row.advice:
             out.print(f"{row.what}: {row.advice}", markup=False, highlight=False, soft_wrap=True)
-    out.print("What vrx_mj needs works." if healthy(rows) else "vrx_mj cannot run here as it is.", style="bold")
+    out.print(
+        "What vrx_mj needs works." if healthy(rows) else "vrx_mj cannot run here: see the rows marked no.", style="bold"
+    )
 
 
 def as_json(rows: list[Row]) -> list[dict[str, Any]]:
@@ -111,7 +113,7 @@ def python_row(version: tuple[int, ...]) -> Row:
     shown = ".".join(map(str, version))
     if version >= OLDEST_PYTHON and sys.maxsize > 2**32:
         return Row("python", f"{shown} in {sys.prefix}", "yes", core=True)
-    return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: docs/install.md says how", core=True)
+    return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True)
 
 
 def machine_row() -> Row:
@@ -143,7 +145,7 @@ def package_row(
         load(module)
     except Exception as error:
         line = str(error).partition("\n")[0]
-        return Row(name, f"{found}, which fails: {line}", "no", f"{repair} --force-reinstall", core=True)
+        return Row(name, f"{found}, import fails: {line}", "no", f"{repair} --force-reinstall", core=True)
     return Row(name, found, "yes", core=True)
 
 
@@ -170,7 +172,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 def kernel_row(folder: Path | None, compiled: bool) -> Row:
     """Where compiled physics is kept."""
     if folder is None:
-        advice = "set VRX_MJ_CACHE to a folder that can be written, or every run begins with 15 s of compiling"
+        advice = "set VRX_MJ_CACHE to a folder that can be written, or every run starts with 30 s of compiling"
         return Row("compiled physics", "no folder can be written", "no", advice)
     if not compiled:
         return Row("compiled physics", f"not yet in {folder}", "yes", "the first run compiles it, in about 30 s")
@@ -192,11 +194,11 @@ def _kernels() -> tuple[Path | None, bool]:
 def display_row(environment: Mapping[str, str], system: str) -> Row:
     """Whether there is a screen to open a window on."""
     if not system.startswith("linux"):
-        return Row("display", "that of the system", "yes")
+        return Row("display", "of the system", "yes")
     shown = [f"{name}={environment[name]}" for name in ("DISPLAY", "WAYLAND_DISPLAY") if environment.get(name)]
     if shown:
         return Row("display", ", ".join(shown), "yes")
-    return Row("display", "none", "not needed", "vrx-mj view then serves a page to a browser on this machine")
+    return Row("display", "none", "not needed", "vrx-mj view opens in a browser instead")
 
 
 def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
@@ -223,14 +225,13 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
 
 
 def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.adapters.view.display import BACKENDS, Attempt, try_backend
+    from vrx_mj.adapters.view.display import BACKENDS, Attempt, has_display, try_backend
 
     linux = sys.platform.startswith("linux")
     names = BACKENDS if linux else ("glfw",)
     with ThreadPoolExecutor() as pool:
         tried = dict(zip(names, pool.map(try_backend, names), strict=True))
-    screen = not linux or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    return {"display": Attempt(screen, ""), **tried}
+    return {"display": Attempt(has_display(), ""), **tried}
 
 
 def viewer_row(
@@ -276,7 +277,7 @@ def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
         text = environment.get(name, "")
         missing = [entry for entry in text.split(os.pathsep) if entry and not Path(entry).is_dir()]
         if missing:
-            yield Row(name, text, "no", f"no folder {', '.join(missing)}: take it out")
+            yield Row(name, text, "no", f"no folder {', '.join(missing)}: remove it")
         else:
             yield Row(name, text or "not set", "yes" if text else "not needed")
 
@@ -291,7 +292,7 @@ def pythonpath_row(environment: Mapping[str, str]) -> Row:
         if (Path(entry) / name).is_dir() or (Path(entry) / f"{name}.py").is_file()
     ]
     if there:
-        advice = "vrx-mj takes what is installed first; in Python of your own, run with PYTHONPATH empty"
+        advice = "vrx-mj uses the installed packages first; for your own scripts, unset PYTHONPATH"
         return Row("PYTHONPATH", ", ".join(there), "yes", advice)
     return Row("PYTHONPATH", os.pathsep.join(entries) or "not set", "yes" if entries else "not needed")
 
@@ -299,7 +300,7 @@ def pythonpath_row(environment: Mapping[str, str]) -> Row:
 def disk_row(free: float) -> Row:
     """Disk [bytes] that is free here."""
     enough = free >= LEAST_DISK
-    advice = "" if enough else f"recordings want at least {LEAST_DISK / GB:g} GB: make room, or record elsewhere"
+    advice = "" if enough else f"recordings need at least {LEAST_DISK / GB:g} GB: make room, or record elsewhere"
     return Row("free disk", f"{free / GB:.1f} GB here", "yes" if enough else "no", advice)
 
 
@@ -308,7 +309,7 @@ def memory_row(free: float | None) -> Row:
     if free is None:
         return Row("free memory", "not known", "yes")
     enough = free >= LEAST_MEMORY
-    advice = "" if enough else f"at least {LEAST_MEMORY / GB:g} GB is wanted: end other programs, or raise the limit"
+    advice = "" if enough else f"at least {LEAST_MEMORY / GB:g} GB is needed: end other programs, or raise the limit"
     return Row("free memory", f"{free / GB:.1f} GB", "yes" if enough else "no", advice)
 
 

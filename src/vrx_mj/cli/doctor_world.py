@@ -1,4 +1,4 @@
-"""`vrx-mj doctor WORLD`: the classic mistakes in a world and its fleet, and what hinders serving it to ROS."""
+"""`vrx-mj doctor WORLD`: the common errors in a world and its fleet, and what hinders serving it to ROS."""
 
 import importlib.util
 import os
@@ -58,7 +58,7 @@ def examine_world(world: str, fleet: str | None) -> list[Row]:
 
 
 def sound(rows: Sequence[Row]) -> bool:
-    """Whether the world and its fleet have none of the mistakes that were looked for."""
+    """Whether the world and its fleet have none of the problems that were looked for."""
     return not any(row.works == "no" and row.what in {WORLD, OVERLAPS, FRAMES, LAND, COMMANDS} for row in rows)
 
 
@@ -81,14 +81,14 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
     boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {', '.join(sim.boats[:SHOWN])}{more}"
     rows = [Row(WORLD, f"{sim.world.name}, {boats}", "yes")]
     rows += [Row("warning", str(each.message), "yes") for each in caught]
-    rows += _mistakes(LAND, _on_land(sim), "none")
-    rows += _mistakes(OVERLAPS, overlaps(sim), "none")
-    rows += _mistakes(FRAMES, shared_frames(sim), "each is of one boat")
+    rows += _problems(LAND, _on_land(sim), "none")
+    rows += _problems(OVERLAPS, overlaps(sim), "none")
+    rows += _problems(FRAMES, shared_frames(sim), "each is of one boat")
     return rows, sim
 
 
-def _mistakes(what: str, lines: Iterator[str], none: str) -> list[Row]:
-    """A row for every mistake, what to do after the last colon or semicolon; or one that there is none."""
+def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
+    """A row for every problem, what to do after the last colon or semicolon; or one that there is none."""
     rows = []
     for line in lines:
         cut = max(line.rfind(": "), line.rfind("; "))
@@ -150,11 +150,11 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
         publishers = [(str(topic), [str(node) for node in nodes]) for topic, nodes in asyncio.run(asked())[0]]
     except ConnectionRefusedError:
         if is_local(host):
-            return Row(what, f"none at {uri}", "not needed", "vrx-mj serve --ros1 is then the master itself"), ()
+            return Row(what, f"none at {uri}", "not needed", "vrx-mj serve --ros1 starts one"), ()
         return Row(what, f"none at {uri}", "no", "start roscore there, or unset ROS_MASTER_URI"), ()
     except (*BROKEN, Fault, TypeError, ValueError) as error:
         why = str(error) or "no answer"
-        return Row(what, f"what is at {uri} is none: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
+        return Row(what, f"no ROS master at {uri}: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
     return Row(what, f"answers at {uri}", "yes"), publishers
 
 
@@ -163,10 +163,10 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     from vrx_mj.adapters.ros.inbox import Inbox, Stranger
     from vrx_mj.adapters.ros.station import Station
 
-    told: list[str] = []
-    station = Station(sim, [], Inbox(), tell=lambda _level, text: told.append(text))
+    said: list[str] = []
+    station = Station(sim, [], Inbox(), tell=lambda _level, text: said.append(text))
     try:
-        told.clear()  # what it told of is in rows of its own
+        said.clear()  # what it says of the world has rows of its own
         for topic, nodes in publishers:
             if topic not in station.table.outputs:
                 for node in nodes:
@@ -174,13 +174,13 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
         heard = sum(topic in station.table.inputs for topic, _ in publishers)
     finally:
         station.close()
-    if told:
-        return Row(COMMANDS, f"{len(told)} published, but nobody listens", "no", "; ".join(told))
+    if said:
+        return Row(COMMANDS, f"{len(said)} published without a subscriber", "no", "; ".join(said))
     return Row(COMMANDS, f"{heard} have a publisher" if heard else "no publisher", "yes" if heard else "not needed")
 
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
-    """Whether the address that other nodes are told is one of this machine, and can be reached by those they ask."""
+    """Whether the address that other nodes get is one of this machine, and can be reached by those they ask."""
     from vrx_mj.adapters.ros.ros1.address import addresses, is_local
     from vrx_mj.adapters.ros.ros1.gate import is_loopback
     from vrx_mj.adapters.ros.ros1.http import address
@@ -188,18 +188,18 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)
     if name is None:
         return Row("ROS_IP", "not set", "not needed")
-    told = environment[name]
-    shown = f"{told}, which goes before ROS_IP" if name == "ROS_HOSTNAME" and environment.get("ROS_IP") else told
-    if not addresses(told):
-        return Row(name, f"{shown}: no address is known of that name", "no", f"unset {name}, or set ROS_IP instead")
-    if not is_local(told):
+    said = environment[name]
+    shown = f"{said}, which goes before ROS_IP" if name == "ROS_HOSTNAME" and environment.get("ROS_IP") else said
+    if not addresses(said):
+        return Row(name, f"{shown}: the name has no known address", "no", f"unset {name}, or set ROS_IP instead")
+    if not is_local(said):
         advice = f"unset {name}, or set it to an address of this machine: 'hostname -I' lists them"
         return Row(name, f"{shown}: no address of this machine", "no", advice)
     try:
         host, _ = address(uri)
     except VrxError:
         host = LOOPBACK
-    if all(map(is_loopback, addresses(told))) and not is_local(host):
+    if all(map(is_loopback, addresses(said))) and not is_local(host):
         advice = f"nodes on other machines cannot reach it: set {name} to this machine's address towards {host}"
         return Row(name, f"{shown}, but the master is on {host}", "no", advice)
     return Row(name, shown, "yes")
@@ -223,7 +223,7 @@ def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int],
     if serves:
         return Row(name, f"the master that answers: {holder}", "yes")
     other = "another ROS_MASTER_URI" if port == MASTER_PORT else f"--{what} {port + 1}"
-    return Row(name, f"held by {holder}", "no", f"stop that, or take {other}")
+    return Row(name, f"held by {holder}", "no", f"stop it, or use {other}")
 
 
 def _is_master(rows: Sequence[Row]) -> bool:

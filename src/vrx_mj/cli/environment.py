@@ -23,7 +23,7 @@ def installed_first() -> None:
 
 
 def intruder(error: BaseException) -> str | None:
-    """What to tell where a package from PYTHONPATH failed in the place of one we need; else None.
+    """The message where a package from PYTHONPATH failed in the place of one we need; else None.
 
     After `installed_first` that happens only to a package that is not installed here.
     """

@@ -56,15 +56,15 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
 def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
     """A name, with what there is to say of it."""
     ours = file.resolve().is_relative_to(root().resolve())
-    about = f": {told}" if verbose and (told := _description(kind, file)) else ""
+    about = f": {text}" if verbose and (text := _description(kind, file)) else ""
     return f"{name}{about}" if ours else f"{name}{about}  ({file})"
 
 
 def _commands(robot: str) -> Iterator[str]:
     """What commands a robot takes, a line for each profile of physics."""
-    from vrx_mj.cli.robot_commands import commands_told
+    from vrx_mj.cli.robot_commands import command_lines
 
-    yield from (f"  {line}" for line in commands_told(robot))
+    yield from (f"  {line}" for line in command_lines(robot))
 
 
 def _tasks(*, verbose: bool) -> Iterator[str]:
@@ -95,10 +95,10 @@ def _description(kind: str, file: Path) -> str:
     from vrx_mj.config.loading import read_source
 
     try:
-        told = read_source(kind, file).get("description")
+        text = read_source(kind, file).get("description")
     except VrxError:
         return ""
-    return " ".join(told.split()) if isinstance(told, str) else ""
+    return " ".join(text.split()) if isinstance(text, str) else ""
 
 
 def copy_start_file(kind: str, name: str) -> Path:

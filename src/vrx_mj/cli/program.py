@@ -96,13 +96,21 @@ def _print_version(wanted: bool) -> None:
     if not wanted:
         return
     import platform
-    from importlib.metadata import version
 
     from vrx_mj import __version__
 
-    parts = (f"{name} {version(name)}" for name in ("mujoco", "numba"))
+    parts = (f"{name} {_installed(name)}" for name in ("mujoco", "numba"))
     typer.echo(f"vrx-mj {__version__} ({', '.join(parts)}, Python {platform.python_version()})")
     raise typer.Exit
+
+
+def _installed(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def _program(
@@ -148,7 +156,7 @@ def _code(command: Any, words: list[str]) -> int:
     try:
         code = command.main(words, prog_name="vrx-mj", standalone_mode=False)
     except VrxError as error:
-        show_error(str(error))
+        show_error(f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2
     except UsageError as error:
         show_error(usage_message(error))
@@ -156,6 +164,18 @@ def _code(command: Any, words: list[str]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return CTRL_C
     return code if isinstance(code, int) else 0
+
+
+def list_hint(error: VrxError) -> str:
+    """Where all names of a kind are listed, if the message leaves some out."""
+    if not isinstance(error, UnknownNameError) or not error.left_out:
+        return ""
+    if error.kind == "command":
+        return "; vrx-mj --help explains them"
+    from vrx_mj.config.search import KINDS
+
+    kinds = {name: kind for kind, name in KINDS.items()}
+    return f"; vrx-mj list {kinds[error.kind]} shows all" if error.kind in kinds else ""
 
 
 def usage_message(error: Any) -> str:

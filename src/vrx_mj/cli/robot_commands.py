@@ -10,10 +10,10 @@ from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.profiles import Profile
 from vrx_mj.errors import VrxError, VrxWarning
 
-__all__ = ["commands_told"]
+__all__ = ["command_lines"]
 
 
-def commands_told(robot: str) -> Iterator[str]:
+def command_lines(robot: str) -> Iterator[str]:
     """For each profile a line about the commands of a robot with its first layout; none if it cannot be built."""
     for profile in get_args(Profile):
         try:
@@ -22,8 +22,8 @@ def commands_told(robot: str) -> Iterator[str]:
                 boat = build_boat(Order(robot, profile=profile))
         except VrxError:
             return
-        told = "; ".join((*_thrusts(boat), *_angles(boat)))
-        yield f"{profile}: {told}" if told else f"{profile}: no commands"
+        shown = "; ".join((*_thrusts(boat), *_angles(boat)))
+        yield f"{profile}: {shown}" if shown else f"{profile}: no commands"
 
 
 def _thrusts(boat: Boat) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from vrx_mj.bar import Bar
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import VrxError
 
@@ -40,11 +41,11 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     with needing_rosbags():
         from vrx_mj.adapters.ros.packages import write_packages
     written = write_packages(output)
-    told = [f"{output}: {', '.join(written.packages) or 'nothing'}"]
-    told += [f"left out: {name}, which is in {place}" for name, place in written.left_out.items()]
-    told += [f"{name} is missing: apt-get install python3-{name.replace('_', '-')}" for name in written.missing]
-    told += ["paste into every shell, or into ~/.bashrc:"]
-    for line in told:
+    lines = [f"{output}: {', '.join(written.packages) or 'nothing'}"]
+    lines += [f"left out: {name}, which is in {place}" for name, place in written.left_out.items()]
+    lines += [f"{name} is missing: apt-get install python3-{name.replace('_', '-')}" for name in written.missing]
+    lines += ["paste into every shell, or into ~/.bashrc:"]
+    for line in lines:
         show(line)
     for line in written.exports:
         typer.echo(line)
@@ -64,7 +65,8 @@ def convert(
     """
     with needing_rosbags():
         from vrx_mj.adapters.ros.convert import convert as write_bag
-    count = write_bag(recording, bag)
+    with Bar("converting", 0.0, "s") as shown:
+        count = write_bag(recording, bag, lambda done, total: shown.update(done, total=total))
     typer.echo(f"{bag}: {count} messages")
 
 

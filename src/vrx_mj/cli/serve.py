@@ -38,6 +38,9 @@ Completion = Annotated[
         "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
     ),
 ]
+Nudge = Annotated[
+    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
+]
 
 
 def serve(
@@ -50,9 +53,7 @@ def serve(
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
-    cmd_vel: Annotated[
-        CmdVel, typer.Option(help="What cmd_vel commands: thrust, as in VRX, or velocity.")
-    ] = CmdVel.thrust,
+    cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
     truth: Annotated[
         bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")
     ] = False,
@@ -62,9 +63,7 @@ def serve(
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")] = None,
     exit_on_completion: Completion = False,
-    nudge: Annotated[
-        bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
-    ] = False,
+    nudge: Nudge = False,
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
@@ -105,7 +104,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     wanted = Wanted(**said)
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
-        run(sim, wanted, tell=_tell, status=_status())
+        run(sim, wanted, tell=_log_line, status=_status())
 
 
 def parse_rate(text: str) -> float | None:
@@ -138,7 +137,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
         load_rclpy()
 
 
-def _tell(level: str, text: str) -> None:
+def _log_line(level: str, text: str) -> None:
     """A line of the log, above that of the status."""
     if is_watched():
         sys.stderr.write("\r\x1b[K")
@@ -150,7 +149,7 @@ class _Log(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show it."""
-        _tell({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
+        _log_line({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
 
 
 def _status() -> Callable[[str], None]:

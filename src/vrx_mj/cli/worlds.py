@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
 from vrx_mj.errors import VrxError
 
@@ -50,11 +51,13 @@ def generate(
     series = read_series(file_of("worlds", file))
     made = [series_world(series, number) for number in range(series.count)]
     texts: dict[Path, str] = {}
-    for world in made:
-        load_world(world.section)
-        texts[output / f"{world.name}.yaml"] = world_text(series, world)
-        if world.side is not None:
-            texts[output / SIDES / f"{world.name}.yaml"] = side_text(series, world)
+    with Bar("checking", len(made), "worlds") as bar:
+        for number, world in enumerate(made, 1):
+            load_world(world.section)
+            texts[output / f"{world.name}.yaml"] = world_text(series, world)
+            if world.side is not None:
+                texts[output / SIDES / f"{world.name}.yaml"] = side_text(series, world)
+            bar.update(number)
     _write(texts)
     for line in table(made):
         typer.echo(line)

@@ -45,6 +45,11 @@ def clock(monkeypatch):
     return own
 
 
+def test_processor_time_is_that_of_the_process_that_is_started():
+    idle, busy = (bench.child_seconds([sys.executable, "-c", code]) for code in ("pass", "sum(range(20_000_000))"))
+    assert busy > idle + 0.05
+
+
 def test_a_rate_counts_every_boat_of_every_row(clock):
     class Slow:
         n, boats = 64, ("a", "b")

@@ -43,7 +43,7 @@ def test_a_missing_core_package_fails_and_everything_else_is_still_shown(cli, mo
     said = cli("doctor")
     assert said.code == 1
     assert f"numba: {PIP} 'numba>=0.68'" in said.out
-    assert "vrx_mj cannot run here as it is." in said.out
+    assert "vrx_mj cannot run here: see the rows marked no." in said.out
 
 
 def test_what_the_core_does_not_need_fails_nothing():
@@ -65,7 +65,7 @@ def test_packages_that_do_not():
         "numba", "numba", load=raises(ImportError("llvmlite: bad ELF\nmore")), version=lambda _: "0.70"
     )
     advice = f"{PIP} '{numba}' --force-reinstall"
-    assert broken == Row("numba", "0.70, which fails: llvmlite: bad ELF", "no", advice, core=True)
+    assert broken == Row("numba", "0.70, import fails: llvmlite: bad ELF", "no", advice, core=True)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_what_we_ask_for_is_what_the_project_says():
 
 def test_an_old_python():
     assert doctor.python_row((3, 10, 12)) == Row(
-        "python", "3.10.12", "no", "Python 3.11 or newer, 64 bit, is needed: docs/install.md says how", core=True
+        "python", "3.10.12", "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True
     )
 
 
@@ -97,15 +97,15 @@ def test_where_compiled_physics_is_kept(tmp_path):
     )
     assert doctor.kernel_row(None, compiled=False) == Row(
         "compiled physics", "no folder can be written", "no",
-        "set VRX_MJ_CACHE to a folder that can be written, or every run begins with 15 s of compiling",
+        "set VRX_MJ_CACHE to a folder that can be written, or every run starts with 30 s of compiling",
     )  # fmt: skip
 
 
 def test_displays():
-    page = "vrx-mj view then serves a page to a browser on this machine"
+    page = "vrx-mj view opens in a browser instead"
     assert doctor.display_row({}, "linux") == Row("display", "none", "not needed", page)
     assert doctor.display_row({"DISPLAY": ":1"}, "linux") == Row("display", "DISPLAY=:1", "yes")
-    assert doctor.display_row({}, "win32") == Row("display", "that of the system", "yes")
+    assert doctor.display_row({}, "win32") == Row("display", "of the system", "yes")
 
 
 def test_without_any_way_to_draw_both_are_advised():
@@ -154,7 +154,7 @@ def test_ros():
 def test_search_paths(tmp_path):
     both = os.pathsep.join([str(tmp_path), "/no/such"])
     assert list(doctor.search_rows({"VRX_MJ_PATH": both, "VRX_MJ_PACKAGE_PATH": str(tmp_path)})) == [
-        Row("VRX_MJ_PATH", both, "no", "no folder /no/such: take it out"),
+        Row("VRX_MJ_PATH", both, "no", "no folder /no/such: remove it"),
         Row("VRX_MJ_PACKAGE_PATH", str(tmp_path), "yes"),
     ]
     assert {row.found for row in doctor.search_rows({})} == {"not set"}
@@ -165,17 +165,17 @@ def test_packages_of_ours_on_pythonpath_are_named(tmp_path):
     (tmp_path / "yaml.py").touch()
     assert doctor.pythonpath_row({"PYTHONPATH": str(tmp_path)}) == Row(
         "PYTHONPATH", f"numpy in {tmp_path}, yaml in {tmp_path}", "yes",
-        "vrx-mj takes what is installed first; in Python of your own, run with PYTHONPATH empty",
+        "vrx-mj uses the installed packages first; for your own scripts, unset PYTHONPATH",
     )  # fmt: skip
     assert doctor.pythonpath_row({}) == Row("PYTHONPATH", "not set", "not needed")
 
 
 def test_room():
     assert doctor.disk_row(3e8) == Row(
-        "free disk", "0.3 GB here", "no", "recordings want at least 0.5 GB: make room, or record elsewhere"
+        "free disk", "0.3 GB here", "no", "recordings need at least 0.5 GB: make room, or record elsewhere"
     )
     assert doctor.memory_row(4e8) == Row(
-        "free memory", "0.4 GB", "no", "at least 1 GB is wanted: end other programs, or raise the limit"
+        "free memory", "0.4 GB", "no", "at least 1 GB is needed: end other programs, or raise the limit"
     )
     assert doctor.memory_row(None) == Row("free memory", "not known", "yes")
     assert doctor.cores_row((8, 1.5)) == Row("cores", "8, limited to 1.5 at a time", "yes")

@@ -82,7 +82,7 @@ def test_frames_that_two_boats_share_are_told():
     fake = SimpleNamespace(
         boats=("wamv1", "wamv2"), mounted=lambda _boat: [SimpleNamespace(frame="cam_link", name="cam")]
     )
-    (row,) = doctor_world._mistakes("sensor frames", shared_frames(fake), "none")
+    (row,) = doctor_world._problems("sensor frames", shared_frames(fake), "none")
     assert row == Row(
         "sensor frames",
         "the frame cam_link belongs to cam of wamv2 and of wamv1: their readings cannot be distinguished",
@@ -100,7 +100,7 @@ def test_publishers_of_commands_without_a_boat_are_told():
     meant = "did you mean /wamv1/thrusters/left_thrust_cmd?"
     advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no boat subscribes: {meant}"
     assert doctor_world.command_row(sim, lost + heard) == Row(
-        "command topics", "1 published, but nobody listens", "no", advice
+        "command topics", "1 published without a subscriber", "no", advice
     )
     assert doctor_world.command_row(sim, heard) == Row("command topics", "1 have a publisher", "yes")
     assert doctor_world.command_row(sim, lost[1:]) == Row("command topics", "no publisher", "not needed")
@@ -113,7 +113,7 @@ def test_a_master_that_answers_tells_who_publishes():
     assert row == Row("ROS master", f"answers at {served.uri}", "yes")
     assert dict(publishers)["/wamv/imu"] == ["/gazebo"]
     row, publishers = doctor_world.master_row(served.uri)
-    advice = "vrx-mj serve --ros1 is then the master itself"
+    advice = "vrx-mj serve --ros1 starts one"
     assert (row, publishers) == (Row("ROS master", f"none at {served.uri}", "not needed", advice), ())
 
 
@@ -124,7 +124,7 @@ def test_what_is_no_master_is_told():
     with socket.create_server(("127.0.0.1", 0)) as server:
         uri = f"http://127.0.0.1:{server.getsockname()[1]}"
         row, _ = doctor_world.master_row(uri, patience=0.05)
-    assert row == Row("ROS master", f"what is at {uri} is none: no answer", "no", "correct ROS_MASTER_URI, or unset it")
+    assert row == Row("ROS master", f"no ROS master at {uri}: no answer", "no", "correct ROS_MASTER_URI, or unset it")
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_what_is_no_master_is_told():
         ),
         (
             {"ROS_HOSTNAME": "nowhere.invalid"}, HERE,
-            Row("ROS_HOSTNAME", "nowhere.invalid: no address is known of that name", "no",
+            Row("ROS_HOSTNAME", "nowhere.invalid: the name has no known address", "no",
                 "unset ROS_HOSTNAME, or set ROS_IP instead"),
         ),
         (
@@ -159,7 +159,7 @@ def test_ports():
         held = doctor_world.port_row("rosbridge", port, who=lambda _: "process 7 (x); to stop it: kill 7")
         joined = doctor_world.port_row("ROS master", port, serves=True, who=lambda _: None)
     name = f"port {port} (rosbridge)"
-    advice = f"stop that, or take --rosbridge {port + 1}"
+    advice = f"stop it, or use --rosbridge {port + 1}"
     assert held == Row(name, "held by process 7 (x); to stop it: kill 7", "no", advice)
     assert joined.found == "the master that answers: a process that cannot be found"
     assert doctor_world.port_row("rosbridge", port) == Row(name, "free", "yes")

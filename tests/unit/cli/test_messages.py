@@ -6,7 +6,8 @@ from vrx_mj.config.search import catalogue
 
 WORLDS = (
     "known: base/vrx2023, buoyancy_plugin_demo, example_course, gymkhana, marina, my_course, no_gravity, ocean, "
-    f"ocean_buoys, ocean_docks, ocean_wamv, perception_task and {len(catalogue('worlds')) - 12} more"
+    f"ocean_buoys, ocean_docks, ocean_wamv, perception_task and {len(catalogue('worlds')) - 12} more; "
+    "vrx-mj list worlds shows all"
 )
 FORM = "is not name=number, as in left=0.5,right=0.5"
 
@@ -14,7 +15,7 @@ MESSAGES = {
     "runn ocean": "no command named 'runn'; did you mean 'run'?",
     "sail ocean": (
         "no command named 'sail'; known: demo, run, view, new, compile, list, map, replay, score, compare, robot, "
-        "doctor and 7 more"
+        "doctor and 7 more; vrx-mj --help explains them"
     ),
     "robot chek": "no command of vrx-mj robot named 'chek'; did you mean 'check'?",
     "--verison": "no option of vrx-mj named '--verison'; did you mean '--version'?",
@@ -60,6 +61,17 @@ MESSAGES = {
     "run ocean --control nope:f": "no module named 'nope' for the controller 'nope:f'",
     "run ocean --control json:nope": "the module 'json' has no attribute 'nope'",
     "run ocean --duration 1 --record no/run.rrd": "cannot write the recording 'no/run.rrd': No such file or directory",
+    "run ocean --summary .": "cannot write the summary '.': Is a directory",
+    "run ocean --record .": "cannot write the recording '.': Is a directory",
+    "run ocean --package-path nowhere": "invalid --package-path 'nowhere': not a folder",
+    "robot check": "nothing to check: give --components FILE, --thrusters FILE or both",
+    "robot parts camera": "no type of part named 'camera'; did you mean 'wamv_camera'?",
+    "ros message": "no command of vrx-mj ros named 'message'; did you mean 'messages'?",
+    "worlds generate none.yaml -o out": "none.yaml: no such file",
+    "doctor --fleet trio": "--fleet trio needs a world: vrx-mj doctor WORLD --fleet trio",
+    "serve ocean --rate fast": ("invalid --rate 'fast': a number above 0 is needed, 1 for real time, or max"),
+    "teleop --url foo": "invalid --url 'foo': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090",
+    "run ocean --fleet zzz": "no fleet named 'zzz'; known: trio, usv_config",
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
     "compare no.rrd no.rrd": "no recording 'no.rrd'",

@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj.cli.files import listing
-from vrx_mj.cli.robot_commands import commands_told
+from vrx_mj.cli.robot_commands import command_lines
 
 TOLD = {
     "wamv": (
@@ -29,7 +29,7 @@ TOLD = {
 
 @pytest.mark.parametrize("robot", TOLD)
 def test_units_and_limits_follow_the_profile(robot):
-    assert tuple(commands_told(robot)) == TOLD[robot]
+    assert tuple(command_lines(robot)) == TOLD[robot]
 
 
 def test_they_stand_below_the_robot_in_the_verbose_list_alone():

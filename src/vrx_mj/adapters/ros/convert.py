@@ -2,7 +2,7 @@
 
 import heapq
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
@@ -30,6 +30,8 @@ from vrx_mj.tasks.frame import EARLY
 __all__ = ["convert"]
 
 FloatArray = npt.NDArray[np.float64]
+Progress = Callable[[float, float], None]
+"""Takes the recorded time that is reached and that of the end [s]."""
 ANGLE = "_angle"
 """Ends the name of a command that turns an engine."""
 ROW_RATE = 1e3
@@ -45,8 +47,8 @@ KEPT = 2
 """Companies whose simulation is kept: rows and states of two alternate where boats come or go."""
 
 
-def convert(source: str | Path, target: str | Path) -> int:
-    """Write a recording into a bag; the number of its messages.
+def convert(source: str | Path, target: str | Path, progress: Progress | None = None) -> int:
+    """Write a recording into a bag; the number of its messages. `progress` is called at every row of the recording.
 
     Raises:
         RecordError: the source is no recording, or the bag cannot be written.
@@ -55,7 +57,7 @@ def convert(source: str | Path, target: str | Path) -> int:
     bag = Bag(target)
     bag.start()
     try:
-        return Conversion(recorded, bag).run()
+        return Conversion(recorded, bag).run(progress)
     finally:
         bag.close()
 
@@ -156,9 +158,10 @@ class Conversion:
         self._last: dict[str, bytes] = {}
         self._count = 0
 
-    def run(self) -> int:
+    def run(self, progress: Progress | None = None) -> int:
         """Write all in the order of time; the number of messages."""
         recorded = self._recorded
+        end = float(recorded.time[-1]) if len(recorded.time) else 0.0
         streams: list[Iterator[tuple[float, int, int, Any]]] = [
             ((float(row[0]), 0, i, row) for i, row in enumerate(recorded.rows)),
             ((saved.time, 1, i, saved) for i, saved in enumerate(recorded.states)),
@@ -167,6 +170,8 @@ class Conversion:
         ]
         for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
             self._tell(time, found)
+            if progress is not None:
+                progress(time, end)
         return self._count
 
     def _readings(self, number: int, sensor: RecordedSensor) -> Iterator[tuple[float, int, int, Any]]:
