@@ -31,6 +31,8 @@ PLAN_ASPECT = 1.3
 """Width of the plan's view, in its heights, about."""
 LEGEND = 4
 """Most series of thrusters that a legend lists: a longer one would hide the plot."""
+CROWD = 4
+"""Most boats whose legend fits into a low plot."""
 SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
 TASK = (PLOT.rpartition("/")[2], "Score and collisions")
 BELOW = (
@@ -81,7 +83,8 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     rows = beside(scene)
-    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[2.4, *[1.0] * len(rows), 1.0])
+    shares = [2.4, 2.4] if len(rows) == 1 and is_crowded(scene) else [2.4, *[1.0] * len(rows)]
+    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[*shares, 1.0])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -100,7 +103,14 @@ def beside(scene: RecordScene) -> list[Any]:
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
     if scene.parameters.get("task"):
         return [task_view(), rrb.Tabs(*plots)]
+    if is_crowded(scene):
+        return [rrb.Tabs(*plots)]
     return [plots[0], *([rrb.Tabs(*plots[1:])] if plots[1:] else [])]
+
+
+def is_crowded(scene: RecordScene) -> bool:
+    """Whether the legend of all boats needs a plot of twice the height."""
+    return len(scene.roster()) > CROWD
 
 
 def task_view() -> rrb.Container:
