@@ -68,7 +68,8 @@ class ContactWatch:
         look = rig.look[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0
         pause = min(max(float(look["clearance"]) / FASTEST, NEAR), FREE) if free else NEAR
-        self._due = step + max(1, round(pause / rig.timestep))
+        stride = max(1, round(NEAR / rig.timestep))  # looks are at whole multiples of it, whoever cuts the run
+        self._due = (step // stride + max(1, int(pause / NEAR + 1e-9))) * stride
         found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
         for pair, force in found.items():
             self._note(pair, force, time)

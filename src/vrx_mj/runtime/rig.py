@@ -99,6 +99,7 @@ class Rig:
         for table in self.state_tables:
             table[:] = np.zeros(1, table.dtype)
         self.touches[:] = NEVER
+        self.look["clearance"], self.look["wait"] = 0.0, 0
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
         self.thruster_state["expires"] = -np.inf

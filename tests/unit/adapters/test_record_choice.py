@@ -10,7 +10,7 @@ WAMV2 = {"lidar_wamv": 10.0, "gps_wamv": 15.0}
 BOATS = {"wamv1": WAMV1, "wamv2": WAMV2, "raft": {}}
 ONE = {"wamv1": WAMV1}
 KNOWN = "known: front_left_camera, lidar_wamv, pinger"
-NO_RATE = "is no rate: give readings per second, as in front_left_camera@5"
+NEEDED = "readings per second above 0 are needed, as in lidar_wamv@5"
 ALL_OF = {boat: [(boat, name, rate) for name, rate in sensors.items()] for boat, sensors in BOATS.items()}
 
 
@@ -67,12 +67,12 @@ def test_with_one_boat_its_name_can_be_left_out():
         ("wamv1,,wamv2", UnknownNameError, f"no sensor of wamv1 named ''; {KNOWN}"),
         ("", UnknownNameError, "no boat named ''; known: wamv1, wamv2, raft"),
         ("wamv1:a:b", UnknownNameError, f"no sensor of wamv1 named 'a:b'; {KNOWN}"),
-        ("wamv1:pinger@fast", CommandError, f"'wamv1:pinger@fast': 'fast' {NO_RATE}"),
-        ("wamv1:pinger@", CommandError, f"'wamv1:pinger@': '' {NO_RATE}"),
-        ("wamv1@0", CommandError, f"'wamv1@0': '0' {NO_RATE}"),
-        ("wamv1@-2", CommandError, f"'wamv1@-2': '-2' {NO_RATE}"),
-        ("all@inf", CommandError, f"'all@inf': 'inf' {NO_RATE}"),
-        ("all@nan", CommandError, f"'all@nan': 'nan' {NO_RATE}"),
+        ("wamv1:pinger@fast", CommandError, f"invalid rate 'fast' in 'wamv1:pinger@fast': {NEEDED}"),
+        ("wamv1:pinger@", CommandError, f"invalid rate '' in 'wamv1:pinger@': {NEEDED}"),
+        ("wamv1@0", CommandError, f"invalid rate '0' in 'wamv1@0': {NEEDED}"),
+        ("wamv1@-2", CommandError, f"invalid rate '-2' in 'wamv1@-2': {NEEDED}"),
+        ("all@inf", CommandError, f"invalid rate 'inf' in 'all@inf': {NEEDED}"),
+        ("all@nan", CommandError, f"invalid rate 'nan' in 'all@nan': {NEEDED}"),
         ("wamv1:pinger@2", CommandError, "pinger of wamv1 measures 1 times a second: it cannot be recorded at 2"),
     ],
 )  # fmt: skip

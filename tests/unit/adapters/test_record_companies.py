@@ -38,7 +38,7 @@ def numbered(layout, start):
 def test_one_company_has_its_own_columns():
     rows = numbered(FIRST, 0.0)
     assert joint_layout([FIRST]) is FIRST
-    assert np.array_equal(all_rows([part(rows)], [FIRST]), rows)
+    assert np.array_equal(all_rows([part(rows)], [FIRST])[0], rows)
 
 
 def test_who_joins_later_comes_last():
@@ -51,7 +51,8 @@ def test_who_joins_later_comes_last():
 def test_numbers_stay_those_of_their_body():
     joint = joint_layout([FIRST, SECOND])
     blocks = {FIRST: numbered(FIRST, 0.0), SECOND: numbered(SECOND, 1000.0)}
-    wide = all_rows([part(blocks[SECOND], 1), part(blocks[FIRST], 0)], [FIRST, SECOND])
+    wide, numbers = all_rows([part(blocks[SECOND], 1), part(blocks[FIRST], 0)], [FIRST, SECOND])
+    assert numbers.tolist() == [0, 0, 1, 1]
     assert wide[:, 0].tolist() == [0.0, 1.0, 1000.0, 1001.0]
     for layout, lines in ((FIRST, wide[:2]), (SECOND, wide[2:])):
         rows = blocks[layout]
@@ -72,4 +73,4 @@ def test_numbers_stay_those_of_their_body():
 
 @pytest.mark.parametrize("layouts", [[FIRST], [FIRST, SECOND]])
 def test_nothing_recorded_has_no_rows(layouts):
-    assert all_rows([], layouts).shape == (0, joint_layout(layouts).width)
+    assert all_rows([], layouts)[0].shape == (0, joint_layout(layouts).width)

@@ -1,11 +1,13 @@
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import recorded_run
 from vrx_mj.adapters.record.course import FATES
+from vrx_mj.adapters.record.marks import TaskMarks, legend_chunks
 from vrx_mj.adapters.record.progress import PLOT, WORDS, TaskChunks
 from vrx_mj.adapters.record.reader import read_record
 from vrx_mj.adapters.record.telling import words
@@ -40,6 +42,45 @@ def frames(start, end, speed=2.0, drift=0.0):
         stands = [(*places[name], 0.0, 1.0, 0.0, 0.0, 0.0) for name in layout.watched]
         rows.append((t, np.array([t, *np.ravel(stands), 12.0 if t >= 12.0 else -1.0]), []))
     return rows
+
+
+def lines_and_marks(chunks):
+    """Lines of the log, and the times of marks by their kind."""
+    lines, marks = [], {}
+    for chunk in chunks:
+        columns = chunk.to_record_batch().to_pydict()
+        times = [time.total_seconds() for time in columns.get("sim_time", ())]
+        if chunk.entity_path == "/events/task":
+            lines += [(time, text[0]) for time, text in zip(times, columns["TextLog:text"], strict=True)]
+        elif chunk.entity_path.startswith("/marks/"):
+            marks.setdefault(chunk.entity_path.removeprefix("/marks/"), []).extend(times)
+    return lines, marks
+
+
+def test_gates_and_scores_are_marks_and_lines():
+    """The boat sets off at 2 s, crosses the first gate 5 s later, the second 15 s; touching a buoy costs points."""
+    lines, marks = lines_and_marks(written(frames(0.0, 20.0)))
+    assert marks["gates_passed"] == pytest.approx([7.05, 17.05], abs=0.1)
+    assert "gates_missed" not in marks
+    assert [text for _, text in lines] == ["score 10 points, +10", "score 7 points, -3", "score 19 points, +12"]
+    assert marks["score_changes"] == [time for time, _ in lines]
+
+
+def test_a_gate_that_is_passed_by_is_missed():
+    marks = TaskMarks(TASK)
+    sheet = SimpleNamespace(score=0.0)
+    for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"])):
+        marks.look(float(time), SimpleNamespace(progress={"gates": gates}, sheet=sheet))
+    lines, found = lines_and_marks(marks.chunks())
+    assert lines == [(1.0, "gate 1 of 2 missed")]
+    assert found == {"gates_missed": [1.0], "gates_passed": [1.0]}
+    assert not list(marks.chunks())
+
+
+def test_only_marks_that_a_world_may_have_are_in_the_legend():
+    named = {chunk.entity_path for chunk in legend_chunks(PARAMETERS)}
+    assert named == {"/marks/contacts", "/marks/gates_passed", "/marks/gates_missed", "/marks/score_changes"}
+    assert {chunk.entity_path for chunk in legend_chunks({"task": None})} == {"/marks/contacts"}
 
 
 def judged(rows):

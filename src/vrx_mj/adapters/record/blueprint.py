@@ -31,6 +31,8 @@ PLAN_ASPECT = 1.3
 """Width of the plan's view, in its heights, about."""
 LEGEND = 4
 """Most series of thrusters that a legend lists: a longer one would hide the plot."""
+CROWD = 4
+"""Most boats whose legend fits into a low plot."""
 SPEED, THRUST, STEERING = ("speed", "Speed [m/s]"), ("thrust", "Thrust [N]"), ("steering", "Steering [deg]")
 TASK = (PLOT.rpartition("/")[2], "Score and collisions")
 BELOW = (
@@ -81,7 +83,8 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     rows = beside(scene)
-    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[2.4, *[1.0] * len(rows), 1.0])
+    shares = [2.0, 3.2] if len(rows) == 1 and is_crowded(scene) else [2.4, *[1.0] * len(rows)]
+    right = rrb.Vertical(plan_view(scene), *rows, log_view(), row_shares=[*shares, 1.0])
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[2, 1]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -100,7 +103,14 @@ def beside(scene: RecordScene) -> list[Any]:
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
     if scene.parameters.get("task"):
         return [task_view(), rrb.Tabs(*plots)]
+    if is_crowded(scene):
+        return [rrb.Tabs(*plots)]
     return [plots[0], *([rrb.Tabs(*plots[1:])] if plots[1:] else [])]
+
+
+def is_crowded(scene: RecordScene) -> bool:
+    """Whether the legend of all boats needs a plot of twice the height."""
+    return len(scene.roster()) > CROWD
 
 
 def task_view() -> rrb.Container:
@@ -143,7 +153,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             position=eye,
             look_target=middle,
             eye_up=(0.0, 0.0, 1.0),
-            tracking_entity="/world/fleet" if scene.follow is None else f"/world/boats/{scene.follow}",
+            tracking_entity=followed_path(scene),
         ),
         overrides=trails(scene),
     )
@@ -230,6 +240,14 @@ def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
     """Radius [m] around `middle` that holds the fleet and all that stands near it."""
     away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
+
+
+def followed_path(scene: RecordScene) -> str:
+    """The entity that the camera follows: one that has a size, without which nothing is followed."""
+    if scene.follow is None:
+        return "/world/fleet"
+    shaped = any(boat.surfaces for boat in scene.boats() if boat.name == scene.follow)
+    return f"/world/boats/{scene.follow}/{'shape' if shaped else 'label'}"
 
 
 def followed_circle(scene: RecordScene) -> tuple[Any, float]:

@@ -18,7 +18,7 @@ __all__ = ["boat_chunks", "change_chunks"]
 THRUST_COLOR = (255, 84, 48)
 GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-WAKE_RADIUS = 0.14
+WAKE_RADIUS = 0.25
 """Half the thickness of a wake [m]."""
 TAG_HEIGHT = 2.9
 """Height of a boat's name over its origin [m]."""

@@ -61,7 +61,9 @@ def _split(word: str) -> tuple[str, float | None]:
     except ValueError:
         value = math.nan
     if value is not None and not 0.0 < value < math.inf:
-        raise CommandError(f"'{word}': '{rate}' is no rate: give readings per second, as in front_left_camera@5")
+        raise CommandError(
+            f"invalid rate '{rate}' in '{word}': readings per second above 0 are needed, as in lidar_wamv@5"
+        )
     return name, value
 
 

@@ -82,6 +82,6 @@ def views_following(record: Record, boat: str) -> bytes:
     if boat not in record.boats:
         raise UnknownNameError("boat", boat, record.boats)
     sim = Simulation(saved_world(record.companies[0]))
-    scene = scene_of(sim, looks_of=())
+    scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
     return blueprint_bytes(scene, APPLICATION)

@@ -140,9 +140,10 @@ class Film:
     def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
         """Every picture (height, width, 3), drawn when it is asked for."""
         for number, time in enumerate(self.times, 1):
-            yield self.picture(time)
+            picture = self.picture(time)
             if progress is not None:
                 progress(number, len(self.times))
+            yield picture
 
     def picture(self, time: float) -> Picture:
         """The picture of a simulated time [s]."""

@@ -1,0 +1,75 @@
+"""Touches of a boat: each is told once, with its time and force, in recordings too, and the motion does not notice."""
+
+import pytest
+
+import vrx_mj
+from vrx_mj.errors import UnknownNameError
+
+SPAWN = {"sensors": "none", "thrusters": "H"}
+WALL = {"name": "quay", "pose": [7, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
+WORLD = {"name": "bay", "spawn": SPAWN, "docks": [WALL]}
+FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0]}, {"name": "b", "pose": [-20, 0, 0.1, 0, 0, 0]}]}
+
+
+@pytest.fixture
+def sim():
+    return vrx_mj.Simulation(vrx_mj.compile_world(WORLD, fleet=FLEET))
+
+
+def ram(sim):
+    """Drive boat a against the dock and stay there."""
+    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=12.0)
+
+
+def test_a_touch_is_told_once_with_a_force_that_stops_the_boat(sim):
+    touches = []
+    watch = sim.watch_contacts(touches.append)
+    ram(sim)
+    sim.unwatch_contacts(watch)
+    assert {(touch.boat, touch.other) for touch in touches} == {("a", "quay")}
+    assert len(touches) == 1
+    assert 0.0 < touches[0].time < 12.0
+    assert touches[0].force > 100.0
+    assert str(touches[0]) == f"a touches quay, {touches[0].time:.1f} s, {touches[0].force:.0f} N"
+
+
+def test_who_parts_and_comes_back_touches_anew(sim):
+    touches = []
+    sim.watch_contacts(touches.append)
+    ram(sim)
+    sim.set_boat("a", pose=[-10.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    sim.step(duration=2.0)
+    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=20.0)
+    assert [touch.other for touch in touches] == ["quay", "quay"]
+
+
+def test_a_recording_has_the_touch_and_the_motion_does_not_notice(sim, tmp_path):
+    ram(sim)
+    bare = sim.row().tobytes()
+    sim.reset()
+    with vrx_mj.record(sim, tmp_path / "run.rrd", follow="a"):
+        ram(sim)
+    assert sim.row().tobytes() == bare
+    events = [event for event in vrx_mj.read_record(tmp_path / "run.rrd").events if "touches" in event.text]
+    assert [event.level for event in events] == ["WARN"]
+    assert events[0].text.startswith("a touches quay, ")
+
+
+def test_the_same_run_has_the_same_touches_however_it_is_cut(sim):
+    found = []
+    for piece in (12.0, 0.3):
+        sim.reset()
+        touches = []
+        watch = sim.watch_contacts(touches.append)
+        for _ in range(round(12.0 / piece)):
+            sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=piece)
+        sim.unwatch_contacts(watch)
+        found.append(touches)
+    assert found[0] == found[1]
+
+
+def test_nobody_follows_a_boat_that_is_not_there(sim, tmp_path):
+    with pytest.raises(UnknownNameError) as refused, vrx_mj.record(sim, tmp_path / "run.rrd", follow="crane"):
+        pass
+    assert str(refused.value) == "no boat named 'crane'; known: a, b"
+    assert not list(tmp_path.iterdir())
