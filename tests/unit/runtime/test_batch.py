@@ -1,0 +1,67 @@
+"""A batch: its commands hold as those of a simulation do, and what is varied is a share of what the world has."""
+
+import numpy as np
+import pytest
+
+import vrx_mj
+from integration.sailing import GUSTY, boats, same_bits, water
+
+SWELL = {"model": "pms", "gain": 0.6, "period": 6.0, "scale": 2.5, "tau": 0.5}
+THRUST = {"left": 0.8, "right": 0.2}
+
+
+@pytest.fixture(scope="module")
+def world():
+    return vrx_mj.compile_world(water(sea=SWELL, wind=GUSTY), fleet=boats((0.0, 0.0, 0.3)))
+
+
+@pytest.fixture(scope="module")
+def batch(world):
+    return vrx_mj.Batch(world, 2, seed=3, threads=1)
+
+
+@pytest.fixture(autouse=True)
+def _at_the_start(batch):
+    batch.vary(waves=1.0)
+    batch.reset(seed=3)
+
+
+def commands(batch):
+    return np.tile([THRUST.get(name, 0.0) for _, name in batch.channels], (batch.n, 1))
+
+
+def test_a_command_given_to_a_step_holds_for_all_of_it(world, batch):
+    """Longer than the second after which VRX forgets a command."""
+    sim = vrx_mj.Simulation(world, seed=3)
+    sim.step({"a": THRUST}, duration=1.5)
+    batch.step(commands(batch), duration=1.5)
+    seen = sim.observe()["a"]
+    assert same_bits(batch.features[0, 0, :7], [*seen.position, *seen.quaternion])
+
+
+def test_a_command_given_by_itself_is_forgotten_after_its_timeout(world, batch):
+    sim = vrx_mj.Simulation(world, seed=3)
+    sim.command("a", **THRUST)
+    sim.advance(150)
+    batch.command(commands(batch))
+    batch.advance(150)
+    assert same_bits(batch.features[0, 0, :3], sim.observe()["a"].position)
+
+
+def test_waves_are_a_share_of_the_world_s_however_often_they_are_varied(batch):
+    batch.vary(waves=[0.5, 0.5])
+    batch.vary(rows=[1], waves=4.0)
+    batch.vary(rows=[1], waves=0.5)
+    batch.reset(seed=[7, 7])
+    batch.advance(100)
+    assert same_bits(batch.features[0], batch.features[1])
+    batch.vary(rows=[1], waves=1.0)
+    batch.reset(seed=[7, 7])
+    batch.advance(100)
+    assert not same_bits(batch.features[0], batch.features[1])
+
+
+def test_rows_have_the_seeds_that_follow_the_first(batch):
+    assert batch.seeds.tolist() == [3, 4]
+    batch.reset([1], seed=10)
+    assert batch.seeds.tolist() == [3, 11]

@@ -1,0 +1,52 @@
+"""Boats that come and go: what the others have touched, hear and measure stays theirs."""
+
+import pytest
+
+import vrx_mj
+from integration.sailing import AFLOAT, CALM, boats, water
+from integration.sensing import GPS, QUIET_PINGER, sailing
+
+TASK = {"type": "stationkeeping", "goal_cart": [0.0, 0.0, 0.0], "collision_buffer": 5.0}
+NO_DELAY = {"initial_state_duration": 0.0, "ready_state_duration": 0.0}
+BESIDE = (0.4, 2.2, AFLOAT, 0.0, 0.0, 0.1)
+AWAY = (0.0, 60.0, AFLOAT, 0.0, 0.0, 0.0)
+
+
+def test_a_touch_is_counted_once_though_a_boat_joins_meanwhile():
+    world = water(sea=CALM, wind=None, task={**TASK, **NO_DELAY})
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=boats((0.0, 0.0, 0.0), (0.0, 60.0, 0.0))))
+    sim.advance(600)
+    sim.set_boat("b", pose=BESIDE)
+    sim.advance(2)
+    sim.set_boat("b", pose=AWAY)
+    before = sim._rig.touches.copy()
+    assert before.max() > 6.0 - 1e-9
+    sim.spawn("late", pose=[-80, 0, AFLOAT, 0, 0, 0], sensors="none")
+    assert sim._rig.touches[: len(before)].tolist() == before.tolist()
+    assert sim._rig.touches[-1] < 0.0  # the newcomer was not touched
+    sim.advance(20)
+    assert sim.task["num_collisions"] == 1
+    sim.remove("late")
+    assert sim._rig.touches.tolist() == before.tolist()
+
+
+def test_beacons_stay_with_their_boats():
+    sensors = {"a": (QUIET_PINGER, GPS), "b": (QUIET_PINGER,), "c": (QUIET_PINGER,)}
+    sim = sailing(sensors, fleet=boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0), (60.0, 0.0, 0.0)), sea=CALM)
+    for k, boat in enumerate("abc"):
+        sim.set_pinger(boat, "pinger", (100.0 * k, 5.0, -1.0))
+    sim.remove("a")
+    assert sim.pinger("b", "pinger") == (100.0, 5.0, -1.0)
+    assert sim.pinger("c", "pinger") == (200.0, 5.0, -1.0)
+    assert sim.sense("c")["pinger"].data.range == pytest.approx(139.2, abs=1.0)
+
+
+def test_time_and_gusts_go_on_and_the_newcomer_starts_afresh():
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(water(), fleet=boats((0.0, 0.0, 0.0))))
+    sim.advance(150)
+    wind, time = sim.wind.speed, sim.time
+    sim.spawn("late", pose=[40, 0, AFLOAT, 0, 0, 1.0], sensors="none")
+    assert (sim.wind.speed, sim.time) == (wind, time)
+    late = sim.observe()["late"]
+    assert late.position == pytest.approx([40, 0, AFLOAT])
+    assert not late.velocity.any()
