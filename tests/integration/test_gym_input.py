@@ -79,9 +79,9 @@ def test_numbers_are_numbers_whatever_holds_them(env, undisturbed, given):
 @pytest.mark.parametrize(
     ("seed", "message"),
     [
-        (1.5, f"seed is 1.5: {SEED}, or one for each of 2 rows"),
-        ("12", f"seed is '12': {SEED}, or one for each of 2 rows"),
-        ({1, 2}, f"seed is {{1, 2}}: {SEED}, or one for each of 2 rows"),
+        (1.5, f"invalid seed 1.5: {SEED}, or one for each of 2 rows"),
+        ("12", f"invalid seed '12': {SEED}, or one for each of 2 rows"),
+        ({1, 2}, f"invalid seed {{1, 2}}: {SEED}, or one for each of 2 rows"),
         (-1, f"invalid seed -1 of row 0: {SEED}"),
         ([5, -1], f"invalid seed -1 of row 1: {SEED}"),
         ([5, "a"], f"invalid seed 'a' of row 1: {SEED}"),

@@ -117,8 +117,8 @@ def test_a_problem_that_is_none():
 @pytest.mark.parametrize(
     ("seed", "message"),
     [
-        (1.5, "seed is 1.5: a whole number of 0 or more is needed, or one for each of 1 rows"),
-        ("12", "seed is '12': a whole number of 0 or more is needed, or one for each of 1 rows"),
+        (1.5, "invalid seed 1.5: a whole number of 0 or more is needed, or one for each of 1 rows"),
+        ("12", "invalid seed '12': a whole number of 0 or more is needed, or one for each of 1 rows"),
         (-1, "invalid seed -1 of row 0: a whole number of 0 or more is needed"),
         ([1, 2], "2 seeds for 1 rows: one seed, or one for each row, is needed"),
     ],

@@ -87,7 +87,7 @@ def test_frames_that_two_boats_share_are_told():
         "sensor frames",
         "the frame cam_link belongs to cam of wamv2 and of wamv1: their readings cannot be distinguished",
         "no",
-        "take the namespace out of the frame's name",
+        "remove the namespace from the frame's name",
     )
     assert not doctor_world.sound([row])
     assert doctor_world.sound([Row("port 9090 (rosbridge)", "held", "no", "stop it")])

@@ -107,7 +107,7 @@ def true_boat(sensors):
     ("sensors", "why"),
     [
         ({}, "the boat has no GPS"),
-        ({"gps": None}, "the boat has no inertial unit"),
+        ({"gps": None}, "the boat has no IMU"),
         (Deaf(gps=1, imu=1), "gps_wamv cannot measure its position: the world ocean has no georeference"),
     ],
 )

@@ -157,5 +157,5 @@ def test_three_colours_are_reported_once(tasks):
     assert tasks.said == [("colors", ("red", "green", "blue"))]
     with pytest.raises(CommandError, match=r"^no sequence of colours is accepted now: only one, while the task runs$"):
         take(SimpleNamespace(data=["red", "green", "blue"]))
-    with pytest.raises(CommandError, match=r"^2 colours: 3 make a sequence, as \['red', 'green', 'blue'\]$"):
+    with pytest.raises(CommandError, match=r"^2 colours: 3 are needed, as in \['red', 'green', 'blue'\]$"):
         take(SimpleNamespace(data=["red", "green"]))
