@@ -32,6 +32,7 @@ This page is written by `tools/gallery.py`.
 """
 load_object = functools.cache(load)
 LIGHTS = "robotx_light_buoy"
+LIGHT_TEXT = "The last three letters are the colours that the panels show in turn; the pictures show the first."
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def _starts(*stems: str) -> Callable[[str], bool]:
 OBJECTS: tuple[tuple[str, str, Callable[[str], bool]], ...] = (
     ("Marker buoys", "", _starts("mb_marker", "surmark")),
     ("Round buoys and totems", "", lambda name: _starts("mb_round", "polyform")(name) or name.endswith("_totem")),
-    ("Light buoys", "The last three letters are the colours that the panel shows, in order.", _starts(LIGHTS)),
+    ("Light buoys", LIGHT_TEXT, _starts(LIGHTS)),
     ("Animals", "In worlds they swim along paths.", _starts("crocodile", "platypus", "turtle", "moving_pinger")),
     ("Dock blocks and placards", "", _starts("dock_block", "placard", "post")),
     ("Symbols", "What placards show.", _starts("symbol")),

@@ -16,9 +16,11 @@ from PIL import Image, ImageDraw, ImageFont
 import vrx_mj
 from vrx_mj.adapters.map import MapScene, map_of, map_png
 from vrx_mj.compiler.drawing import drawing_model
+from vrx_mj.config.displays import SYMBOLS
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.camera import Cameras
+from vrx_mj.sensors.displays import CODES, displays_of
 
 __all__ = [
     "COLUMNS", "WIDE", "Tile", "course_tile", "draw_sheet", "large_map", "map_tile", "sheet_size", "stage_tiles",
@@ -45,6 +47,7 @@ SPACING = 150.0
 """Distance between the things on the stage [m]: none comes into the picture of another."""
 SETTLED = 10.0
 """Time for things to come to rest in the water [s]."""
+COLORS = {"r": "red", "g": "green", "b": "blue", "y": "yellow"}
 LENS = 0.6
 """Horizontal field of view [rad]."""
 ASHORE = ("post", "antenna", "tent", "table", "chair")
@@ -119,6 +122,7 @@ def stage_tiles(
     sim = vrx_mj.Simulation(_stage(things, places))
     sim.reset(seed=1)
     sim.step(duration=SETTLED)
+    _switch_on(sim)
     stage = _Stage(sim)
     return {name: stage.tile(place, azimuth[name], elevation[name], tile) for name, place in places.items()}
 
@@ -141,6 +145,15 @@ def _stage(things: Mapping[str, str], places: Mapping[str, FloatArray]) -> Any:
     return vrx_mj.compile_world(world, fleet={"boats": boats})
 
 
+def _switch_on(sim: vrx_mj.Simulation) -> None:
+    """Let each light buoy that is named after its colours show the first of them."""
+    for name in sim.lights:
+        letters = name.rpartition("_")[2]
+        if len(letters) == 3 and set(letters) <= COLORS.keys():
+            sim.set_light(name, [COLORS[letter] for letter in letters])
+    sim.step(duration=1.5)  # it begins after a second
+
+
 class _Stage:
     """A simulation as a camera sees it at its present time."""
 
@@ -150,6 +163,12 @@ class _Stage:
         self._data.qpos[:] = sim.data.qpos
         mujoco.mj_kinematics(self._model, self._data)
         self._cameras = Cameras(self._model, sim.world.parameters)
+        for display in displays_of(sim.world.parameters):
+            codes = CODES if display.kind == "light" else SYMBOLS
+            colors = display.colors(codes.index(sim.showing(display.name)))
+            self._cameras.paint(
+                {self._model.geom(geom).id: rgba for part, rgba in colors.items() for geom in display.parts[part]}
+            )
         self._time = float(sim.data.time)
 
     def tile(self, place: FloatArray, azimuth: float, elevation: float, size: tuple[int, int]) -> Tile:
