@@ -4,13 +4,16 @@ import errno
 import json
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
 from vrx_mj.cli.screen import print_summary
 from vrx_mj.errors import CommandError, RecordError
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.run import Summary
 
 World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
@@ -102,9 +105,7 @@ def run(
         follow=follow, nudge=nudge, bag=bag, topics=topic or (),
     )  # fmt: skip
     print_summary(result)
-    if summary is not None:
-        with writing("the summary", summary):
-            summary.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+    _write_summary(summary, result)
     _print_files(record, bag)
     if result.interrupted:
         raise SystemExit(1)
@@ -116,6 +117,12 @@ def _check_writable(summary: Path) -> None:
         if summary.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         summary.absolute().parent.stat()
+
+
+def _write_summary(file: Path | None, result: "Summary") -> None:
+    if file is not None:
+        with writing("the summary", file):
+            file.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
 
 
 def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:

@@ -75,7 +75,7 @@ MESSAGES = {
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
     "replay no.rrd --video run.mp4": "no recording 'no.rrd'",
-    "run ocean --follow wamv": "--follow wamv says whom the recording's camera follows: give --record FILE.rrd too",
+    "run ocean --follow wamv": "--follow wamv needs --record FILE.rrd",
     "run ocean --duration 1 --record run.rrd --follow x": "no boat named 'x'; known: wamv",
     "compare no.rrd no.rrd": "no recording 'no.rrd'",
     "list nothing": "no kind of file named 'nothing'; known: worlds, fleets, docks, objects, robots, tasks",

@@ -34,7 +34,7 @@ def test_numbers_of_channels_that_a_boat_lacks_are_left_out(actions):
 def test_numbers_of_a_boat_that_is_not_there_are_left_out(actions):
     given = [[[0.5, 0.25], [np.nan, 7.0]]]
     assert actions.checked(given, np.array([[True, False]])).tolist() == [[[0.5, 0.25], [0.0, 0.0]]]
-    with pytest.raises(ActionError, match="only of b is nan"):
+    with pytest.raises(ActionError, match="invalid action nan for only of b"):
         actions.checked(given, HERE)
 
 
