@@ -2,6 +2,7 @@
 
 import ast
 import contextlib
+import os
 import re
 import runpy
 import shlex
@@ -120,7 +121,8 @@ def test_the_site_leaves_no_page_out():
 @pytest.mark.skipif(find_spec("mkdocs") is None, reason="pip install 'vrx-mj[docs]'")
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
-    done = subprocess.run(command, cwd=REPO, capture_output=True, encoding="utf-8", check=False)
+    variables = {**os.environ, "TMPDIR": str(tmp_path)}  # the dictionary of Chinese is cached there
+    done = subprocess.run(command, cwd=REPO, env=variables, capture_output=True, encoding="utf-8", check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     pages = sorted((tmp_path / "site").rglob("*.html"))
     loaded = re.compile(r"<(?:script|img|iframe)[^>]* src=\"(https?://[^\"]+)|<link[^>]* href=\"(https?://[^\"]+)")
