@@ -3,8 +3,8 @@
 Comments stand before their block. `file: NAME`: save it so. `not run: REASON`. `needs: pictures`: only where cameras
 can be drawn. `expect: REGEX` in what it prints, `server says: REGEX` in what the server prints meanwhile, `moves: BOAT
 METRES`: how far the boat gets from where it was, `writes: FILE`. `Ctrl-C`: it goes on until all that has come, `Ctrl-C:
-N s`: and so long after that; `beside`: until the next heading. `tested with: NAME = VALUE`: a line that a test replaces
-to be quicker.
+N s`: and so long after that; `beside`: until the next heading. `tested with: TEXT -> TEXT`: what a test replaces to be
+quicker.
 """
 
 import re
