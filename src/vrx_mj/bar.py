@@ -1,11 +1,14 @@
 """How far long work has come: a bar with the time left in a terminal, a line every ten seconds elsewhere."""
 
+import contextlib
 import shutil
 import sys
+import threading
 import time
+from collections.abc import Iterator
 from typing import ClassVar, Self, TextIO
 
-__all__ = ["Bar"]
+__all__ = ["Bar", "waiting"]
 
 LINE_PERIOD = 10.0
 """Wall time between two lines where nobody watches [s]."""
@@ -90,3 +93,31 @@ class Bar:
     def _write(self, text: str) -> None:
         self._stream.write(text)
         self._stream.flush()
+
+
+@contextlib.contextmanager
+def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
+    """Around work of unknown length: a terminal shows what it is, elsewhere a line says so every ten seconds."""
+    out = sys.stderr if stream is None else stream
+    done, begun, watched = threading.Event(), time.monotonic(), out.isatty()
+
+    def say() -> None:
+        while not done.wait(LINE_PERIOD):
+            out.write(f"{what}: {time.monotonic() - begun:.0f} s\n")
+            out.flush()
+
+    speaker = threading.Thread(target=say, daemon=True)
+    if watched:
+        out.write(f"{CLEAR}{what} ...")
+        out.flush()
+    else:
+        speaker.start()
+    try:
+        yield
+    finally:
+        done.set()
+        if watched:
+            out.write(CLEAR)
+            out.flush()
+        else:
+            speaker.join()

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from vrx_mj import bar as module
-from vrx_mj.bar import Bar
+from vrx_mj.bar import Bar, waiting
 
 
 class Terminal(io.StringIO):
@@ -108,3 +108,26 @@ def test_more_than_the_total_is_the_total(clock):
         clock.now += 10.0
         bar.update(131)
     assert stream.getvalue() == "compiling: 131 of 131 kernels, 0:00 left\n"
+
+
+def test_waiting_is_shown_in_a_terminal_and_goes(clock):
+    stream = Terminal()
+    with waiting("closing the recording", stream):
+        assert shown(stream) == "closing the recording ..."
+    assert shown(stream) == ""
+
+
+def test_elsewhere_waiting_prints_a_line_now_and_then(monkeypatch):
+    monkeypatch.setattr(module, "LINE_PERIOD", 0.01)
+    stream = io.StringIO()
+    with waiting("closing the recording", stream):
+        while stream.getvalue().count("\n") < 2:
+            pass
+    assert set(stream.getvalue().splitlines()) == {"closing the recording: 0 s"}
+
+
+def test_short_waiting_prints_nothing_elsewhere():
+    stream = io.StringIO()
+    with waiting("closing the recording", stream):
+        pass
+    assert stream.getvalue() == ""

@@ -14,12 +14,15 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has oth
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_signal_ends_work_as_ctrl_c_does(name):
     number = getattr(signal, name)
-    before = signal.getsignal(number)
-    with ended_by_signals() as came:
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(number)
-        assert came == [number]
-    assert signal.getsignal(number) is before
+    before = signal.signal(number, signal.SIG_DFL)  # the tests may run under nohup
+    try:
+        with ended_by_signals() as came:
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(number)
+            assert came == [number]
+        assert signal.getsignal(number) is signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
 
 
 def test_what_is_ignored_stays_ignored():

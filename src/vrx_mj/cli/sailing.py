@@ -2,10 +2,11 @@
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from vrx_mj.adapters.progress import terminal_bar
+from vrx_mj.bar import waiting
 from vrx_mj.cli.ros import needing_rosbags
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
@@ -57,15 +58,20 @@ def _bagging(
         yield pair
 
 
+@contextmanager
 def recording(
     sim: Simulation, path: Path | None, sensors: str | Sequence[str], *, follow: str | None = None
-) -> AbstractContextManager[object]:
-    """What records a simulation into a file, or nothing if there is none."""
+) -> Iterator[None]:
+    """Record a simulation into a file, if there is one; to close a long recording takes a while."""
     if path is None:
-        return nullcontext()
+        yield
+        return
     from vrx_mj.adapters.record import record
 
-    return record(sim, path, sensors=sensors, follow=follow)
+    with ExitStack() as closing, ExitStack() as recorder:
+        recorder.enter_context(record(sim, path, sensors=sensors, follow=follow))
+        recorder.callback(lambda: closing.enter_context(waiting("closing the recording")))
+        yield
 
 
 def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], Controller | None]:
