@@ -383,3 +383,9 @@ def test_a_wrong_name_in_the_yaml_beside_a_urdf_is_told_with_its_line(tmp_path):
     with pytest.raises(ConfigError) as caught:
         build_boat(Order("tub.urdf", tmp_path))
     assert str(caught.value).endswith("tub.yaml:2:22: thrusters.screw.propeller: no link named 'hub'; known: base_link")
+
+
+def test_in_the_other_profile_commands_are_newtons_and_hold_for_ever():
+    classic, other = (build_boat(Order("wamv", layout="H", profile=profile)) for profile in ("vrx", "vrx3"))
+    assert {(item.drive.mapping, item.drive.timeout) for item in classic.thrusters} == {("glf", 1.0)}
+    assert {(item.drive.mapping, item.drive.timeout) for item in other.thrusters} == {("newtons", 0.0)}

@@ -1,8 +1,10 @@
 """Bays, placards and holes of docks: those of a drawing, and VRX's own."""
 
+import math
+
 import pytest
 
-from vrx_mj.config.bays import Bay, bay_zones, find_bays
+from vrx_mj.config.bays import Bay, bay_zones, board, find_bays
 from vrx_mj.config.berths import berths
 from vrx_mj.config.docks import load_dock
 from vrx_mj.config.objects import load_object
@@ -163,3 +165,13 @@ def test_a_floating_dock_has_an_end():
         load_world({"docks": [{"name": "d", "layout": "X" * 201, "dynamic": True}]})
     text = "201 blocks; a floating dock has at most 200"
     assert str(caught.value) == f"<world>: docks[0].dynamic: {text}"
+
+
+@pytest.mark.parametrize("opens", [(-1, 0), (1, 0), (0, -1), (0, 1)])
+def test_a_board_faces_out_of_its_bay_whichever_way_that_opens(opens):
+    """The front of a board is its -y; it stands at the bay's inner end, so that the way out from it is the bay."""
+    bay = Bay((1, 1), (2, 2), opens)
+    placard = board(bay, 2.0, "sign", "placard", "red_cross")
+    x, y, _, _, _, yaw = placard.pose
+    assert (math.sin(yaw), -math.cos(yaw)) == pytest.approx(opens, abs=1e-12)
+    assert (x + opens[0] * 2.95, y + opens[1] * 2.95) == pytest.approx((3.0, 3.0))

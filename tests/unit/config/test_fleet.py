@@ -225,3 +225,19 @@ def test_trio_is_the_ring_of_the_guide_ahead_of_the_spawn_pose():
 def test_the_start_file_of_a_fleet_loads():
     world = load_world("sydney_regatta")
     assert len(boats(root() / "assets" / "start" / "fleet.yaml", world)) == 3
+
+
+def test_the_spawn_s_sensors_are_for_boats_of_its_own_robot(here):
+    world = load_world({"extends": "rough", "spawn": {"sensors": "none"}})
+    assert [boat.sensors for boat in boats({"usv_count": 2, "layout": "line"}, world)] == [("none",)] * 2
+    (here / "raft.urdf").write_text('<robot name="raft"><link name="hull"/></robot>', encoding="utf-8")
+    assert boats({"usv_count": 1, "layout": "line", "robot": "raft.urdf"}, world)[0].sensors is None
+
+
+def test_bearings_all_around_that_are_read_as_angles_are_warned_of(world):
+    """North, east, south and west of a point, each looking away from it by compass."""
+    spots = [(0, 20, 0), (20, 0, 90), (0, -20, 180), (-20, 0, 270)]
+    fleet = {"positions": [{"x": x, "y": y, "Y": bearing} for x, y, bearing in spots], "origin": "spawn"}
+    with pytest.warns(VrxWarning, match="compass"):
+        load_fleet(fleet, world)
+    boats({**fleet, "headings": "compass"}, world)

@@ -1,11 +1,14 @@
 """Geodesy against pymap3d."""
 
+import math
+
 import pymap3d
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.config.geodesy import enu_to_geodetic
+from vrx_mj.config.world import Georeference
 
 SYDNEY = (-33.724223, 150.679736, 0.0)
 
@@ -31,3 +34,21 @@ def test_there_and_back():
     latitude, longitude, altitude = enu_to_geodetic(east, north, up, *SYDNEY)
     back = pymap3d.geodetic2enu(latitude, longitude, altitude, *SYDNEY)
     assert back == pytest.approx((east, north, up), abs=1e-8)
+
+
+@pytest.mark.parametrize("heading", [0.0, 30.0, -135.0])
+def test_a_world_s_axes_may_be_turned_against_east_and_north(heading):
+    """There by our formulas, back by pymap3d's."""
+    earth = Georeference(latitude=-33.7, longitude=150.7, elevation=12.0, heading=heading)
+    place = (250.0, -80.0, 3.0)
+    latitude, longitude, altitude = earth.to_geodetic(*place)
+    assert earth.to_enu(latitude, longitude, altitude) == pytest.approx(place, abs=1e-6)
+    east, north, up = earth.to_east_north_up(1.0, 0.0, 0.5)
+    assert (east, north) == pytest.approx((math.cos(math.radians(heading)), math.sin(math.radians(heading))))
+    assert up == 0.5
+
+
+def test_a_place_without_an_altitude_is_on_the_level_of_the_origin():
+    earth = Georeference(latitude=-33.7, longitude=150.7, elevation=50.0)
+    assert earth.to_enu(-33.7, 150.7) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert earth.to_enu(-33.7, 150.7, 60.0)[2] == pytest.approx(10.0)

@@ -172,3 +172,15 @@ def test_the_servo_keeps_its_limits(angle, rate, dt):
     assert abs(torque) <= 10.0
     if abs(rate) >= 10.0:
         assert torque * rate <= 0.0
+
+
+@pytest.mark.parametrize("target", [1.5, -1.5])
+@pytest.mark.parametrize("dt", [0.001, 0.01, 0.05])
+def test_a_strong_servo_turns_no_faster_than_its_velocity(target, dt):
+    strong = thruster(effort=1e4, velocity=0.5, kp=3e3)
+    angle = rate = fastest = 0.0
+    for _ in range(round(4.0 / dt)):
+        angle, rate = servo_step(strong, angle, rate, target, dt)
+        fastest = max(fastest, abs(rate))
+    assert fastest == pytest.approx(0.5)
+    assert angle == pytest.approx(target, abs=0.02)

@@ -12,7 +12,8 @@ def test_at_rest_water_wind_and_thrust_are_what_the_next_step_applies():
     """At rest there is no drag, and nothing of added mass but what resists acceleration."""
     sim = simulation(boats((3.0, -2.0, 0.4)), sea=SWELL, wind=GUSTY)
     sim.advance(300)
-    sim.set_boat("a", pose=(3.0, -2.0, 0.0, 0.1, -0.05, 0.4), velocity=[0.0] * 6)
+    level = float(sim.sea.height(3.0, -2.0, sim.time))
+    sim.set_boat("a", pose=(3.0, -2.0, level - 0.1, 0.1, -0.05, 0.4), velocity=[0.0] * 6)
     sim.command("a", left=0.8, right=0.3)
     forces = sim.forces("a")
     assert not forces["drag"].any()
@@ -21,6 +22,7 @@ def test_at_rest_water_wind_and_thrust_are_what_the_next_step_applies():
     applied = sim.data.xfrc_applied[sim.model.body("a/base_link").id]
     expected = sum(forces[name] for name in ("hydrostatics", "wind", "thrust"))
     assert applied == pytest.approx(expected, rel=1e-9, abs=1e-6)
+    assert forces["hydrostatics"][2] > 1000.0
     assert abs(forces["thrust"][5]) > 100.0
 
 

@@ -116,3 +116,11 @@ def test_a_folder_without_a_world_is_refused(tmp_path):
         StateError, match=f"^no saved world at {place}: scene.xml and scene.json are needed in {place}$"
     ):
         vrx_mj.Simulation.load(tmp_path)
+
+
+def test_a_fingerprint_is_of_the_motion_the_time_and_the_task(state):
+    changes = {"task": "{}", "time": state.time + 0.01, "seed": 5, "mujoco": state.mujoco + 1e-9}
+    others = [dataclasses.replace(state, **{name: value}).sha256 for name, value in changes.items()]
+    assert len({state.sha256, *others}) == 1 + len(changes)
+    unread = dataclasses.replace(state, ours=state.ours + b"moments of sensors")
+    assert unread.sha256 == state.sha256

@@ -142,3 +142,7 @@ def test_a_steady_wind_pushes_as_the_formula_says():
     steady = {**GUSTY, "direction": 90, "var_gain": 0.0}
     sim = simulation({"boats": [{"name": "a", "pose": [0, 0, -0.1, 0, 0, 0]}]}, sea=CALM, wind=steady)
     assert sim.forces("a")["wind"][:3] == pytest.approx([0.0, 18.0, 0.0])
+
+
+def test_the_direction_of_the_wind_is_where_it_blows_to():
+    assert simulation(wind=GUSTY).wind.direction == pytest.approx(math.radians(120.0))

@@ -2,11 +2,14 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
 import vrx_mj
 from ros_scene import call, run, served
+from vrx_mj.adapters.ros.diagnosis import Diagnosis
+from vrx_mj.adapters.ros.inbox import Command
 from vrx_mj.adapters.ros.messages import new
 
 
@@ -68,3 +71,39 @@ def test_a_boat_that_is_put_into_another_is_told(scene):
     )
     assert len(scene.told) == 1
     assert re.fullmatch(r"wamv1 and wamv2 overlap by \d\.\d\d m: move one of them", scene.told[0])
+
+
+class Quiet:
+    """A simulation of one boat, in which nothing touches anything."""
+
+    boats, model = ("a",), None
+    data = SimpleNamespace(contact=())
+    world = SimpleNamespace(parameters={"thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
+
+    def __init__(self):
+        self.time = 0.0
+
+    def mounted(self, boat):
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("gaps", "told"), [([2.0] * 5, 1), ([0.5, 2.0] * 3, 0), ([2.0, 2.0, 0.5] * 2, 0), ([0.9] * 6, 0)]
+)
+def test_commands_are_too_rare_if_each_comes_after_the_one_before_has_run_out(gaps, told):
+    """A controller that pauses now and then is none that is too slow."""
+    sim, lines = Quiet(), []
+    diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
+    for gap in gaps:
+        diagnosis.taken(Command("/a/thrusters/left_thrust_cmd", None, "me"))
+        sim.time += gap
+    assert len(lines) == told
+
+
+@pytest.mark.parametrize(("roll", "pitch", "told"), [(0.4, 1.5, 0), (1.5, -0.3, 0), (3.0, 0.2, 1), (-2.0, 0.0, 1)])
+def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
+    sim, lines = Quiet(), []
+    diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
+    sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch)}
+    diagnosis.look()
+    assert len(lines) == told

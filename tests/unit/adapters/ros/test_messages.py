@@ -228,3 +228,18 @@ def test_a_definition_has_those_of_the_types_that_it_uses():
         "float32 elevation",
     ]
     assert "MSG: std_msgs/Header" in definition("usv_msgs/RangeBearing")
+
+
+@pytest.mark.parametrize(
+    ("time", "parts"), [(1.9999999999, (2, 0)), (2.0000000004, (2, 0)), (0.1 + 0.2, (0, 300_000_000))]
+)
+def test_a_stamp_is_the_nearest_nanosecond(time, parts):
+    moment = stamp(time)
+    assert (moment.sec, moment.nanosec) == parts
+
+
+@pytest.mark.parametrize("seconds", [1.25, -1.25, 0.5, -0.5, -1e-10])
+def test_a_duration_has_the_sign_of_its_seconds_in_both_parts(seconds):
+    span = duration(seconds)
+    assert span.sec + 1e-9 * span.nanosec == pytest.approx(seconds, abs=1e-9)
+    assert span.sec * span.nanosec >= 0

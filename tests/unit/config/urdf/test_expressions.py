@@ -208,3 +208,14 @@ def test_a_budget_is_spent_and_ends():
     assert 0 < budget.left < 1000
     with pytest.raises(ExpressionError, match=r"^takes too much work to expand"):
         evaluate("sum([x for x in range(1000)])", names, budget)
+
+
+@pytest.mark.parametrize(
+    "text", ["1 < 2 < 3", "3 < 2 < 5", "1 < 5 > 3 < 4", "2 > 1 > 3", "1 == 1 != 2 >= 2", "0 < 0 < 1"]
+)
+def test_comparisons_in_a_chain_all_have_to_hold(text):
+    assert value(text) is pythons(text)
+
+
+def test_the_rest_of_a_chain_is_not_worked_out_once_one_fails():
+    assert value("2 < 1 < 1 / 0") is False

@@ -71,3 +71,9 @@ def test_all_that_wait_for_frames_share_what_they_may_hold():
     one.rest()
     other.rest()
     assert budget.used == 0
+
+
+def test_a_frame_may_be_as_large_as_the_largest():
+    splitter = Splitter(40, Budget(1000))
+    splitter.feed(framed(b"x" * 40))
+    assert splitter.take() == b"x" * 40

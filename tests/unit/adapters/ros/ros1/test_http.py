@@ -7,7 +7,7 @@ from xmlrpc.client import Binary, Fault, dumps, loads
 import pytest
 
 from vrx_mj.adapters.ros.ros1.gate import Gate
-from vrx_mj.adapters.ros.ros1.http import Proxy, address
+from vrx_mj.adapters.ros.ros1.http import Proxy, address, read_head
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.pace import Pace
@@ -216,3 +216,46 @@ def test_in_the_long_run_answers_take_their_share_of_the_time_and_a_burst_is_fre
         now += 0.01 + pace.wait(0.01)
         spent += 0.01
     assert spent == pytest.approx(0.25 * now, abs=0.6)  # and the burst
+
+
+def head(*fields):
+    """The fields of a head."""
+
+    async def run():
+        reader = asyncio.StreamReader()
+        reader.feed_data("\r\n".join(["POST / HTTP/1.1", *fields, "", ""]).encode())
+        return (await read_head(reader))[1]
+
+    return asyncio.run(run())
+
+
+def test_a_field_may_come_twice_if_it_says_the_same():
+    assert head("Host: a", "content-length:  5 ", "HOST: a") == {"host": "a", "content-length": "5"}
+    for fields in (("Content-Length: 5", "content-length: 6"), ("Host",)):
+        with pytest.raises(CommandError):
+            head(*fields)
+
+
+def asked(code):
+    """What a call by ROS's rules gives, where the other end answers with a code, a text and a value."""
+
+    async def answer(_method, values, _host):
+        return list(values)
+
+    async def run():
+        server = HttpServer("server", answer, Gate(8), Notices())
+        proxy = Proxy(f"http://127.0.0.1:{await server.start(['127.0.0.1'], 0)}")
+        try:
+            return await proxy.ros("getPid", code, "why", 5)
+        finally:
+            proxy.close()
+            await server.close()
+
+    return asyncio.run(run())
+
+
+def test_of_ros_s_codes_only_1_is_a_success():
+    assert asked(1) == 5
+    for code in (0, -1, 2):
+        with pytest.raises(CommandError, match="why"):
+            asked(code)
