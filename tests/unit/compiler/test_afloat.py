@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from urdf_boats import assemble
-from vrx_mj.compiler.afloat import boats_afloat
+from vrx_mj.compiler.afloat import boats_afloat, depth_in_land
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.compiler.placement import place_docks, place_objects
 from vrx_mj.config.build import build_boat
@@ -180,3 +180,12 @@ def test_boats_of_a_shipped_fleet_start_afloat(name):
     docks = tuple(place_docks(config.docks, config.objects))
     built = {boat.order: build_boat(boat.order) for boat in load_fleet(name, config).resolve(config)}
     assert boats_afloat(config, load_fleet(name, config), docks, (), lambda boat: built[boat.order], nudge=False)
+
+
+@pytest.mark.parametrize(("yaw", "aground"), [(0.5, True), (-0.5, False), (0.5 + math.pi, True)])
+def test_a_boat_s_outline_is_turned_by_its_heading(yaw, aground):
+    """A rock ahead of the bow of a boat 10 m long that heads 0.5 rad to port of east."""
+    corners = np.array([(5.0, 1.0), (-5.0, 1.0), (-5.0, -1.0), (5.0, -1.0)])
+    x, y = 4.0 * math.cos(0.5), 4.0 * math.sin(0.5)
+    rock = [(x - 0.3, y - 0.3), (x + 0.3, y - 0.3), (x + 0.3, y + 0.3), (x - 0.3, y + 0.3)]
+    assert (depth_in_land(corners, (0.0, 0.0, 0.0, 0.0, 0.0, yaw), [rock]) > 0.0) == aground

@@ -4,6 +4,7 @@ import itertools
 import re
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from axes_files import LOST_AN_AXIS, WORLDS
 from vrx_mj.config.series.axes import Axis, Series, looks_like_axes, read_series
 from vrx_mj.config.series.calls import calls_of
-from vrx_mj.config.series.worlds import series_world
+from vrx_mj.config.series.worlds import _side, series_world
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.errors import VrxWarning
 
@@ -199,3 +200,10 @@ def test_axes_are_told_from_worlds(tmp_path):
     for text, expected in (("a: {steps: 1, macros: {}}", True), ("sea: {gain: 1}", False), ("a: [", False)):
         file.write_text(text, encoding="utf-8")
         assert looks_like_axes(file) is expected
+
+
+def test_of_what_several_axes_write_beside_a_world_the_last_counts():
+    axes = (SimpleNamespace(name="one", sides={0: "first"}), SimpleNamespace(name="two", sides={0: "second"}))
+    series = SimpleNamespace(axes=axes)
+    found = {(one, two): _side(series, {"one": one, "two": two}) for one in (0, 1) for two in (0, 1)}
+    assert found == {(0, 0): "second", (0, 1): "first", (1, 0): "second", (1, 1): None}
