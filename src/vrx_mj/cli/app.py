@@ -50,6 +50,7 @@ BagTopics = Annotated[
     list[str] | None,
     typer.Option(help="Write these images and point clouds into the bag too, as '/wamv/sensors/cameras/*'."),
 ]
+Control = Annotated[str | None, typer.Option(help="module:function(obs, t), 10 times a second; not the fleet's.")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Where to write.")]
 
 
@@ -96,9 +97,7 @@ def run(
     ] = None,
     seed: Seed = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
-    control: Annotated[
-        str | None, typer.Option(help="module:function(obs, t), 10 times a second; not the fleet's.")
-    ] = None,
+    control: Control = None,
     thrust: Annotated[str | None, typer.Option(help="Steady commands: left=0.5,right=0.5; N in profile vrx3.")] = None,
     summary: Annotated[Path | None, typer.Option(help="Write the summary as JSON.")] = None,
     sensors: Annotated[
