@@ -3,6 +3,7 @@
 import pytest
 
 import vrx_mj
+from vrx_mj.adapters.record.viewer import following, has_views
 from vrx_mj.errors import UnknownNameError
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
@@ -73,3 +74,16 @@ def test_nobody_follows_a_boat_that_is_not_there(sim, tmp_path):
         pass
     assert str(refused.value) == "no boat named 'crane'; known: a, b"
     assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_that_is_there_can_follow_another_boat(sim, tmp_path):
+    with vrx_mj.record(sim, tmp_path / "run.rrd"):
+        sim.step(duration=0.2)
+    recorded = vrx_mj.read_record(tmp_path / "run.rrd")
+    copy = vrx_mj.read_record(following(recorded, "b", tmp_path))
+    assert copy.path.name == "run_b.rrd"
+    assert has_views(copy)
+    assert copy.rows.tobytes() == recorded.rows.tobytes()
+    with pytest.raises(UnknownNameError) as refused:
+        following(recorded, "crane", tmp_path)
+    assert str(refused.value) == "no boat named 'crane'; known: a, b"

@@ -14,8 +14,8 @@ from vrx_mj.runtime.rig import Rig
 
 __all__ = ["ContactWatch", "Touch", "forces_of_pairs"]
 
-NEAR, FREE = 0.05, 0.5
-"""Simulated time between two looks while something touches or may touch, and while nothing can [s]."""
+TOUCHING, NEAR, FREE = 0.05, 0.1, 0.5
+"""Simulated time between two looks while a boat touches something, while one may, and while none can [s]."""
 FASTEST = 20.0
 """A distance of so many metres is looked at again after a second [m/s]."""
 SETTLES = 0.5
@@ -67,10 +67,11 @@ class ContactWatch:
             return
         look = rig.look[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0
-        pause = min(max(float(look["clearance"]) / FASTEST, NEAR), FREE) if free else NEAR
-        stride = max(1, round(NEAR / rig.timestep))  # looks are at whole multiples of it, whoever cuts the run
-        self._due = (step // stride + max(1, int(pause / NEAR + 1e-9))) * stride
         found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
+        distance = float(look["clearance"]) if free else 0.0
+        pause = TOUCHING if found else min(max(distance / FASTEST, NEAR), FREE)
+        stride = max(1, round(TOUCHING / rig.timestep))  # looks are at whole multiples of it, whoever cuts the run
+        self._due = (step // stride + max(1, int(pause / TOUCHING + 1e-9))) * stride
         for pair, force in found.items():
             self._note(pair, force, time)
         for pair in [pair for pair in self._waiting if time - self._touches[pair].time > SETTLES]:

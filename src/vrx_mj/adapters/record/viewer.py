@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import uuid
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,13 +54,15 @@ def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
         UnknownNameError: there is no such boat.
     """
     record = read_record(path)
-    command = [str(viewer_binary()), "--bind", "127.0.0.1", str(record.path)]
+    command = [str(viewer_binary()), "--bind", "127.0.0.1"]
     if follow is None and has_views(record):
-        return subprocess.run(command, check=False).returncode
+        return subprocess.run([*command, str(record.path)], check=False).returncode
     with tempfile.TemporaryDirectory() as folder:
+        if follow is not None:
+            return subprocess.run([*command, str(following(record, follow, Path(folder)))], check=False).returncode
         blueprint = Path(folder) / "views.rbl"
-        blueprint.write_bytes(record.views if follow is None else views_following(record, follow))
-        return subprocess.run([*command, str(blueprint)], check=False).returncode
+        blueprint.write_bytes(record.views)
+        return subprocess.run([*command, str(record.path), str(blueprint)], check=False).returncode
 
 
 def has_views(record: Record) -> bool:
@@ -66,6 +70,25 @@ def has_views(record: Record) -> bool:
     from rerun.chunk import RrdReader
 
     return record.complete and bool(RrdReader(record.path).blueprints())
+
+
+def following(record: Record, boat: str, folder: Path) -> Path:
+    """A copy of a recording in a folder, with a camera that follows a boat: a viewer prefers the views in a file.
+
+    Raises:
+        UnknownNameError: there is no such boat.
+    """
+    from rerun.chunk import RrdReader
+
+    from vrx_mj.adapters.record.writer import APPLICATION
+
+    views, bare, copy = views_following(record, boat), folder / "bare.rrd", folder / record.path.name
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
+        RrdReader(record.path).stream().write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+    copy = copy.with_stem(f"{copy.stem}_{boat}")
+    join_views(bare, views, copy, chunks=0)
+    return copy
 
 
 def views_following(record: Record, boat: str) -> bytes:
