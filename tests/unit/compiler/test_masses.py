@@ -1,0 +1,43 @@
+"""Masses that are turned, moved and joined, and the stations of a hull."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vrx_mj.compiler.masses import axis_inertia, joined, posed, rigid
+from vrx_mj.compiler.robots import station_rows
+
+
+def test_a_turned_body_has_its_inertia_turned_with_it():
+    """About the vertical by a: Ixy is (Ixx - Iyy) sin a cos a."""
+    part = posed(rigid(4.0, (1.0, 0.0, 0.0), (1.0, 2.0, 3.0)), (0.0, 0.0, 5.0, 0.0, 0.0, 0.5))
+    c, s = math.cos(0.5), math.sin(0.5)
+    assert part.center == pytest.approx([c, s, 5.0])
+    assert part.inertia[0, 1] == pytest.approx((1.0 - 2.0) * s * c)
+    assert part.tensor() == pytest.approx([c * c + 2 * s * s, s * s + 2 * c * c, 3.0, -s * c, 0.0, 0.0])
+
+
+def test_joined_bodies_turn_as_their_points_do():
+    """Point masses, against the sum over them."""
+    places = np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 1.0], [0.0, -1.0, 4.0]])
+    masses = np.array([1.0, 2.0, 5.0])
+    whole = joined(rigid(m, place, (0.0, 0.0, 0.0)) for m, place in zip(masses, places, strict=True))
+    assert whole.center == pytest.approx(masses @ places / 8.0)
+    arms = places - whole.center
+    expected = sum(m * (arm @ arm * np.eye(3) - np.outer(arm, arm)) for m, arm in zip(masses, arms, strict=True))
+    assert whole.inertia == pytest.approx(expected)
+    assert axis_inertia(whole) == pytest.approx(sum(masses * (places[:, 0] ** 2 + places[:, 1] ** 2)))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_stations_stand_for_equal_pieces_of_both_hulls(count):
+    water = SimpleNamespace(hulls=(), boat_length=4.9, boat_width=2.4, hull_radius=0.2, length_n=count)
+    rows = station_rows(SimpleNamespace(hydrodynamics=water, name="boat"))
+    x, y, _ = np.array([row["position"] for row in rows]).T
+    assert len(rows) == 2 * count
+    assert sum(row["length"] for row in rows) == pytest.approx(2 * 4.9)
+    assert (x.mean(), y.mean()) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert np.abs(y) == pytest.approx(1.2)
+    assert (x.min(), x.max()) == pytest.approx((-2.45 + 2.45 / count, 2.45 - 2.45 / count))
