@@ -106,7 +106,7 @@ class Subscriptions:
         self._all = tuple(one for one in self._all if one is not subscription)
 
     def watch(self, watch: ContactWatch) -> None:
-        """Have somebody look at the contacts."""
+        """Add a watch of contacts."""
         self._watches = (*self._watches, watch)
 
     def unwatch(self, watch: ContactWatch) -> None:
@@ -131,10 +131,10 @@ class Subscriptions:
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to where the next reading may be due."""
         readings = (one.steps(time, self._timestep) for one in self._all)
-        return min(NEVER, *readings, *(watch.steps(time) for watch in self._watches), NEVER)
+        return min([NEVER, *readings, *(watch.steps(time) for watch in self._watches)])
 
     def deliver(self, time: float) -> None:
-        """Hand over every reading that is due at `time` [s] and was not handed over yet, and see who touches whom."""
+        """Hand over every reading that is due at `time` [s] and was not handed over yet, and sample the contacts that are watched."""
         for watch in self._watches:
             watch.look(time)
         for one in self._all:
