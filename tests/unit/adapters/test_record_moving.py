@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.adapters.record.moving import Ticker, engine, motion, thrust_arrows, transforms
+import vrx_mj
+from integration.sailing import boats, water
+from vrx_mj.adapters.record.moving import MovingChunks, Ticker, engine, motion, thrust_arrows, transforms
 from vrx_mj.adapters.record.scene import RecordedThruster
+from vrx_mj.adapters.record.session import scene_of
 from vrx_mj.config.poses import quaternion
 
 STERN = RecordedThruster("stern", "a", (-2.0, 0.0, 0.1))
@@ -59,3 +62,13 @@ def test_plots_are_of_speed_over_ground_and_of_the_angles_of_the_orientation():
     pose = np.array([[0.0, 0.0, 0.0, *quaternion(0.1, -0.2, 2.5)]])
     speed, heading, roll, pitch = motion(pose, np.array([[3.0, -4.0, 9.0, 0.0, 0.0, 0.0]]))
     assert (speed[0], heading[0], roll[0], pitch[0]) == pytest.approx((5.0, 2.5, 0.1, -0.2))
+
+
+def test_the_poses_of_boats_are_those_of_the_rows():
+    """A whole scene of one boat: its place and its orientation, as rerun writes them."""
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(water(sea={"model": "none"}), fleet=boats((3.0, -2.0, 0.3))))
+    sim.set_boat("a", pose=(3.0, -2.0, 0.5, 0.1, 0.2, 2.5))
+    chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(sim.row()[None])}
+    x, y, z, w = np.ravel(column(chunks["/world/boats/a"], "quaternion"))
+    assert (w, x, y, z) == pytest.approx(quaternion(0.1, 0.2, 2.5), abs=1e-6)
+    assert np.ravel(column(chunks["/world/boats/a"], "translation")) == pytest.approx([3.0, -2.0, 0.5], abs=1e-6)

@@ -2,12 +2,14 @@
 
 import hashlib
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.compiler.drawing import drawing_model
+from vrx_mj.compiler.fields import _Ground
 from vrx_mj.compiler.terrain import on_land, shoreline
 from vrx_mj.errors import CompileError
 from vrx_mj.runtime.stepping import stepping_models
@@ -126,3 +128,16 @@ def test_the_goals_of_a_task_have_markers_unless_told_otherwise():
     assert len(compile_world({"extends": "ocean", "task": task}).parameters["markers"]) == 4
     hidden = compile_world({"extends": "ocean", "task": task, "markers": {"task": False}})
     assert hidden.parameters["markers"] == []
+
+
+def test_no_number_of_the_stream_is_used_for_two_coordinates(course):
+    offsets = (field_of(course)[1] - FIELD["center"]).round(9).ravel().tolist()
+    assert len(set(offsets)) == len(offsets)
+
+
+@pytest.mark.parametrize(("away", "clear"), [(0.7, False), (1.1, True)])
+def test_distances_to_a_dock_are_from_the_corners_of_its_blocks(away, clear):
+    dock = SimpleNamespace(config=SimpleNamespace(block=2.0), pose=(0.0,) * 6, layout=SimpleNamespace(cells=[(0, 0)]))
+    ground = _Ground(SimpleNamespace(terrain=None, folder=None), [dock])
+    place = 1.0 + away / math.sqrt(2.0)
+    assert ground.clear(place, place, 1.0) == clear

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from vrx_mj.compiler.masses import axis_inertia, joined, posed, rigid
-from vrx_mj.compiler.robots import station_rows
+from vrx_mj.compiler.robots import _drive, station_rows, thruster_rows
+from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.dynamics import ServoConfig, ThrusterConfig
 
 
 def test_a_turned_body_has_its_inertia_turned_with_it():
@@ -41,3 +43,20 @@ def test_stations_stand_for_equal_pieces_of_both_hulls(count):
     assert (x.mean(), y.mean()) == pytest.approx((0.0, 0.0), abs=1e-12)
     assert np.abs(y) == pytest.approx(1.2)
     assert (x.min(), x.max()) == pytest.approx((-2.45 + 2.45 / count, 2.45 - 2.45 / count))
+
+
+@pytest.mark.parametrize(("ahead", "astern", "largest"), [(250.0, -100.0, 250.0), (100.0, -300.0, 300.0)])
+def test_a_command_in_newtons_goes_up_to_the_larger_force(ahead, astern, largest):
+    drive = ThrusterConfig(mapping="newtons", max_force_forward=ahead, max_force_reverse=astern)
+    servo = ServoConfig(kp=1.0, kd=1.0, effort=1.0, velocity=1.0)
+    assert _drive(SimpleNamespace(drive=drive, servo=servo, rudder=None))["max_command"] == largest
+
+
+def test_a_rudder_s_race_has_the_area_of_its_propeller_s_disc():
+    boat = build_boat(Order("skiff"))
+    rudders = {thruster.name: thruster.rudder for thruster in boat.thrusters if thruster.rudder}
+    rows = {row["name"]: row for row in thruster_rows(boat, "fixed", "")}
+    assert rudders
+    for name, rudder in rudders.items():
+        assert rows[name]["race_area"] == pytest.approx(math.pi * (rudder.propeller_diameter / 2.0) ** 2)
+        assert rows[name]["race"] == [thruster.name for thruster in boat.thrusters].index(rudder.propeller)

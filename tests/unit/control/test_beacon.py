@@ -75,3 +75,16 @@ def test_a_moving_beacon_is_followed_with_its_velocity(seed):
 def test_nothing_is_known_before_the_first_sound():
     assert StillBeacon().place is None
     assert MovingBeacon().at(3.0) is None
+
+
+def test_a_late_sound_was_heard_astern_of_the_boat_whatever_its_course():
+    moving = Estimate(10.0, 5.0, 0.0, 0.0, 2.0, -3.0, 0.0, np.eye(3))
+    assert heard(sound_of((50.0, 0.0, 0.0), moving), moving, 0.1).position == pytest.approx((9.8, 5.3, 0.0))
+
+
+def test_a_sound_weighs_by_its_noise_along_and_across():
+    """Information is one over the variance: of ranges ahead, of angles times the distance aside."""
+    beacon, seen = StillBeacon(), estimate(0.0, 0.0)
+    beacon.update(heard(sound_of((100.0, 0.0, 0.0), seen), seen, 0.0))
+    assert beacon._information[0, 0] == pytest.approx(RANGE_NOISE**-2)
+    assert beacon._information[1, 1] == pytest.approx((100.0 * ANGLE_NOISE) ** -2)

@@ -126,3 +126,18 @@ def test_the_unit_of_commands_tells_the_craft():
 
 def test_linear_drag_alone_has_a_top_speed():
     assert replace(WAMV, surge_drag=(50.0, 0.0)).top_speed(100.0) == 2.0
+
+
+@pytest.mark.parametrize("heading", [3.1, -3.1, 0.3])
+def test_a_heading_is_the_same_however_many_turns_it_is_given_with(heading):
+    seen = replace(Hull(TRIO).seen, heading=3.0)
+    given = [Pilot(TRIO).sail(seen, 0.0, 0.5, 0.0, heading + turns * math.tau) for turns in (-1, 0, 1)]
+    assert given[0] == pytest.approx(given[1])
+    assert given[2] == pytest.approx(given[1])
+
+
+def test_what_turns_the_boat_all_the_time_does_not_turn_it_off_its_heading():
+    hull, pilot = Hull(TRIO, wind=(0.0, 0.0, 60.0)), Pilot(TRIO)
+    for _ in range(400):
+        hull.go(pilot.hold(hull.seen, hull.t, 0.0, 0.0, 0.0))
+    assert abs(hull.heading) < 0.01
