@@ -134,7 +134,7 @@ class Subscriptions:
         return min([NEVER, *readings, *(watch.steps(time) for watch in self._watches)])
 
     def deliver(self, time: float) -> None:
-        """Hand over every reading that is due at `time` [s] and was not handed over yet, and sample watched contacts."""
+        """Hand over every reading that is due at `time` [s] and was not handed over yet; sample contacts."""
         for watch in self._watches:
             watch.look(time)
         for one in self._all:
