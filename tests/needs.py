@@ -102,7 +102,8 @@ RCLPY = Need(
     f"{shlex.quote(sys.executable)} -m venv {ROS2_HOME} && {ROS2_HOME}/bin/pip install {_ROS2_WHEELS}",
     (ROS2_SITE / "rclpy").is_dir,
 )
-RAY = Need("Ray", "pip install 'vrx-mj[ray]'", lambda: importlib.util.find_spec("ray") is not None)
+RAY = Need("Ray", "pip install -e '.[ray]'", lambda: importlib.util.find_spec("ray") is not None)
+MKDOCS = Need("mkdocs", "pip install -e '.[docs]'", lambda: importlib.util.find_spec("mkdocs") is not None)
 CHROMIUM = Need("Chromium", "apt-get install -y chromium", lambda: CHROMIUM_PROGRAM is not None)
 NODE = Need("Node.js", "apt-get install -y nodejs npm", lambda: None not in {shutil.which("node"), shutil.which("npm")})
 EGL = Need("EGL or OSMesa", "apt-get install -y libegl1 libgl1-mesa-dri libopengl0", _can_draw)

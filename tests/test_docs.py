@@ -8,11 +8,11 @@ import runpy
 import shlex
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from needs import MKDOCS, needs
 from page_blocks import Block, blocks
 from vrx_mj.cli import main
 from vrx_mj.config.search import find
@@ -21,7 +21,7 @@ REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"
 TOOLS = REPO / "tools"
 START = ("first_run", "first_world", "first_fleet", "first_controller", "first_policy")
-NEEDS = {"first_policy": "gymnasium"}
+EVERYDAY = {"first_run", "first_world"}
 COMMAND = re.compile(r"^vrx-mj (.*)$", re.M)
 
 
@@ -69,10 +69,8 @@ def checked(block: Block, said: str) -> None:
             assert Path(value).is_file(), f"{block.place} did not write {value}"
 
 
-@pytest.mark.parametrize("page", START)
+@pytest.mark.parametrize("page", [pytest.param(p, marks=() if p in EVERYDAY else pytest.mark.slow) for p in START])
 def test_what_a_first_page_shows_works_as_written(page, tmp_path, monkeypatch, capsys):
-    if page in NEEDS:
-        pytest.importorskip(NEEDS[page], reason="pip install 'vrx-mj[rl]'")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("COLUMNS", "160")
@@ -118,7 +116,7 @@ def test_the_site_leaves_no_page_out():
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("mkdocs") is None, reason="pip install 'vrx-mj[docs]'")
+@needs(MKDOCS)
 def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
     variables = {**os.environ, "TMPDIR": str(tmp_path)}  # the dictionary of Chinese is cached there

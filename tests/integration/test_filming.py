@@ -79,7 +79,8 @@ def test_a_video_has_its_pictures_and_its_size(recorded, tmp_path, suffix):
 def decoded(path: Path):
     """The pictures of a video."""
     if path.suffix == ".mp4":
-        av = pytest.importorskip("av")
+        import av
+
         with av.open(str(path)) as container:
             return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
     from PIL import Image, ImageSequence

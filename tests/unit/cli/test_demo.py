@@ -67,6 +67,7 @@ def test_what_cannot_be_recorded_leaves_nothing(cli, folder, words, message):
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_command_that_is_printed_makes_the_same_motion(cli, folder, opened, no_screen):
     import shlex
 

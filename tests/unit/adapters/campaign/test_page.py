@@ -124,6 +124,7 @@ def test_trials_without_a_task_and_those_not_sailed_have_cells_too():
     assert cells == ["score", "missing", "missing", "none"]
 
 
+@pytest.mark.slow
 def test_a_large_campaign_makes_a_page_of_bounded_size():
     long = {"wamv": [[0.1 * i, 0.2 * i] for i in range(400)]}
     worlds, seeds = [f"vrx2022/phase2/world{i}" for i in range(100)], range(10)

@@ -1,12 +1,10 @@
 """The generators of the rows: which seeds they have, and which go on."""
 
+import gymnasium
+import numpy as np
 import pytest
 
-gymnasium = pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
-import numpy as np  # noqa: E402
-
-from vrx_mj.adapters.gym.generators import Generators  # noqa: E402
+from vrx_mj.adapters.gym.generators import Generators
 
 ALL = np.arange(3)
 

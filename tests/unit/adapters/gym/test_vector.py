@@ -1,12 +1,9 @@
 """The vectorised environment: how its episodes end, and what rows that stand still are worth."""
 
+import numpy as np
 import pytest
 
-gymnasium = pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
-import numpy as np  # noqa: E402
-
-from vrx_mj.adapters.gym.vector import VectorEnv, commanded  # noqa: E402
+from vrx_mj.adapters.gym.vector import VectorEnv, commanded
 
 STEPS = 3
 

@@ -4,8 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("rosbags")
-
 from vrx_mj.adapters.ros import autopilot
 from vrx_mj.adapters.ros.autopilot import Autopilot, parse_formation
 from vrx_mj.errors import VrxError

@@ -6,8 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags")
-
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.table.boats import twist_commands
 from vrx_mj.adapters.ros.table.bodies import Placed

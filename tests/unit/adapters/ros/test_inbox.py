@@ -1,9 +1,5 @@
 """What came over networks and waits for the simulation: the newest of each sender, and no more than there is room."""
 
-import pytest
-
-pytest.importorskip("rosbags")
-
 from vrx_mj.adapters.ros.inbox import LONGEST, MOST_CALLS, MOST_STRANGERS, Inbox
 
 

@@ -2,10 +2,6 @@
 
 from types import SimpleNamespace
 
-import pytest
-
-pytest.importorskip("rosbags")
-
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.offer import Output, Table
 from vrx_mj.adapters.ros.post import Post

@@ -6,8 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("rosbags")
-
 from vrx_mj.adapters.ros.table.sensing import sensor_outputs
 from vrx_mj.config.sensors import LidarConfig, PingerConfig
 from vrx_mj.physics.motion import rotation_matrix

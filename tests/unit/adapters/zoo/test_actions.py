@@ -1,10 +1,7 @@
 """Actions of teams: whose channel is which command, and which numbers are refused."""
 
-import pytest
-
-pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
 import numpy as np
+import pytest
 
 from vrx_mj.adapters.zoo.actions import ActionError, Actions
 

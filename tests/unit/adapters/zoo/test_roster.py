@@ -2,11 +2,8 @@
 
 from types import SimpleNamespace
 
-import pytest
-
-pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
 import numpy as np
+import pytest
 
 from vrx_mj.adapters.zoo.roster import FREE, Roster
 

@@ -3,11 +3,8 @@
 import math
 from types import SimpleNamespace
 
-import pytest
-
-pytest.importorskip("gymnasium", reason="the extra rl is not installed")
-
 import numpy as np
+import pytest
 
 from vrx_mj.adapters.zoo.score import Score
 from vrx_mj.adapters.zoo.team import Team

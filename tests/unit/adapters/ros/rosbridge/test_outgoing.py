@@ -1,9 +1,5 @@
 """What waits for a client: how much it is, what goes first, and what is thrown away."""
 
-import pytest
-
-pytest.importorskip("websockets")
-
 from vrx_mj.adapters.ros.rosbridge.outgoing import MOST_REPLIES, MOST_REPLY_BYTES, Counts, Outgoing
 
 

@@ -2,8 +2,6 @@
 
 import pytest
 
-pytest.importorskip("websockets")
-
 from vrx_mj.adapters.ros.rosbridge.parameters import Parameters
 from vrx_mj.errors import CommandError
 

@@ -3,10 +3,6 @@
 import asyncio
 import time
 
-import pytest
-
-pytest.importorskip("websockets")
-
 from vrx_mj.adapters.ros.rosbridge.protocol import Options
 from vrx_mj.adapters.ros.rosbridge.subscription import Subscription
 
