@@ -4,7 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation
+import vrx_mj
+from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation, water
+from integration.sensing import GUN, sailing
 from vrx_mj.runtime.simulation import SIGNATURE
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
@@ -15,6 +17,12 @@ FLEETS = {
     "a collision with hinges": head_on("hinged"),
 }
 BUOY = {"name": "buoy", "model": "dock_block_2x2", "pose": [20, 20, 1.0, 0.3, 0, 0]}
+
+
+def void(parameters):
+    """Water without weight or drag."""
+    for hull in parameters["hulls"]:
+        hull.update(density=0.0, drag_linear=[0.0] * 6, drag_quadratic=[0.0] * 6)
 
 
 @pytest.mark.parametrize("fleet", FLEETS.values(), ids=FLEETS)
@@ -40,8 +48,7 @@ def test_added_mass_makes_the_boat_heavier_by_itself():
 
     def in_a_void(parameters):
         added_mass(42, 0, 0, 0, 0, 0)(parameters)
-        for hull in parameters["hulls"]:
-            hull.update(density=0.0, drag_linear=[0.0] * 6, drag_quadratic=[0.0] * 6)
+        void(parameters)
         for thruster in parameters["thrusters"]:
             thruster.update(mapping=0, max_forward=50.0)
 
@@ -75,3 +82,39 @@ def test_poses_of_all_bodies_follow_the_step():
     mujoco.mj_kinematics(sim.model, fresh)
     assert same_bits(sim.data.xpos, fresh.xpos)
     assert same_bits(sim.data.xquat, fresh.xquat)
+
+
+def test_added_mass_in_sway_is_felt_by_a_hull_that_surges_while_it_yaws():
+    """A (omega x v), as in VRX: 42 kg in sway at r u = 0.5 rad/s 2 m/s, to port."""
+
+    def turning(parameters):
+        added_mass(0, 42, 0, 0, 0, 0)(parameters)
+        void(parameters)
+
+    world = {"physics": {"timestep": 0.01, "gravity": 0.0}, "sea": {"model": "none"}, "wind": None}
+    sim = simulation(boats((0.0, 0.0, 0.0)), edit=turning, **world)
+    sim.set_boat("a", velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.5))
+    sim.advance(1)
+    applied = sim.data.xfrc_applied[sim.model.body("a/base_link").id]
+    assert applied[:3] == pytest.approx([0.0, 42.0, 0.0], abs=1e-9)
+
+
+def test_a_row_with_half_the_thrust_is_pushed_half_as_hard():
+    world = vrx_mj.compile_world(water(sea={"model": "none"}, wind=None), fleet=boats((0.0, 0.0, 0.0)))
+    batch = vrx_mj.Batch(world, 3, seed=1, threads=1)
+    batch.vary(thrust=[0.0, 0.5, 1.0])
+    batch.reset(seed=1)
+    batch.step(np.tile([float(name in {"left", "right"}) for _, name in batch.channels], (3, 1)), duration=0.01)
+    surge = batch.features[:, 0, 7]
+    assert surge[2] - surge[0] > 1e-3
+    assert surge[1] - surge[0] == pytest.approx(0.5 * (surge[2] - surge[0]), rel=1e-6)
+
+
+def test_nothing_acts_on_a_ball_that_waits():
+    sim = sailing((GUN,), sea={"model": "none"}, wind=None, fleet=boats((0.0, 0.0, 0.0)))
+    ball = sim.model.body("a/gun/link").id
+    sim.advance(10)
+    assert not sim.data.xfrc_applied[ball].any()
+    assert sim.fire("a")
+    sim.step(duration=2.0)  # it has fallen into the water
+    assert sim.data.xfrc_applied[ball].any()
