@@ -15,7 +15,7 @@ from vrx_mj.adapters.video.caption import clock_line, project, task_lines
 from vrx_mj.adapters.video.encoder import encoder_of
 from vrx_mj.adapters.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
 from vrx_mj.adapters.video.footage import Standing, between
-from vrx_mj.adapters.video.wake import FULL_SPEED, LASTS, OVER, WHITE, WIDTH, Wake, triangles_of
+from vrx_mj.adapters.video.wake import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 
 UP = (0.0, 0.0, 1.0)
@@ -200,3 +200,10 @@ def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
     film = Film(made_up(tmp_path), Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
     assert len(film.times) == count
     assert film.times[-1] == pytest.approx((count - 1) * speed / fps)
+
+
+def test_foam_widens_with_its_age():
+    corners, _ = Wake(straight(FULL_SPEED), (-2.0, 0.0)).triangles(20.0, height)
+    x, y, _ = corners.reshape(-1, 3).T
+    age = (x.max() - x) / FULL_SPEED
+    assert 2.0 * np.abs(y) == pytest.approx(WIDTH + SPREAD * age, abs=0.01)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.adapters.campaign.compare import compare, paired_test
+from vrx_mj.adapters.campaign.compare import Test as PairedTest
+from vrx_mj.adapters.campaign.compare import _adjusted, compare, paired_test
 
 SEEDS = range(8)
 
@@ -100,3 +101,11 @@ def test_what_else_differs_is_noted(tmp_path):
         "--duration was None, now 9.0",
         "platform was here, now there: equal runs may differ in their last bits",
     )
+
+
+def test_p_values_are_adjusted_step_by_step():
+    """Holm (1979): the smallest of three times three, the next times two, and none smaller than the one before."""
+    tests = [PairedTest("a", "dock", "points", 9, 8, 1, 1.0, p) for p in (0.03, 0.01, None, 0.04)]
+    assert [test.adjusted for test in _adjusted(tests)] == [
+        pytest.approx(0.06), pytest.approx(0.03), None, pytest.approx(0.06)
+    ]  # fmt: skip

@@ -51,3 +51,13 @@ def test_the_version_names_the_code_too():
     version, digest = code_version().split()
     assert version == "0.1.0"
     assert len(digest) == 12
+
+
+def test_the_hash_of_a_package_follows_the_names_of_its_modules(folder):
+    package = folder / "crew_of_two"
+    package.mkdir()
+    for name in ("__init__", "a", "b"):
+        (package / f"{name}.py").write_text("def go(obs, t): ...\n" if name == "a" else "", encoding="utf-8")
+    before = controller_hash("crew_of_two.a:go")
+    (package / "b.py").rename(package / "c.py")
+    assert controller_hash("crew_of_two.a:go") != before
