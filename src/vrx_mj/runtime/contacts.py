@@ -1,9 +1,11 @@
 """Who touches a boat, and how hard: looked at between calls of the compiled loop, at steps that the motion alone sets.
 
 The loop has MuJoCo look for contacts only while something is near a boat (`runtime.proximity`), and so does a watch:
-often then, seldom while the sea is free. It changes no motion.
+often then, seldom while the sea is free. It changes no motion. A touch that is shorter than the time between two looks
+may be missed: each look ends a call of the loop, which costs about half a step.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -14,8 +16,8 @@ from vrx_mj.runtime.rig import Rig
 
 __all__ = ["ContactWatch", "Touch", "forces_of_pairs"]
 
-NEAR, FREE = 0.05, 0.5
-"""Simulated time between two looks while something touches or may touch, and while nothing can [s]."""
+TOUCHING, NEAR, FREE = 0.05, 0.1, 0.5
+"""Simulated time between two looks while something touches, while something may touch, and while nothing can [s]."""
 FASTEST = 20.0
 """A distance of so many metres is looked at again after a second [m/s]."""
 SETTLES = 0.5
@@ -43,7 +45,7 @@ class Touch:
 
 
 class ContactWatch:
-    """Tells of every touch once."""
+    """Calls back once for every touch of a boat."""
 
     def __init__(
         self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], Rig], tell: Callable[[Touch], None]
@@ -54,6 +56,13 @@ class ContactWatch:
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
         self._waiting: set[Pair] = set()
+
+    def begin(self) -> None:
+        """The state was set, maybe to an earlier time: report what is pending, and forget all touches."""
+        self.end()
+        self._due = 0
+        self._touches.clear()
+        self._seen.clear()
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to the next look."""
@@ -68,18 +77,18 @@ class ContactWatch:
         look = rig.look[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0
         pause = min(max(float(look["clearance"]) / FASTEST, NEAR), FREE) if free else NEAR
-        stride = max(1, round(NEAR / rig.timestep))  # looks are at whole multiples of it, whoever cuts the run
-        self._due = (step // stride + max(1, int(pause / NEAR + 1e-9))) * stride
+        if rig.data.ncon and not free:
+            pause = TOUCHING
+        stride = max(1, round(TOUCHING / rig.timestep))  # looks are at whole multiples of it, whoever cuts the run
+        self._due = (step // stride + max(1, int(pause / TOUCHING + 1e-9))) * stride
         found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
         for pair, force in found.items():
             self._note(pair, force, time)
-        for pair in [pair for pair in self._waiting if time - self._touches[pair].time > SETTLES]:
-            self._settle(pair)
+        self._report(before=time - SETTLES)
 
     def end(self) -> None:
-        """Tell of touches that have just begun."""
-        for pair in sorted(self._waiting):
-            self._settle(pair)
+        """Report touches that were not reported yet: those of the last half second."""
+        self._report(before=math.inf)
 
     def _note(self, pair: Pair, force: float, time: float) -> None:
         if time - self._seen.get(pair, -PARTED) >= PARTED:
@@ -88,20 +97,26 @@ class ContactWatch:
         self._seen[pair] = time
         self._touches[pair].force = max(self._touches[pair].force, force)
 
-    def _settle(self, pair: Pair) -> None:
-        self._waiting.discard(pair)
-        self._tell(self._touches[pair])
+    def _report(self, before: float) -> None:
+        """Report touches that began before a time [s], in the order of their names."""
+        begun = [pair for pair in sorted(self._waiting) if self._touches[pair].time < before]
+        self._waiting.difference_update(begun)
+        for pair in begun:
+            self._tell(self._touches[pair])
 
 
 def forces_of_pairs(rig: Rig, boats: frozenset[str]) -> Mapping[Pair, float]:
-    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names."""
+    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
+
+    Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first says nothing.
+    """
     model, data = rig.model, rig.data
     sums: dict[Pair, np.ndarray] = {}
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         one, two = (model.body(int(model.geom_bodyid[geom])).name.partition("/")[0] for geom in contact.geom)
-        pair = (one, two) if one in boats else (two, one)
+        pair = (one, two) if one in boats and not (two in boats and two < one) else (two, one)
         if pair[0] in boats and one != two:
             mujoco.mj_contactForce(model, data, number, local)
             force = contact.frame.reshape(3, 3).T @ local[:3]
