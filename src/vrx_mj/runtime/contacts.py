@@ -21,7 +21,7 @@ TOUCHING, NEAR, FREE = 0.05, 0.1, 0.5
 FASTEST = 20.0
 """A distance of so many metres is looked at again after a second [m/s]."""
 SETTLES = 0.5
-"""A touch is told so long after it began, with the largest force until then [s]."""
+"""A touch is reported so long after it began, with the largest force until then [s]."""
 PARTED = 1.0
 """Those who have not touched for so long [s] touch anew."""
 

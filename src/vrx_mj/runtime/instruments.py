@@ -66,9 +66,10 @@ class Instruments:
         self._subscriptions.remove(subscription)
 
     def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
-        """Have `tell(touch)` called once for every touch of a boat: whom, when, and how hard.
+        """Call `tell(touch)` once for every touch of a boat, with its time and largest force.
 
-        It is called from within `advance`, up to half a second after the touch began, and may not advance.
+        The call comes from within `advance`, up to half a second after the touch began, and must not advance, reset or
+        set the state. A touch of less than 0.1 s may be missed.
         """
         own = weakref.proxy(self)
         watch = ContactWatch(lambda: own.boats, lambda: own._rig, tell)
