@@ -1,6 +1,7 @@
 """How far long work has come: a bar with the time left in a terminal, a line every ten seconds elsewhere."""
 
 import contextlib
+import os
 import shutil
 import sys
 import threading
@@ -8,7 +9,7 @@ import time
 from collections.abc import Iterator
 from typing import ClassVar, Self, TextIO
 
-__all__ = ["Bar", "waiting"]
+__all__ = ["Bar", "colored", "waiting"]
 
 LINE_PERIOD = 10.0
 """Wall time between two lines where nobody watches [s]."""
@@ -64,7 +65,7 @@ class Bar:
         if not self.watched:
             self._write(f"{line}\n")
             return
-        self._write(f"{CLEAR}\x1b[{COLORS[color]}m{line}\x1b[0m\n" if color else f"{CLEAR}{line}\n")
+        self._write(f"{CLEAR}{colored(line, color)}\n")
         self._draw()
 
     def _draw(self) -> None:
@@ -93,6 +94,11 @@ class Bar:
     def _write(self, text: str) -> None:
         self._stream.write(text)
         self._stream.flush()
+
+
+def colored(text: str, color: str | None) -> str:
+    """Text in a color of a terminal, `yellow` or `red`; NO_COLOR turns colors off."""
+    return f"\x1b[{COLORS[color]}m{text}\x1b[0m" if color and "NO_COLOR" not in os.environ else text
 
 
 @contextlib.contextmanager

@@ -1,10 +1,13 @@
 """Touches of a boat: each is told once, with its time and force, in recordings too, and the motion does not notice."""
 
+from types import SimpleNamespace
+
 import pytest
 
 import vrx_mj
 from vrx_mj.adapters.record.viewer import following, has_views
-from vrx_mj.errors import UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.runtime.contacts import ContactWatch
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
 WALL = {"name": "quay", "pose": [7, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
@@ -87,3 +90,45 @@ def test_a_recording_that_is_there_can_follow_another_boat(sim, tmp_path):
     with pytest.raises(UnknownNameError) as refused:
         following(recorded, "crane", tmp_path)
     assert str(refused.value) == "no boat named 'crane'; known: a, b"
+
+
+def test_a_run_that_begins_anew_has_its_own_touches(sim):
+    touches = []
+    sim.watch_contacts(touches.append)
+    ram(sim)
+    sim.reset()
+    ram(sim)
+    assert len(touches) == 2
+    assert touches[0] == touches[1]
+
+
+def test_two_boats_are_one_touch_whichever_geom_comes_first():
+    fleet = {"boats": [{"name": name, "pose": [x, 0.0, 0.1, 0, 0, 0]} for name, x in (("b", 0.0), ("a", 7.0))]}
+    sim, touches = vrx_mj.Simulation(vrx_mj.compile_world({"name": "bay", "spawn": SPAWN}, fleet=fleet)), []
+    sim.watch_contacts(touches.append)
+    sim.step({"b": {"left": 1.0, "right": 1.0}}, duration=10.0)
+    assert {(touch.boat, touch.other) for touch in touches} == {("a", "b")}
+
+
+def test_a_callback_may_not_change_the_run(sim):
+    refused = []
+
+    def tell(touch):
+        for change in (lambda: sim.advance(1), sim.reset):
+            with pytest.raises(CommandError) as error:
+                change()
+            refused.append(str(error.value))
+
+    sim.watch_contacts(tell)
+    ram(sim)
+    assert [text.partition(" ")[0] for text in refused] == ["advance", "reset"]
+
+
+def test_touches_of_one_moment_come_in_the_order_of_their_names():
+    names = [("a", other) for other in ("w", "q", "m", "z", "b")]
+    rig, told = SimpleNamespace(timestep=0.01), []
+    watch = ContactWatch(lambda: ("a",), lambda: rig, lambda touch: told.append((touch.boat, touch.other)))
+    for pair in names:
+        watch._note(pair, 1.0, 3.0)
+    watch.end()
+    assert told == sorted(names)

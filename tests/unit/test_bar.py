@@ -89,6 +89,14 @@ def test_what_is_printed_meanwhile_stands_above_the_bar(clock):
     assert plain.getvalue() == "gate 1 passed\n"
 
 
+def test_without_colors_lines_are_plain(clock, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    stream = Terminal()
+    with Bar("sailing", 60.0, "s", stream) as bar:
+        bar.print("gate 1 passed", "yellow")
+    assert "\x1b[Kgate 1 passed\n" in stream.getvalue()
+
+
 def test_of_two_bars_the_later_one_is_drawn(clock):
     stream = Terminal()
     with Bar("sailing", 60.0, "s", stream) as outer:

@@ -46,3 +46,10 @@ def test_another_thread_leaves_signals_alone():
     thread.start()
     thread.join()
     assert seen == [before]
+
+
+def test_a_handler_that_python_does_not_know_is_left_alone(monkeypatch):
+    monkeypatch.setattr(signal, "getsignal", lambda _number: None)
+    monkeypatch.setattr(signal, "signal", lambda *_: pytest.fail("it cannot be put back"))
+    with ended_by_signals() as came:
+        assert came == []

@@ -26,8 +26,9 @@ __all__ = [
 ]
 
 EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "rosbridge": ("rosbags", "websockets", "cbor2", "PIL"),
+    "ros1": ("rosbags", "lz4"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
+    "video": ("av",),
 }  # fmt: skip
 """Modules that each extra brings."""
 MASTER, MASTER_PORT, ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090

@@ -1,17 +1,16 @@
 """What appears on the screen: errors, warnings, the summary table. Messages go to stderr, results to stdout."""
 
 import math
-import os
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
+from vrx_mj.bar import colored
+
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
 
-__all__ = ["COLORS", "is_watched", "print_summary", "score_line", "show", "show_error", "warn_once"]
-
-COLORS = {"yellow": 33, "red": 31}
+__all__ = ["is_watched", "print_summary", "score_line", "show", "show_error", "warn_once"]
 
 
 def is_watched() -> bool:
@@ -21,9 +20,7 @@ def is_watched() -> bool:
 
 def show(text: str, color: str | None = None) -> None:
     """Print a message, in a color where that is a terminal."""
-    if color and is_watched() and "NO_COLOR" not in os.environ:
-        text = f"\x1b[{COLORS[color]}m{text}\x1b[0m"
-    sys.stderr.write(f"{text}\n")
+    sys.stderr.write(f"{colored(text, color) if is_watched() else text}\n")
     sys.stderr.flush()
 
 

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -86,17 +86,31 @@ class World:
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
-        try:
-            parameters = json.loads(path.read_text(encoding="utf-8"))
-            saved_format = parameters["format"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise StateError(f"{path} is damaged: {error}") from error
-        if saved_format != WORLD_FORMAT:
-            raise StateError(f"{path} has format {saved_format}; this version reads {WORLD_FORMAT}")
-        mjcf = scene.read_text(encoding="utf-8")
-        files = sorted(set(re.findall(r'file="([^"]+)"', mjcf)))
-        assets = {name: (scene.parent / "assets" / name).read_bytes() for name in files}
-        return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
+        mjcf, assets = scene.read_text(encoding="utf-8"), scene.parent / "assets"
+        return world_of(mjcf, path.read_bytes(), lambda name: (assets / name).read_bytes(), path)
+
+
+def world_of(mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
+    """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
+
+    `source` names the parameters in messages. Nothing is written, and assets have plain names: what was saved may come
+    from somebody else.
+
+    Raises:
+        StateError: it is damaged or of another version.
+    """
+    try:
+        tree = json.loads(parameters)
+        saved_format = tree["format"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise StateError(f"{source} is damaged: {error}") from error
+    if saved_format != WORLD_FORMAT:
+        raise StateError(f"{source} has format {saved_format}; this version reads {WORLD_FORMAT}")
+    names = sorted(set(re.findall(r'file="([^"]+)"', mjcf)))
+    for name in names:
+        if name in {".", ".."} or re.search(r"[/\\:]", name):
+            raise StateError(f"{source} is damaged: invalid asset name '{name}': a file name without folders is needed")
+    return World(mjcf, MappingProxyType({name: asset(name) for name in names}), MappingProxyType(tree))
 
 
 def _scene(target: Path) -> Path:

@@ -4,6 +4,7 @@ The loop has MuJoCo search for contacts only while something is near a boat (`ru
 often while something touches, seldom while nothing can. It does not change the motion.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -58,6 +59,13 @@ class ContactWatch:
         self._seen: dict[Pair, float] = {}
         self._waiting: set[Pair] = set()
 
+    def begin(self) -> None:
+        """The state was set, maybe to an earlier time: report what is pending, and forget all touches."""
+        self.end()
+        self._due = 0
+        self._touches.clear()
+        self._seen.clear()
+
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to the next look."""
         return max(1, self._due - round(time / self._rig().timestep))
@@ -78,13 +86,11 @@ class ContactWatch:
         pause = TOUCHING if bouncing else min(max(distance / FASTEST, NEAR), FREE)
         stride = max(1, round(TOUCHING / rig.timestep))  # samples are at whole multiples of it, however the run is cut
         self._due = (step // stride + max(1, int(pause / TOUCHING + 1e-9))) * stride
-        for pair in [pair for pair in self._waiting if time - self._touches[pair].time > SETTLES]:
-            self._settle(pair)
+        self._report(before=time - SETTLES)
 
     def end(self) -> None:
-        """Report touches that have just begun."""
-        for pair in sorted(self._waiting):
-            self._settle(pair)
+        """Report touches that were not reported yet: those of the last half second."""
+        self._report(before=math.inf)
 
     def _note(self, pair: Pair, force: float, time: float) -> None:
         if time - self._seen.get(pair, -PARTED) >= PARTED:
@@ -93,20 +99,26 @@ class ContactWatch:
         self._seen[pair] = time
         self._touches[pair].force = max(self._touches[pair].force, force)
 
-    def _settle(self, pair: Pair) -> None:
-        self._waiting.discard(pair)
-        self._tell(self._touches[pair])
+    def _report(self, before: float) -> None:
+        """Report touches that began before a time [s], in the order of their names."""
+        begun = [pair for pair in sorted(self._waiting) if self._touches[pair].time < before]
+        self._waiting.difference_update(begun)
+        for pair in begun:
+            self._tell(self._touches[pair])
 
 
 def forces_of_pairs(rig: Rig, boats: frozenset[str]) -> Mapping[Pair, float]:
-    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names."""
+    """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
+
+    Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first says nothing.
+    """
     model, data = rig.model, rig.data
     sums: dict[Pair, np.ndarray] = {}
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         one, two = (model.body(int(model.geom_bodyid[geom])).name.partition("/")[0] for geom in contact.geom)
-        pair = (one, two) if one in boats else (two, one)
+        pair = (one, two) if one in boats and not (two in boats and two < one) else (two, one)
         if pair[0] in boats and one != two:
             mujoco.mj_contactForce(model, data, number, local)
             force = contact.frame.reshape(3, 3).T @ local[:3]

@@ -68,8 +68,8 @@ class Instruments:
     def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
         """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the largest force.
 
-        The call comes from within `advance`, up to half a second after the touch began, and must not advance the
-        simulation. A touch of less than 0.25 s may be missed.
+        The call comes from within `advance`, up to half a second after the touch began, and must not advance, reset or
+        set the state. A touch of less than 0.25 s may be missed.
         """
         own = weakref.proxy(self)
         watch = ContactWatch(lambda: own.boats, lambda: own._rig, tell)

@@ -6,8 +6,10 @@ the same to the last bit, whoever listens.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from time import perf_counter
 
 from vrx_mj.errors import CommandError, UnknownNameError
@@ -23,7 +25,7 @@ RATIO = 1e-9
 EARLY = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 NEVER = 1 << 62
-"""Steps to the next reading when nobody listens."""
+"""Steps to the next reading where there are no subscriptions and no watches."""
 
 
 @dataclass(eq=False)
@@ -110,12 +112,16 @@ class Subscriptions:
         self._watches = (*self._watches, watch)
 
     def unwatch(self, watch: ContactWatch) -> None:
-        """End what `watch` began."""
-        watch.end()
+        """End what `watch` began; nothing happens if it has ended."""
         self._watches = tuple(one for one in self._watches if one is not watch)
+        with self._handing_over():
+            watch.end()
 
     def begin(self, time: float) -> None:
-        """The state was set: readings that are due at `time` [s] are to come."""
+        """The state was set: readings that are due at `time` [s] are to come, and contacts are new ones."""
+        for watch in self._watches:
+            with self._handing_over():
+                watch.begin()
         for one in self._all:
             one.taken = one.number(time - self._timestep)
 
@@ -129,20 +135,31 @@ class Subscriptions:
             raise CommandError(f"{what} cannot be called from the callback of a subscription: call it afterwards")
 
     def steps(self, time: float) -> int:
-        """Steps from `time` [s] to where the next reading may be due."""
+        """Steps from `time` [s] to where the next reading, or look at the contacts, may be due."""
         readings = (one.steps(time, self._timestep) for one in self._all)
-        return min([NEVER, *readings, *(watch.steps(time) for watch in self._watches)])
+        return min(chain(readings, (watch.steps(time) for watch in self._watches)), default=NEVER)
 
     def deliver(self, time: float) -> None:
-        """Hand over every reading that is due at `time` [s] and was not handed over yet; sample contacts."""
+        """Look at the contacts, and hand over readings, where that is due at `time` [s] and was not done yet."""
         for watch in self._watches:
-            watch.look(time)
+            with self._handing_over():
+                watch.look(time)
         for one in self._all:
             number = one.number(time)
             if number != one.taken and one in self._all:
-                one.taken, self._busy, begun = number, True, perf_counter()
+                one.taken, begun = number, perf_counter()
                 try:
-                    one.callback(self._read(one.boat, one.sensor))
+                    with self._handing_over():
+                        one.callback(self._read(one.boat, one.sensor))
                 finally:
-                    self._busy, key = False, (one.boat, one.sensor)
+                    key = one.boat, one.sensor
                     self.times[key] = self.times.get(key, 0.0) + perf_counter() - begun
+
+    @contextmanager
+    def _handing_over(self) -> Iterator[None]:
+        """Around what calls users' functions, during which the run may not be changed."""
+        before, self._busy = self._busy, True
+        try:
+            yield
+        finally:
+            self._busy = before

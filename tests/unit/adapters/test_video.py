@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.adapters.record import read_record
+from vrx_mj.adapters.record import Record, read_record
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.writer import RecordWriter
 from vrx_mj.adapters.video import Film, Shot, looking, parse_size, write_video
@@ -177,9 +177,10 @@ def made_up(tmp_path):
             VideoError,
             "invalid size 33x44: two even numbers of pixels from 16 to 4096 are needed",
         ),
-        (Shot(fps=0.0), VideoError, "invalid fps 0: a number above 0 and at most 1000 is needed"),
-        (Shot(speed=-1.0), VideoError, "invalid speed -1: a number above 0 and at most 1000 is needed"),
-        (Shot(speed=math.nan), VideoError, "invalid speed nan: a number above 0 and at most 1000 is needed"),
+        (Shot(fps=0.0), VideoError, "invalid fps 0: a number from 0.001 to 1000 is needed"),
+        (Shot(fps=1e-4), VideoError, "invalid fps 0.0001: a number from 0.001 to 1000 is needed"),
+        (Shot(speed=-1.0), VideoError, "invalid speed -1: a number from 0.001 to 1000 is needed"),
+        (Shot(speed=math.nan), VideoError, "invalid speed nan: a number from 0.001 to 1000 is needed"),
         (Shot(begin=3.0), VideoError, "invalid span 3 s to 2 s: the recording goes from 0 to 2 s"),
         (Shot(end=9.0), VideoError, "invalid span 0 s to 9 s: the recording goes from 0 to 2 s"),
     ],
@@ -191,6 +192,34 @@ def test_what_cannot_be_filmed_is_refused(tmp_path, shot, kind, text):
         Film(made_up(tmp_path), shot, size=(64, 36), fps=10.0)
     assert isinstance(refused.value, VrxError)
     assert str(refused.value) == text
+
+
+@pytest.mark.parametrize(("where", "reason"), [("", "Is a directory"), ("run.rrd/run.webp", "Not a directory")])
+def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(tmp_path, where, reason):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    fields = vars(made_up(tmp_path))
+    recorded = Record(**{name: value for name, value in fields.items() if name != "files"})
+    video = tmp_path / (where or "folder.webp")
+    if not where:
+        video.mkdir()
+    with pytest.raises(VideoError) as refused:
+        write_video(recorded, video)
+    assert str(refused.value) == f"cannot write the video '{video}': {reason}"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    recorded = made_up(tmp_path)
+    absent = recorded.boats["wamv2"]
+    absent.position[:] = np.nan
+    film = Film(recorded, Shot(), size=(64, 36), fps=10.0)
+    assert set(film._paths) == {"wamv1", "wamv3"}
+    with pytest.raises(VideoError) as refused:
+        Film(recorded, Shot(boat="wamv2"), size=(64, 36), fps=10.0)
+    assert str(refused.value) == "invalid boat 'wamv2': it is in no row of the recording"
 
 
 @pytest.mark.parametrize(("fps", "speed", "count"), [(10.0, 1.0, 21), (10.0, 2.0, 11), (25.0, 1.0, 51), (3.0, 0.5, 13)])

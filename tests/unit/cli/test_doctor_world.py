@@ -2,6 +2,7 @@
 
 import json
 import socket
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -163,6 +164,11 @@ def test_ports():
     assert held == Row(name, "held by process 7 (x); to stop it: kill 7", "no", advice)
     assert joined.found == "the master that answers: a process that cannot be found"
     assert doctor_world.port_row("rosbridge", port) == Row(name, "free", "yes")
+
+
+def test_every_extra_for_users_has_a_row():
+    text = Path(__file__).parents[3].joinpath("pyproject.toml").read_text(encoding="utf-8")
+    assert set(doctor_world.EXTRAS) == set(tomllib.loads(text)["project"]["optional-dependencies"]) - {"docs", "test"}
 
 
 def test_extras():

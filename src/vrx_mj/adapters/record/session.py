@@ -33,9 +33,9 @@ from vrx_mj.adapters.record.writer import RecordWriter
 from vrx_mj.compiler.joining import boat_alone
 from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
-from vrx_mj.compiler.world import World
+from vrx_mj.compiler.world import World, world_of
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import RecordError, check_kind
+from vrx_mj.errors import RecordError, StateError, check_kind
 from vrx_mj.runtime.bodies import check_name
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
@@ -137,13 +137,17 @@ def resume(path: str | Path, time: float) -> Simulation:
 
 
 def saved_world(company: Company) -> World:
-    """The world in which boats of a recording sailed together."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name, content in company.files.items():
-            target = Path(folder) / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
-        return World.load(folder)
+    """The world in which boats of a recording sailed together; nothing of it is written to disk.
+
+    Raises:
+        StateError: the recording holds no world, or it is damaged or of another version.
+    """
+    files = company.files
+    try:
+        mjcf, parameters = files["scene.xml"].decode(), files["scene.json"]
+        return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
+    except (KeyError, UnicodeDecodeError) as error:
+        raise StateError(f"no saved world in the recording: {error}") from error
 
 
 def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:

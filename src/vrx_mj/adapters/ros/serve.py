@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ from vrx_mj.adapters.ros.table.host import CmdVel
 from vrx_mj.adapters.view.pacer import Pacer
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import handled
 
 __all__ = ["ROSBRIDGE_PORT", "Wanted", "serve"]
 
@@ -87,7 +87,7 @@ def serve(
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
-        with _opened(transports) as lines, _told(ending):
+        with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
             loud = _Loud(sim, transports, tell)
             station = Station(
                 sim,
@@ -212,23 +212,6 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
             stack.callback(transport.close)
             lines += transport.start()
         yield lines
-
-
-@contextlib.contextmanager
-def _told(ending: threading.Event) -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM end it as if it were its time; an ignored SIGINT, as in a background job, stays so."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    heeded = [number for number, handler in before.items() if handler != signal.SIG_IGN]
-    for number in heeded:
-        signal.signal(number, lambda *_: ending.set())
-    try:
-        yield
-    finally:
-        for number in heeded:
-            signal.signal(number, before[number])
 
 
 def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -42,8 +44,8 @@ INSET, INSET_EDGE = 0.34, 0.02
 TOLD_FOR = 4.0
 """How long an event stands in the picture, in the video's time [s]."""
 MOST_EVENTS = 3
-MOST = 1000.0
-"""Pictures per second, and simulated seconds per second, at most."""
+LEAST, MOST = 0.001, 1000.0
+"""Pictures per second, and simulated seconds per second, at least and at most."""
 FRAME = (235, 245, 255)
 
 
@@ -101,13 +103,17 @@ def write_video(
     film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix], eye=eye)
     part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
     try:
-        with closing(film), part.open("wb"):
-            encoder(part, film.pictures(progress), len(film.times), film.rate)
-        part.replace(target)
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        part.touch()
+        try:
+            with closing(film):
+                encoder(part, film.pictures(progress), len(film.times), film.rate)
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as error:
         raise VideoError(f"cannot write the video '{target}': {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
     return len(film.times)
 
 
@@ -128,11 +134,15 @@ class Film:
         if shot.view not in VIEWS:
             raise UnknownNameError("view", shot.view, VIEWS)
         self.size = checked_size(shot.size or size)
-        self.rate = Fraction(positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(1000)
+        self.rate = Fraction(positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(
+            round(1.0 / LEAST)
+        )
         self.times = self._times(positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
-        paths = {boat: self._footage.path(boat) for boat in recorded.boats}
-        boat = followed(recorded, shot.boat)
+        boat, found = followed(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
+        if not len(found[boat]):
+            raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
+        paths = {name: path for name, path in found.items() if len(path)}
         self._paths, self._colors = paths, boat_colors(recorded.boats)
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
@@ -165,9 +175,9 @@ class Film:
 
     def _views(self, paths: Sequence[FloatArray], path: FloatArray) -> Sequence[Callable[[float], Eye]]:
         """The cameras, the large picture's first: behind the boat of a path, and above those of all paths."""
-        level, (width, height) = self._footage.level, self.size
-        chase, above = Chase(path, level).eye, Above(paths, level, width / height).eye
-        return {"both": (chase, above), "chase": (chase,), "above": (above,)}[self._shot.view]
+        level, (width, height), view = self._footage.level, self.size, self._shot.view
+        chase = () if view == "above" else (Chase(path, level).eye,)
+        return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
 
     def _seen(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> Image:
         """What an eye sees, with the boats' names."""
@@ -233,9 +243,9 @@ def checked_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def positive(name: str, value: float) -> float:
-    """A number above 0."""
-    if not 0.0 < value <= MOST:
-        raise VideoError(f"invalid {name} {value:g}: a number above 0 and at most {MOST:g} is needed")
+    """A number that pictures can be counted by."""
+    if not LEAST <= value <= MOST:
+        raise VideoError(f"invalid {name} {value:g}: a number from {LEAST:g} to {MOST:g} is needed")
     return value
 
 

@@ -27,7 +27,7 @@ def met(other_x, other_y, other_yaw):
         ((-30, 30), 0.0, [STAND_ON, GIVE_WAY]),  # from port, heading east
         ((0, 20), NORTH, [OVERTAKING, OVERTAKEN]),
         ((0, -20), NORTH, [OVERTAKEN, OVERTAKING]),
-        ((0, -20), -NORTH, [STAND_ON, STAND_ON]),  # stern to stern nobody overtakes
+        ((-5, -20), -NORTH, [STAND_ON, STAND_ON]),  # stern to stern, each to port of the other: nobody overtakes
         ((20 * math.sin(math.radians(113)), 20 * math.cos(math.radians(113))), NORTH, [OVERTAKEN, OVERTAKING]),
     ],
 )  # fmt: skip
