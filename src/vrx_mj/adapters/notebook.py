@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import install_command
 
 if TYPE_CHECKING:
     from vrx_mj.compiler.world import World
@@ -96,7 +97,8 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:
-        raise VrxError(f"no module '{error.name}' to show '{recording}': pip install 'vrx-mj[notebook]'") from error
+        advice = install_command("vrx-mj[notebook]")
+        raise VrxError(f"no module '{error.name}' to show '{recording}'; run: {advice}") from error
     viewer = Viewer(width=width, height=height)
     viewer.send_rrd(record.path.read_bytes())
     if not has_views(record):

@@ -17,6 +17,7 @@ from vrx_mj.adapters.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, s
 from vrx_mj.adapters.video.footage import Standing, between
 from vrx_mj.adapters.video.wake import FULL_SPEED, LASTS, OVER, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
+from vrx_mj.packages import install_command
 
 UP = (0.0, 0.0, 1.0)
 
@@ -144,8 +145,8 @@ def test_without_the_encoder_of_mp4_the_extra_is_named(monkeypatch, tmp_path):
     with pytest.raises(VideoError) as refused:
         write_video("run.rrd", tmp_path / "run.mp4")
     assert str(refused.value) == (
-        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4: install it by pip install 'vrx-mj[video]', "
-        "or write a .webp"
+        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
+        f"{install_command('vrx-mj[video]')}"
     )
 
 
