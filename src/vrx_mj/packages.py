@@ -8,7 +8,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 
-__all__ = ["importing", "install_command", "needs_extra"]
+__all__ = ["importing", "install_command", "needs_extra", "shell_word"]
 
 PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
@@ -22,7 +22,7 @@ def install_command(*wanted: str) -> str:
     Args:
         wanted: requirements, such as "vrx-mj[video]" or "numba>=0.61".
     """
-    python, names = _quoted(sys.executable), " ".join(_quoted(name) for name in wanted)
+    python, names = shell_word(sys.executable), " ".join(shell_word(name) for name in wanted)
     if importlib.util.find_spec("pip") is None:
         return f"uv pip install --python {python} {names}"
     return f"{python} -m pip install {names}"
@@ -48,7 +48,7 @@ def importing(what: str, package: str, extra: str) -> Iterator[None]:
         raise ModuleNotFoundError(needs_extra(what, package, extra), name=error.name) from None
 
 
-def _quoted(word: str) -> str:
+def shell_word(word: str) -> str:
     """A word of a command, as the shell of this system takes it."""
     if os.name != "nt":
         return shlex.quote(word)

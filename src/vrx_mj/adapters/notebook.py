@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import VrxError
-from vrx_mj.packages import install_command
+from vrx_mj.packages import install_command, shell_word
 
 if TYPE_CHECKING:
     from vrx_mj.compiler.world import World
@@ -93,7 +93,8 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
     record = read_record(recording)
     if not in_notebook():
-        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: vrx-mj replay {recording}")
+        command = f"vrx-mj replay {shell_word(str(recording))}"
+        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: {command}")
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:

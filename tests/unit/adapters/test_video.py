@@ -1,6 +1,8 @@
 """Videos without drawing: paths of cameras, moments between rows, foam, text, and what is refused."""
 
+import itertools
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +12,7 @@ import recorded_run
 from vrx_mj.adapters.record import read_record
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.writer import RecordWriter
-from vrx_mj.adapters.video import Film, Shot, looking, parse_size, write_video
+from vrx_mj.adapters.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.adapters.video.caption import clock_line, project, task_lines
 from vrx_mj.adapters.video.encoder import encoder_of
 from vrx_mj.adapters.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
@@ -201,3 +203,21 @@ def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
     film = Film(made_up(tmp_path), Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
     assert len(film.times) == count
     assert film.times[-1] == pytest.approx((count - 1) * speed / fps)
+
+
+def test_a_log_says_how_far_a_video_is(tmp_path, monkeypatch, capsys):
+    clock = itertools.count(0.0, 20.0)
+    monkeypatch.setattr("vrx_mj.bar.time", SimpleNamespace(monotonic=lambda: next(clock)))
+
+    def write(_recording, video, _shot, *, progress):
+        progress(1, 4)
+        progress(2, 4)
+        video.write_bytes(bytes(200_000))
+        return 4
+
+    monkeypatch.setattr("vrx_mj.adapters.video.command.write_video", write)
+    said = draw_video(Path("run.rrd"), tmp_path / "run.webp", Shot())
+    assert said == f"video: {tmp_path / 'run.webp'}, 4 pictures, 0.2 MB"
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("drawing: 1 of 4 pictures, ")
+    assert second.startswith("drawing: 2 of 4 pictures, ")

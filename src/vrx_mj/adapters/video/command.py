@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from vrx_mj.adapters.video.filming import Shot, write_video
+from vrx_mj.bar import Bar
 from vrx_mj.errors import VideoError
 
 __all__ = ["draw_video", "parse_size"]
 
 
 def draw_video(recording: Path, video: Path, shot: Shot) -> str:
-    """Draw a recording into a video with a bar in the terminal; returns a line about it. Errors: `write_video`."""
-    with _bar() as tick:
-        count = write_video(recording, video, shot, progress=tick)
+    """Draw a recording into a video, and show how far it is; returns a line about it. Errors: `write_video`."""
+    with Bar("drawing", 0.0, "pictures") as bar:
+        count = write_video(recording, video, shot, progress=lambda done, total: bar.update(done, total=total))
     return f"video: {video}, {count} pictures, {video.stat().st_size / 1e6:.1f} MB"
 
 
@@ -32,21 +31,3 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     if found is None:
         raise VideoError(f"invalid size '{text}': width and height in pixels are needed, as in 1280x720")
     return int(found[1]), int(found[2])
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
-    """A bar with the time left, in a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("drawing"),
-        BarColumn(),
-        TextColumn("{task.completed} of {task.total}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
-        bar = shown.add_task("drawing", total=None)
-        yield lambda done, total: shown.update(bar, completed=done, total=total)
