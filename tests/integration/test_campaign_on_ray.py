@@ -12,6 +12,7 @@ from vrx_mj.adapters.campaign.ray_pool import sail_on_ray
 from vrx_mj.adapters.campaign.results import LOG, read_results, read_sketches
 from vrx_mj.adapters.campaign.trial import Trial
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import needs_extra
 
 WORLD = """
 extends: ocean
@@ -66,4 +67,4 @@ def test_without_ray_it_says_what_to_install(folder, monkeypatch):
     sailed = sail_on_ray([Trial(Cell("crew:steady", "bay.yaml", 0))], folder / "there")
     with pytest.raises(VrxError) as raised:
         next(sailed)
-    assert str(raised.value) == "--ray needs Ray, which is not installed: pip install 'vrx-mj[ray]'"
+    assert str(raised.value) == needs_extra("--ray", "Ray", "ray")

@@ -139,7 +139,7 @@ def test_one_that_is_installed_nowhere_else_is_told_in_one_line(tmp_path, poison
     assert err.startswith(
         f"vrx-mj: {name} in {folder.resolve() / name}.py, from PYTHONPATH, is in the way (ImportError: "
     )
-    assert err.endswith(f": run with PYTHONPATH empty; if {name} is missing then, pip install vrx-mj again\n")
+    assert err.endswith(f": run with PYTHONPATH empty; if {name} is missing then, install vrx_mj again\n")
     assert err.count("\n") == 1
 
 

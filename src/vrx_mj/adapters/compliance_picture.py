@@ -1,7 +1,6 @@
 """A picture of a verdict: the boat from above, from the side and from the front, boxes, and what sticks out of them."""
 
 import textwrap
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.chart.labels import INK, Thing, label, write
+from vrx_mj.adapters.chart.labels import INK, Thing, label, quiet_fonts, write
 from vrx_mj.adapters.map import FORMATS
 from vrx_mj.config.parts.boxes import Box
 from vrx_mj.config.parts.compliance import PartVerdict, Verdict
@@ -77,8 +76,7 @@ def draw_verdict(verdict: Verdict, path: str | Path) -> None:
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
         raise VrxError(f"invalid file name '{file.name}' for a picture: it must end in {', '.join(FORMATS)}")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+    with quiet_fonts():
         _figure(verdict).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 

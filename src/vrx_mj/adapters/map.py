@@ -3,7 +3,6 @@
 import colorsys
 import io
 import math
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -147,9 +146,9 @@ def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
 
 def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suffix: str) -> None:
     from vrx_mj.adapters.chart import chart
+    from vrx_mj.adapters.chart.labels import quiet_fonts
 
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # no font for a name: boxes, no noise
+    with quiet_fonts():
         chart(scene, size).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
 
 

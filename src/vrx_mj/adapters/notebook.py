@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import install_command, shell_word
 
 if TYPE_CHECKING:
     from vrx_mj.compiler.world import World
@@ -92,11 +93,13 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
     record = read_record(recording)
     if not in_notebook():
-        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: vrx-mj replay {recording}")
+        command = f"vrx-mj replay {shell_word(str(recording))}"
+        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: {command}")
     try:
         from rerun_notebook import Viewer
     except ModuleNotFoundError as error:
-        raise VrxError(f"no module '{error.name}' to show '{recording}': pip install 'vrx-mj[notebook]'") from error
+        advice = install_command("vrx-mj[notebook]")
+        raise VrxError(f"no module '{error.name}' to show '{recording}'; run: {advice}") from error
     viewer = Viewer(width=width, height=height)
     viewer.send_rrd(record.path.read_bytes())
     if not has_views(record):

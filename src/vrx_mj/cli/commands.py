@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import print_summary
+from vrx_mj.cli.screen import print_summary, to_open
 from vrx_mj.errors import CommandError, RecordError
 
 if TYPE_CHECKING:
@@ -95,6 +95,7 @@ def run(
     """
     from vrx_mj.cli.sailing import sail
 
+    _check_recording(record)
     _check_paired("--sensors", sensors, "--record FILE.rrd", record)
     _check_paired("--follow", follow, "--record FILE.rrd", record)
     _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
@@ -125,6 +126,12 @@ def _write_summary(file: Path | None, result: "Summary") -> None:
             file.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
 
 
+def _check_recording(file: Path | None) -> None:
+    if file is not None and file.suffix.lower() not in {"", ".rrd"}:
+        advice = "; --bag FILE writes a bag" if file.suffix == ".bag" else ""
+        raise CommandError(f"invalid --record '{file}': a name that ends in .rrd is needed{advice}")
+
+
 def _check_paired(option: str, value: str | None, needs: str, file: Path | None) -> None:
     if value is not None and file is None:
         raise CommandError(f"{option} {value} needs {needs}")
@@ -132,7 +139,7 @@ def _check_paired(option: str, value: str | None, needs: str, file: Path | None)
 
 def _print_files(record: Path | None, bag: Path | None) -> None:
     if record is not None:
-        typer.echo(f"recording: {record}; to open it: vrx-mj replay {record}")
+        typer.echo(f"recording: {record}; {to_open(record)}")
     if bag is not None:
         typer.echo(f"bag: {bag}")
 

@@ -1,14 +1,15 @@
 """`vrx-mj demo`: three boats on the example course, recorded and shown."""
 
 import itertools
-import shlex
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vrx_mj.cli.files import writing
+from vrx_mj.cli.screen import program, to_open
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import shell_word
 
 __all__ = ["demo"]
 
@@ -41,13 +42,13 @@ def demo(
     typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {result.real_time_factor:.0f} x real time")
     typer.echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:
-        typer.echo(f"interrupted; {_to_open(file)}")
+        typer.echo(f"interrupted; {to_open(file)}")
         raise SystemExit(1)
     from vrx_mj.adapters.view.display import has_display
 
     shown = has_display()
     if not (open_ and shown):
-        typer.echo(_to_open(file) if shown else f"no display here; {_to_open(file)}")
+        typer.echo(to_open(file) if shown else f"no display here; {to_open(file)}")
         return
     from vrx_mj.adapters.record import open_viewer
 
@@ -57,17 +58,8 @@ def demo(
 
 def by_hand(file: Path, duration: float) -> str:
     """The command that makes this recording."""
-    words = f"vrx-mj run {WORLD} --fleet {FLEET} --thrust {THRUST} --duration {duration:g} --record"
-    return f"{words} {quoted(file)}"
-
-
-def quoted(file: Path) -> str:
-    """A file as a shell takes it."""
-    return shlex.quote(str(file))
-
-
-def _to_open(file: Path) -> str:
-    return f"to open it: vrx-mj replay {quoted(file)}"
+    words = f"{program()} run {WORLD} --fleet {FLEET} --thrust {THRUST} --duration {duration:g} --record"
+    return f"{words} {shell_word(str(file))}"
 
 
 def _free_name(output: Path | None) -> Path:

@@ -24,6 +24,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrx_mj.cli.environment import PACKAGES
+from vrx_mj.packages import install_command
 from vrx_mj.runtime.limits import core_share, free_memory
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def package_row(
 ) -> Row:
     """A package: its version, whether it is one that we take, and whether it can be imported."""
     wanted = requirement(name)
-    repair = f"{sys.executable} -m pip install '{wanted}'"
+    repair = install_command(wanted)
     try:
         found = version(name)
     except importlib.metadata.PackageNotFoundError:
@@ -238,17 +239,16 @@ def viewer_row(
     find: Callable[[], Path] | None = None, version: Callable[[str], str] = importlib.metadata.version
 ) -> Row:
     """The viewer of rerun: there, running, and of the version of its package."""
-    what = "rerun viewer"
+    what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
         path, wanted = (find or _viewer)(), version("rerun-sdk")
         said = subprocess.run([path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8").stdout
     except Exception as error:
         line = str(error).partition("\n")[0]
-        advice = f"{sys.executable} -m pip install --force-reinstall '{requirement('rerun-sdk')}'"
-        return Row(what, line, "no", f"{advice}; recordings are written without it")
+        return Row(what, line, "no", f"{again}; recordings are written without it")
     found = (re.findall(r"\d+\.\d+\.\d+\S*", said) or ["?"])[0]
     if found != wanted:
-        return Row(what, f"{found}, but the package is {wanted}", "no", "install both at one version")
+        return Row(what, f"{found}, but the package is {wanted}", "no", again)
     return Row(what, f"{found}, {path}", "yes")
 
 

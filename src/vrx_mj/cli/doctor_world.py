@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.cli.doctor import Row
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import install_command
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.simulation import Simulation
@@ -124,7 +125,7 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], Any] = im
     what = f"extra {name}"
     if not missing:
         return Row(what, "installed", "yes")
-    return Row(what, f"without {', '.join(missing)}", "not needed", f"pip install 'vrx-mj[{name}]'")
+    return Row(what, f"without {', '.join(missing)}", "not needed", install_command(f"vrx-mj[{name}]"))
 
 
 def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:

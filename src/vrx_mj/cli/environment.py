@@ -35,7 +35,7 @@ def intruder(error: BaseException) -> str | None:
                 cause = str(error).partition("\n")[0]
                 return (
                     f"vrx-mj: {name} in {path}, from PYTHONPATH, is in the way ({type(error).__name__}: {cause}): "
-                    f"run with PYTHONPATH empty; if {name} is missing then, pip install vrx-mj again"
+                    f"run with PYTHONPATH empty; if {name} is missing then, install vrx_mj again"
                 )
     return None
 

@@ -10,6 +10,7 @@ import typer
 from vrx_mj.bar import Bar
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import needs_extra
 
 __all__ = ["app", "convert", "messages", "needing_rosbags"]
 
@@ -78,4 +79,4 @@ def needing_rosbags() -> Iterator[None]:
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] != "rosbags":
             raise
-        raise VrxError("ROS's messages need rosbags, which is not installed: pip install 'vrx-mj[ros1]'") from None
+        raise VrxError(needs_extra("a ROS message", "rosbags", "ros1")) from None

@@ -1,16 +1,28 @@
 """What appears on the screen: errors, warnings, the summary table. Messages go to stderr, results to stdout."""
 
 import math
+import shutil
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from vrx_mj.bar import colored
+from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
 
-__all__ = ["is_watched", "print_summary", "score_line", "show", "show_error", "warn_once"]
+__all__ = [
+    "is_watched",
+    "print_summary",
+    "program",
+    "score_line",
+    "show",
+    "show_error",
+    "to_open",
+    "warn_once",
+]
 
 
 def is_watched() -> bool:
@@ -84,3 +96,17 @@ def print_summary(summary: "Summary") -> None:
         )
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
+
+
+def to_open(recording: Path) -> str:
+    """What opens a recording, to be pasted into a shell."""
+    return f"to open it: {program()} replay {shell_word(str(recording))}"
+
+
+def program() -> str:
+    """The name that starts this program: `vrx-mj` where the shell finds it, else the path that was typed."""
+    typed = Path(sys.argv[0])
+    if typed.stem != "vrx-mj" or not typed.is_file():
+        return "vrx-mj"
+    found = shutil.which("vrx-mj")
+    return "vrx-mj" if found and typed.samefile(found) else shell_word(str(typed))

@@ -13,6 +13,7 @@ import typer
 from vrx_mj.cli.arguments import DEFAULT_PORT
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
+from vrx_mj.packages import install_command
 
 __all__ = ["check_installed", "parse_lockstep", "parse_rate", "serve"]
 
@@ -130,7 +131,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         extra = "rosbridge" if rosbridge else "ros1"
-        raise NetworkError(f"{', '.join(missing)}: not installed; pip install 'vrx-mj[{extra}]'")
+        raise NetworkError(f"not installed: {', '.join(missing)}; run: {install_command(f'vrx-mj[{extra}]')}")
     if ros2:
         from vrx_mj.adapters.ros.ros2.installed import load_rclpy
 

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from vrx_mj.errors import CommandError, NetworkError
+from vrx_mj.packages import needs_extra
 
 __all__ = ["teleop"]
 
@@ -23,7 +24,7 @@ def teleop(
     from importlib.util import find_spec
 
     if find_spec("websockets") is None:
-        raise NetworkError("websockets: not installed; pip install 'vrx-mj[rosbridge]'")
+        raise NetworkError(needs_extra("vrx-mj teleop", "websockets", "rosbridge"))
     if web is not None:
         _serve_page(web, url, boat)
         return

@@ -1,3 +1,4 @@
+import logging
 import math
 from dataclasses import replace
 from types import MappingProxyType
@@ -7,6 +8,7 @@ import pytest
 
 from vrx_mj.adapters.chart import chart
 from vrx_mj.adapters.chart.ground import nice_length
+from vrx_mj.adapters.chart.labels import quiet_fonts
 from vrx_mj.adapters.chart.plan import view_of
 from vrx_mj.adapters.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
 from vrx_mj.compiler.world import World
@@ -183,3 +185,15 @@ def test_a_plan_has_the_shape_of_its_picture_and_all_boats_in_it(aspect, place):
     assert (east - west) / (north - south) == pytest.approx(aspect)
     assert all(west < boat.x < east and south < boat.y < north for boat in boats)
     assert (west + east, south + north) == pytest.approx(place)
+
+
+def test_fonts_without_a_weight_are_no_news(caplog):
+    fonts = logging.getLogger("matplotlib.font_manager")
+    with quiet_fonts():
+        fonts.warning("findfont: Failed to find font weight bold for WenQuanYi Zen Hei, now using 500.")
+        fonts.warning("findfont: something else")
+    fonts.warning("findfont: Failed to find font weight %s", "bold")
+    assert [record.getMessage() for record in caplog.records] == [
+        "findfont: something else",
+        "findfont: Failed to find font weight bold",
+    ]

@@ -10,6 +10,7 @@ import vrx_mj
 from vrx_mj.adapters import notebook, progress
 from vrx_mj.adapters.map import draw_map, map_of
 from vrx_mj.errors import RecordError, VrxError
+from vrx_mj.packages import install_command
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +106,8 @@ def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(VrxError) as told:
         vrx_mj.show(recording)
-    assert str(told.value) == (f"no module 'rerun_notebook' to show '{recording}': pip install 'vrx-mj[notebook]'")
+    advice = install_command("vrx-mj[notebook]")
+    assert str(told.value) == f"no module 'rerun_notebook' to show '{recording}'; run: {advice}"
     shell.kernel = None
     with pytest.raises(VrxError) as told:
         vrx_mj.show(recording)

@@ -1,6 +1,8 @@
 """Videos without drawing: paths of cameras, moments between rows, foam, text, and what is refused."""
 
+import itertools
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,13 +12,14 @@ import recorded_run
 from vrx_mj.adapters.record import Record, read_record
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.writer import RecordWriter
-from vrx_mj.adapters.video import Film, Shot, looking, parse_size, write_video
+from vrx_mj.adapters.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.adapters.video.caption import clock_line, project, task_lines
 from vrx_mj.adapters.video.encoder import encoder_of
 from vrx_mj.adapters.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
 from vrx_mj.adapters.video.footage import Standing, between
 from vrx_mj.adapters.video.wake import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
+from vrx_mj.packages import install_command
 
 UP = (0.0, 0.0, 1.0)
 
@@ -144,8 +147,8 @@ def test_without_the_encoder_of_mp4_the_extra_is_named(monkeypatch, tmp_path):
     with pytest.raises(VideoError) as refused:
         write_video("run.rrd", tmp_path / "run.mp4")
     assert str(refused.value) == (
-        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4: install it by pip install 'vrx-mj[video]', "
-        "or write a .webp"
+        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
+        f"{install_command('vrx-mj[video]')}"
     )
 
 
@@ -236,3 +239,21 @@ def test_foam_widens_with_its_age():
     x, y, _ = corners.reshape(-1, 3).T
     age = (x.max() - x) / FULL_SPEED
     assert 2.0 * np.abs(y) == pytest.approx(WIDTH + SPREAD * age, abs=0.01)
+
+
+def test_a_log_says_how_far_a_video_is(tmp_path, monkeypatch, capsys):
+    clock = itertools.count(0.0, 20.0)
+    monkeypatch.setattr("vrx_mj.bar.time", SimpleNamespace(monotonic=lambda: next(clock)))
+
+    def write(_recording, video, _shot, *, progress):
+        progress(1, 4)
+        progress(2, 4)
+        video.write_bytes(bytes(200_000))
+        return 4
+
+    monkeypatch.setattr("vrx_mj.adapters.video.command.write_video", write)
+    said = draw_video(Path("run.rrd"), tmp_path / "run.webp", Shot())
+    assert said == f"video: {tmp_path / 'run.webp'}, 4 pictures, 0.2 MB"
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("drawing: 1 of 4 pictures, ")
+    assert second.startswith("drawing: 2 of 4 pictures, ")

@@ -2,7 +2,6 @@ import importlib.metadata
 import json
 import os
 import stat
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,8 @@ import pytest
 from vrx_mj.adapters.view.display import Attempt
 from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
+from vrx_mj.packages import install_command
 
-PIP = f"{sys.executable} -m pip install"
 FAILS = Attempt(False, "libEGL.so.1: cannot open shared object file")
 DRAWS = Attempt(True, "llvmpipe")
 
@@ -38,11 +37,11 @@ def test_it_looks_at_everything_and_finds_the_core_working(cli):
 
 
 def test_a_missing_core_package_fails_and_everything_else_is_still_shown(cli, monkeypatch):
-    broken = Row("numba", "not installed", "no", f"{PIP} 'numba>=0.68'", core=True)
+    broken = Row("numba", "not installed", "no", install_command("numba>=0.68"), core=True)
     monkeypatch.setattr(doctor, "examine", lambda: [broken, Row("ROS", "none", "not needed")])
     said = cli("doctor")
     assert said.code == 1
-    assert f"numba: {PIP} 'numba>=0.68'" in said.out
+    assert f"numba: {install_command('numba>=0.68')}" in said.out
     assert "vrx_mj cannot run here: see the rows marked no." in said.out
 
 
@@ -58,13 +57,13 @@ def test_packages_that_work():
 def test_packages_that_do_not():
     numba = doctor.requirement("numba")
     missing = doctor.package_row("numba", "numba", version=raises(importlib.metadata.PackageNotFoundError()))
-    assert missing == Row("numba", "not installed", "no", f"{PIP} '{numba}'", core=True)
+    assert missing == Row("numba", "not installed", "no", install_command(numba), core=True)
     old = doctor.package_row("numba", "numba", version=lambda _: "0.50.1")
-    assert old == Row("numba", f"0.50.1, but {numba} is needed", "no", f"{PIP} '{numba}'", core=True)
+    assert old == Row("numba", f"0.50.1, but {numba} is needed", "no", install_command(numba), core=True)
     broken = doctor.package_row(
         "numba", "numba", load=raises(ImportError("llvmlite: bad ELF\nmore")), version=lambda _: "0.70"
     )
-    advice = f"{PIP} '{numba}' --force-reinstall"
+    advice = f"{install_command(numba)} --force-reinstall"
     assert broken == Row("numba", "0.70, import fails: llvmlite: bad ELF", "no", advice, core=True)
 
 
@@ -135,10 +134,10 @@ def test_the_viewer_of_rerun(tmp_path):
     same = doctor.viewer_row(lambda: tool, lambda _: "0.41.0")
     other = doctor.viewer_row(lambda: tool, lambda _: "0.41.2")
     none = doctor.viewer_row(raises(OSError("no rerun viewer at '/x'")))
-    again = f"{PIP} --force-reinstall '{doctor.requirement('rerun-sdk')}'; recordings are written without it"
+    again = f"{install_command(doctor.requirement('rerun-sdk'))} --force-reinstall"
     assert same == Row("rerun viewer", f"0.41.0, {tool}", "yes")
-    assert other == Row("rerun viewer", "0.41.0, but the package is 0.41.2", "no", "install both at one version")
-    assert none == Row("rerun viewer", "no rerun viewer at '/x'", "no", again)
+    assert other == Row("rerun viewer", "0.41.0, but the package is 0.41.2", "no", again)
+    assert none == Row("rerun viewer", "no rerun viewer at '/x'", "no", f"{again}; recordings are written without it")
 
 
 def test_ros():

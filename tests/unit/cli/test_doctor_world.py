@@ -13,6 +13,7 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.adapters.ros.diagnosis import shared_frames
 from vrx_mj.cli import doctor, doctor_world
 from vrx_mj.cli.doctor import Row
+from vrx_mj.packages import install_command
 
 HERE = "http://127.0.0.1:11311"
 UNSET = "unset ROS_IP, or set it to an address of this machine: 'hostname -I' lists them"
@@ -176,5 +177,5 @@ def test_extras():
     find = lambda module: module in there or None  # noqa: E731
     assert doctor_world.extra_row("ros1", ("rosbags", "lz4"), find) == Row("extra ros1", "installed", "yes")
     assert doctor_world.extra_row("rosbridge", ("rosbags", "websockets", "cbor2"), find) == Row(
-        "extra rosbridge", "without websockets", "not needed", "pip install 'vrx-mj[rosbridge]'"
+        "extra rosbridge", "without websockets", "not needed", install_command("vrx-mj[rosbridge]")
     )

@@ -53,7 +53,7 @@ def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
     told = intruder(error.value)
     assert told.startswith(f"vrx-mj: pymap3d in {file.resolve()}, from PYTHONPATH, is in the way (")
     assert BROKEN[text].strip() in told
-    assert told.endswith("): run with PYTHONPATH empty; if pymap3d is missing then, pip install vrx-mj again")
+    assert told.endswith("): run with PYTHONPATH empty; if pymap3d is missing then, install vrx_mj again")
 
 
 def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):

@@ -63,6 +63,10 @@ MESSAGES = {
     "run ocean --duration 1 --record no/run.rrd": "cannot write the recording 'no/run.rrd': No such file or directory",
     "run ocean --summary .": "cannot write the summary '.': Is a directory",
     "run ocean --record .": "cannot write the recording '.': Is a directory",
+    "run ocean --record run.bag": (
+        "invalid --record 'run.bag': a name that ends in .rrd is needed; --bag FILE writes a bag"
+    ),
+    "run ocean --record run.mp4": "invalid --record 'run.mp4': a name that ends in .rrd is needed",
     "run ocean --package-path nowhere": "invalid --package-path 'nowhere': not a folder",
     "robot check": "nothing to check: give --components FILE, --thrusters FILE or both",
     "robot parts camera": "no type of part named 'camera'; did you mean 'wamv_camera'?",

@@ -109,6 +109,11 @@ def test_a_recording_is_named_and_reads_back(cli, folder):
     assert cli("compare", "run.rrd", "run.rrd").code == 0
 
 
+def test_the_advice_after_a_recording_can_be_pasted(cli, folder):
+    said = cli("run", "ocean", "--duration", "1", "--record", "my run.rrd")
+    assert "recording: my run.rrd; to open it: vrx-mj replay 'my run.rrd'\n" in said.out
+
+
 def test_recordings_of_different_runs_compare_with_exit_code_1(cli):
     for seed in (1, 2):
         cli("run", "ocean_buoys", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")

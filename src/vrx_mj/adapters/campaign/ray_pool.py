@@ -17,6 +17,7 @@ from vrx_mj.adapters.campaign.process import TrialProcess, start_server
 from vrx_mj.adapters.campaign.results import Result, read_result, sketch_file, write_result
 from vrx_mj.adapters.campaign.trial import Trial
 from vrx_mj.errors import VrxError
+from vrx_mj.packages import needs_extra
 
 __all__ = ["sail_on_ray"]
 
@@ -72,7 +73,7 @@ def _connected(root: Path) -> Any:
     try:
         import ray
     except ImportError:
-        raise VrxError("--ray needs Ray, which is not installed: pip install 'vrx-mj[ray]'") from None
+        raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
     excluded = list(LEFT_HOME)
     with suppress(ValueError):
         excluded.append(f"/{root.resolve().relative_to(Path.cwd()).as_posix()}/")

@@ -1,10 +1,13 @@
 """Text on a map: fonts for every script, and names that keep out of each other's way."""
 
+import contextlib
+import logging
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["INK", "Thing", "label", "write"]
+__all__ = ["INK", "Thing", "label", "quiet_fonts", "write"]
 
 INK = "#20313c"
 FONTS = (
@@ -64,6 +67,23 @@ def label(axes: Any, things: Sequence[Thing], pixel: float) -> None:
 def write(place: Any, x: float, y: float, text: str, **style: Any) -> Any:
     """Text taken literally (`$` too), in fonts that between them have most letters."""
     return place.text(x, y, text, **{"color": INK, "fontfamily": _fonts(), "parse_math": False, **style})
+
+
+@contextlib.contextmanager
+def quiet_fonts() -> Iterator[None]:
+    """Around drawing: matplotlib says nothing about letters and weights that no font here has."""
+    fonts = logging.getLogger("matplotlib.font_manager")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        fonts.addFilter(_is_news)
+        try:
+            yield
+        finally:
+            fonts.removeFilter(_is_news)
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    return "Failed to find font weight" not in record.getMessage()
 
 
 def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:

@@ -4,7 +4,10 @@
 its dependencies come with `pip install 'vrx-mj[rl]'`.
 """
 
-import gymnasium
+from vrx_mj.packages import importing
+
+with importing("vrx_mj.adapters.gym", "Gymnasium", "rl"):
+    import gymnasium
 
 from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.single import Env

@@ -13,7 +13,7 @@ __all__ = ["draw_video", "parse_size"]
 
 
 def draw_video(recording: Path, video: Path, shot: Shot) -> str:
-    """Draw a recording into a video with a bar in the terminal; returns a line about it. Errors: `write_video`."""
+    """Draw a recording into a video, and show how far it is; returns a line about it. Errors: `write_video`."""
     with Bar("drawing", 0.0, "pictures") as bar:
         count = write_video(recording, video, shot, progress=lambda done, total: bar.update(done, total=total))
     return f"video: {video}, {count} pictures, {video.stat().st_size / 1e6:.1f} MB"

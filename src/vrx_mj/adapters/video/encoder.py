@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.errors import VideoError
+from vrx_mj.packages import install_command
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -43,7 +44,8 @@ def encoder_of(path: Path) -> Encoder:
             import av  # noqa: F401
         except ImportError:
             raise VideoError(
-                f"'{path}' needs the encoder of MP4: install it by pip install 'vrx-mj[video]', or write a .webp"
+                f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
+                f"{install_command('vrx-mj[video]')}"
             ) from None
     return encoder
 

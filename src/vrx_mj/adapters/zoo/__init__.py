@@ -4,6 +4,11 @@
 `pip install 'vrx-mj[rl]'`.
 """
 
+from vrx_mj.packages import importing
+
+with importing("vrx_mj.adapters.zoo", "PettingZoo", "rl"):
+    import pettingzoo  # noqa: F401
+
 from vrx_mj.adapters.zoo.actions import ActionError
 from vrx_mj.adapters.zoo.parallel import ParallelEnv
 from vrx_mj.adapters.zoo.vector import TeamVectorEnv

@@ -16,6 +16,7 @@ from vrx_mj.adapters.ros.messages import DEFINITIONS, encode, md5sum, new, servi
 from vrx_mj.adapters.ros.packages import PYTHON, write_packages
 from vrx_mj.cli.program import app
 from vrx_mj.errors import NetworkError, VrxError
+from vrx_mj.packages import needs_extra
 
 NAMES = ("gazebo_msgs", "geographic_msgs", "usv_msgs", "vrx_gazebo", "vrx_mj_msgs")
 pytestmark = [pytest.mark.slow, needs(ROS1_MESSAGES)]
@@ -197,4 +198,4 @@ def test_without_rosbags_the_error_names_the_extra(tmp_path, monkeypatch):
     for name in ("rosbags", "rosbags.interfaces", "rosbags.typesys"):
         monkeypatch.setitem(sys.modules, name, None)
     done = CliRunner().invoke(app, ["ros", "messages", "-o", str(tmp_path)])
-    assert str(done.exception) == "ROS's messages need rosbags, which is not installed: pip install 'vrx-mj[ros1]'"
+    assert str(done.exception) == needs_extra("a ROS message", "rosbags", "ros1")

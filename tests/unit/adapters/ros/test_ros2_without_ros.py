@@ -14,9 +14,10 @@ from vrx_mj.adapters.ros.offer import Output, Sent, Table
 from vrx_mj.adapters.ros.ros2 import Ros2, installed, transport
 from vrx_mj.adapters.ros.ros2.transport import MOST_BATCHES, RANGE
 from vrx_mj.errors import NetworkError
+from vrx_mj.packages import install_command
 
 OWN = ".".join(platform.python_version_tuple()[:2])
-WHEELS = "ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-common-interfaces"
+WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 LONGEST = 10.0
 PLAIN = Output("/wamv/joint_states", "sensor_msgs/JointState", lambda: None)
 GOAL = Output("/vrx/stationkeeping/goal", "geometry_msgs/PoseStamped", lambda: None, latched=True)
@@ -28,7 +29,7 @@ def test_without_rclpy_users_are_told_what_to_do(monkeypatch):
         Ros2(Inbox()).start()
     assert str(caught.value) == (
         "ROS 2's rclpy is not installed: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same "
-        f"Python (Jazzy's is 3.12, this is {OWN}); without ROS on this machine: pip install {WHEELS}"
+        f"Python (Jazzy's is 3.12, this is {OWN}); without ROS on this machine: {WHEELS}"
     )
 
 

@@ -10,10 +10,11 @@ from typing import Any
 
 from vrx_mj.adapters.ros.cdr import fields
 from vrx_mj.errors import NetworkError
+from vrx_mj.packages import install_command
 
 __all__ = ["has_package", "load_rclpy", "message_class"]
 
-WHEELS = "ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-common-interfaces"
+WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 
 
 def load_rclpy() -> Any:
@@ -41,7 +42,7 @@ def _advice(error: ImportError) -> str:
     what = "is not installed" if error.name == "rclpy" else f"cannot be imported ({str(error).partition(chr(10))[0]})"
     return (
         f"ROS 2's rclpy {what}: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same Python "
-        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: pip install {WHEELS}"
+        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: {install_command(*WHEELS)}"
     )
 
 

@@ -1,0 +1,55 @@
+"""Packages that an extra brings, and the command that installs them for this Python."""
+
+import contextlib
+import importlib.util
+import os
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+
+__all__ = ["importing", "install_command", "needs_extra", "shell_word"]
+
+PLAIN = re.compile(r"[\w.:/\\-]+")
+"""Words that Windows' shells take without quotes."""
+
+
+def install_command(*wanted: str) -> str:
+    """The command that installs requirements for this Python, as it can be pasted into a shell.
+
+    Environments made by `uv venv` have no pip: for them it is a command of uv.
+
+    Args:
+        wanted: requirements, such as "vrx-mj[video]" or "numba>=0.61".
+    """
+    python, names = shell_word(sys.executable), " ".join(shell_word(name) for name in wanted)
+    if importlib.util.find_spec("pip") is None:
+        return f"uv pip install --python {python} {names}"
+    return f"{python} -m pip install {names}"
+
+
+def needs_extra(what: str, package: str, extra: str) -> str:
+    """The message where a package of an extra is missing: "--ray needs Ray, which is not installed; run: ..."."""
+    return f"{what} needs {package}, which is not installed; run: {install_command(f'vrx-mj[{extra}]')}"
+
+
+@contextlib.contextmanager
+def importing(what: str, package: str, extra: str) -> Iterator[None]:
+    """Around imports: where a package is missing, the error names the extra that brings it.
+
+    Raises:
+        ModuleNotFoundError: the package is not installed; the message says what installs it.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != package.lower():
+            raise
+        raise ModuleNotFoundError(needs_extra(what, package, extra), name=error.name) from None
+
+
+def shell_word(word: str) -> str:
+    """A word of a command, as the shell of this system takes it."""
+    if os.name != "nt":
+        return shlex.quote(word)
+    return word if PLAIN.fullmatch(word) else f'"{word}"'

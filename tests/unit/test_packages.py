@@ -1,0 +1,52 @@
+import os
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+from vrx_mj import packages
+from vrx_mj.packages import install_command, needs_extra
+
+PYTHON = "/home/me/strange place/it's/.venv/bin/python"
+
+
+def test_the_command_is_for_this_python():
+    assert shlex.split(install_command("vrx-mj[video]")) == [sys.executable, "-m", "pip", "install", "vrx-mj[video]"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pasted into a shell of POSIX")
+def test_a_path_with_spaces_can_be_pasted(monkeypatch):
+    monkeypatch.setattr(sys, "executable", PYTHON)
+    pasted = ["sh", "-c", f"printf '%s\\n' {install_command('numba>=0.68,<1', 'b')}"]
+    said = subprocess.run(pasted, capture_output=True, check=True, encoding="utf-8").stdout.splitlines()
+    assert said == [PYTHON, "-m", "pip", "install", "numba>=0.68,<1", "b"]
+
+
+def test_on_windows_quotes_are_double(monkeypatch):
+    monkeypatch.setattr(packages.os, "name", "nt")
+    monkeypatch.setattr(sys, "executable", r"C:\My Files\python.exe")
+    assert install_command("vrx-mj[rl]", "b") == r'"C:\My Files\python.exe" -m pip install "vrx-mj[rl]" b'
+
+
+def test_an_environment_without_pip_needs_uv(monkeypatch):
+    monkeypatch.setattr(packages.importlib.util, "find_spec", lambda _name: None)
+    monkeypatch.setattr(sys, "executable", "/x/python")
+    assert install_command("numba") == "uv pip install --python /x/python numba"
+
+
+@pytest.mark.parametrize(("name", "package"), [("gym", "Gymnasium"), ("zoo", "PettingZoo")])
+def test_environments_without_their_extra_name_it(monkeypatch, name, package):
+    for module in [module for module in sys.modules if module.startswith(f"vrx_mj.adapters.{name}")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, package.lower(), None)
+    with pytest.raises(ModuleNotFoundError) as raised:
+        __import__(f"vrx_mj.adapters.{name}")
+    assert str(raised.value) == needs_extra(f"vrx_mj.adapters.{name}", package, "rl")
+    assert raised.value.name == package.lower()
+
+
+def test_another_missing_package_is_not_blamed_on_the_extra():
+    refused = pytest.raises(ModuleNotFoundError, match=r"^No module named 'no_such_module'$")
+    with refused, packages.importing("x", "Gymnasium", "rl"):
+        __import__("no_such_module")
