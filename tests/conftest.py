@@ -34,9 +34,9 @@ SANDBOX_VARIABLE = "VRX_MJ_TESTS"
 
 def pytest_configure(config):
     """Give the tests, and all that they start, a home and a temporary folder that are removed at the end."""
-    if hasattr(signal, "SIGINT"):  # a shell's background jobs ignore it, and so would what they start
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it, and so would what they start
     if SANDBOX_VARIABLE not in os.environ:  # a worker's are its parent's
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # the sandbox is removed then too
         sandbox = Path(tempfile.mkdtemp(prefix="vrx_mj-tests-")).resolve()
         config.stash[SANDBOX] = sandbox
         os.environ.update(_variables(config, sandbox))

@@ -99,8 +99,7 @@ def run(
     _check_paired("--sensors", sensors, "--record FILE.rrd", record)
     _check_paired("--follow", follow, "--record FILE.rrd", record)
     _check_paired("--topic", topic[0] if topic else None, "--bag FILE", bag)
-    if summary is not None:
-        _check_writable(summary)
+    _check_writable(summary)
     result = sail(
         world, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
         follow=follow, nudge=nudge, bag=bag, topics=topic or (),
@@ -112,8 +111,10 @@ def run(
         raise SystemExit(1)
 
 
-def _check_writable(summary: Path) -> None:
-    """Check before the run that the summary can be written: it must not fail after an hour of sailing."""
+def _check_writable(summary: Path | None) -> None:
+    """Check before the run that a summary can be written: it must not fail after an hour of sailing."""
+    if summary is None:
+        return
     with writing("the summary", summary):
         if summary.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
