@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.files import look_in, writing
+from vrx_mj.cli.commands import Fleet, Packages
+from vrx_mj.cli.files import writing
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -45,16 +46,6 @@ Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
-Packages = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--package-path",
-        metavar="<folder>",
-        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
-        callback=look_in,
-    ),
-]
-Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 
 
 def campaign(
