@@ -12,11 +12,11 @@ from typing import ClassVar, Self, TextIO
 __all__ = ["Bar", "colored", "waiting"]
 
 LINE_PERIOD = 10.0
-"""Wall time between two lines where nobody watches [s]."""
+"""Wall time between two lines where the stream is not a terminal [s]."""
 DRAW_PERIOD = 0.1
 """Wall time between two drawings of the bar [s], at least."""
 WIDTH = 24
-"""Of the bar, in characters."""
+"""Width of the bar, in characters."""
 COLORS = {"yellow": 33, "red": 31}
 CLEAR = "\r\x1b[K"
 

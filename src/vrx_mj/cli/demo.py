@@ -15,7 +15,7 @@ __all__ = ["demo"]
 
 WORLD, FLEET, THRUST = "example_course", "trio", "left=0.5,right=0.4"
 NAME = "vrx-mj-demo"
-"""Of the recording in the current folder, without its suffix and a number that tells it from earlier ones."""
+"""Name of the recording in the current folder, without its suffix and the number that distinguishes later ones."""
 
 
 def demo(

@@ -22,7 +22,7 @@ COLORS: tuple[Rgb, ...] = (
     (178, 210, 40),
     (205, 160, 120),
 )
-"""Each tells itself from the others on dark blue, and on the sea; the first are the most different."""
+"""Colours of boats, distinct on dark blue and on the sea; the first ones differ most."""
 
 
 def boat_colors(names: Iterable[str]) -> dict[str, Rgb]:

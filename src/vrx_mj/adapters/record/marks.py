@@ -25,9 +25,9 @@ KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
     "gates missed": ((170, 170, 180), "down"),
     "score changes": ((255, 214, 64), "diamond"),
 }
-"""Colours and shapes."""
+"""Colour and marker shape of each kind of mark."""
 SIZE = 5.0
-"""Of a mark [points]."""
+"""Size of a mark [points]."""
 
 
 class TaskMarks:

@@ -24,7 +24,7 @@ Encoder = Callable[[Path, Pictures, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
 CRF = "21"
-"""Quality of MP4: less is better; from 18 on nobody sees a difference."""
+"""Quality of MP4: less is better; below 18 no difference is visible."""
 WEBP_QUALITY, WEBP_EFFORT = 72, 4
 COLORS = 128
 """Of a GIF."""

@@ -29,7 +29,7 @@ BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
 FIELD = 1.15
 """Horizontal field of view [rad]."""
 ROOM = 12.0
-"""Water around the boats in the view from above [m]."""
+"""Width of water around the boats in the view from above [m]."""
 LEAST = 22.0
 """Half the height of what is seen from above, at least [m]."""
 NEAR, FAR = 0.3, 6000.0

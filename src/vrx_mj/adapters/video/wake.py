@@ -20,11 +20,11 @@ PIECES_PER_SECOND = 5.0
 FULL_SPEED = 2.0
 """Speed from which foam is as white as it gets [m/s]."""
 SLOWEST = 0.25
-"""Speed under which there is none [m/s]."""
+"""Speed below which a hull leaves no foam [m/s]."""
 WHITE = 0.38
 """Opacity of fresh foam."""
 FAINT = 0.01
-"""Opacity of foam that is not drawn."""
+"""Opacity below which foam is not drawn."""
 WIDTH, SPREAD = 0.28, 0.09
 """Width of fresh foam [m], and by how much it grows [m/s]."""
 OVER = 0.05
