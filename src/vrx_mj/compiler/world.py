@@ -2,18 +2,19 @@
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any
 
+from vrx_mj.compiler.saved import checked
 from vrx_mj.errors import StateError
+from vrx_mj.model.world import FORMAT
 
-WORLD_FORMAT = 3
-"""Version of the saved form; a folder of another version is refused."""
+LARGEST_FILE = 200_000_000
+"""Bytes of the largest file of a saved world that is read."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +67,13 @@ class World:
 
         Args:
             target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
+
+        Raises:
+            StateError: an asset's name has a folder in it.
         """
+        for name in self.assets:
+            if name != PurePosixPath(name).name or "\\" in name or ":" in name:
+                raise StateError(f"invalid asset name '{name}': a file name without folders is needed")
         scene = _scene(Path(target))
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
@@ -79,6 +86,8 @@ class World:
     def load(source: str | Path) -> "World":
         """Read a world that `save` wrote, from the same folder or path.
 
+        It may come from somebody else: all of it is checked, and no file outside the folder is opened.
+
         Raises:
             StateError: there is no saved world, or it is damaged or of another version.
         """
@@ -86,11 +95,11 @@ class World:
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
-        mjcf, assets = scene.read_text(encoding="utf-8"), scene.parent / "assets"
-        return world_of(mjcf, path.read_bytes(), lambda name: (assets / name).read_bytes(), path)
+        assets = scene.parent / "assets"
+        return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
 
 
-def world_of(mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
+def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
     """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
 
     `source` names the parameters in messages. Nothing is written, and assets have plain names: what was saved may come
@@ -100,17 +109,28 @@ def world_of(mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source
         StateError: it is damaged or of another version.
     """
     try:
-        tree = json.loads(parameters)
-        saved_format = tree["format"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise StateError(f"{source} is damaged: {error}") from error
-    if saved_format != WORLD_FORMAT:
-        raise StateError(f"{source} has format {saved_format}; this version reads {WORLD_FORMAT}")
-    names = sorted(set(re.findall(r'file="([^"]+)"', mjcf)))
-    for name in names:
-        if name in {".", ".."} or re.search(r"[/\\:]", name):
-            raise StateError(f"{source} is damaged: invalid asset name '{name}': a file name without folders is needed")
-    return World(mjcf, MappingProxyType({name: asset(name) for name in names}), MappingProxyType(tree))
+        text = mjcf.decode()
+    except UnicodeDecodeError as error:
+        raise StateError(f"{source} is damaged: the MJCF beside it is not UTF-8: {error}") from None
+    tree, assets = checked(text, parameters, asset, source)
+    return World(text, MappingProxyType(assets), MappingProxyType(tree))
+
+
+def _read(path: Path) -> bytes:
+    """A file's content.
+
+    Raises:
+        StateError: it is not there, is no plain file, or is too large.
+    """
+    try:
+        if not path.is_file() and path.exists():
+            raise StateError(f"{path} is not a file")
+        if (size := path.stat().st_size) > LARGEST_FILE:
+            raise StateError(f"{path} has {size:,} bytes; at most {LARGEST_FILE:,} are read")
+        with path.open("rb") as file:
+            return file.read(LARGEST_FILE)
+    except OSError as error:
+        raise StateError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
 def _scene(target: Path) -> Path:
@@ -120,7 +140,7 @@ def _scene(target: Path) -> Path:
 
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
     """A `World` whose parameters went through JSON, as those of a loaded one did."""
-    tree = json.loads(_dump({"format": WORLD_FORMAT, **parameters}))
+    tree = json.loads(_dump({"format": FORMAT, **parameters}))
     return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), MappingProxyType(tree))
 
 

@@ -1,6 +1,5 @@
 """Worlds in recordings: what comes from somebody else is read, and never written to disk."""
 
-import json
 import tempfile
 
 import pytest
@@ -8,39 +7,43 @@ import pytest
 from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.scene import RowLayout
 from vrx_mj.adapters.record.session import saved_world
-from vrx_mj.compiler.world import WORLD_FORMAT
+from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import StateError
 
-HULL = '<mujoco><asset><mesh name="hull" file="{name}"/></asset></mujoco>'
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A saved world, by relative path."""
+    folder = tmp_path_factory.mktemp("saved")
+    compile_world("ocean").save(folder)
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def company(name="hull.obj", **others):
-    """Boats whose world has one asset, and other files in its archive."""
-    world = {"scene.xml": HULL.format(name=name).encode(), "scene.json": json.dumps({"format": WORLD_FORMAT}).encode()}
-    layout = RowLayout(nq=0, nv=0, thrusters=(), bodies=())
-    return Company(layout, "", {**world, f"assets/{name}": b"v 0 0 0", **others})
+def company(files):
+    """Boats whose world's archive has these files."""
+    return Company(RowLayout(nq=0, nv=0, thrusters=(), bodies=()), "", files)
 
 
-def test_names_in_a_recording_are_no_paths_on_disk(tmp_path, monkeypatch):
+def test_names_in_a_recording_are_no_paths_on_disk(saved, tmp_path, monkeypatch):
     home = tmp_path / "a" / "b"
     home.mkdir(parents=True)
     monkeypatch.setattr(tempfile, "tempdir", str(home))
     outside = {"../../evil": b"1", str(tmp_path / "worse"): b"2"}
-    assert saved_world(company(**outside)).assets == {"hull.obj": b"v 0 0 0"}
+    assets = saved_world(company(saved | outside)).assets
+    assert {f"assets/{name}" for name in assets} == {name for name in saved if name.startswith("assets/")}
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
 @pytest.mark.parametrize("name", ["../hull.obj", "/etc/passwd", "..\\hull.obj", "C:hull.obj", ".."])
-def test_an_asset_with_a_folder_in_its_name_is_refused(name):
+def test_an_asset_with_a_folder_in_its_name_is_refused(saved, name):
+    mjcf = saved["scene.xml"].replace(b"<asset>", b'<asset><mesh name="hull" file="%s"/>' % name.encode(), 1)
     with pytest.raises(StateError) as refused:
-        saved_world(company(name))
-    text = f"the recording's scene.json is damaged: invalid asset name '{name}': a file name without folders is needed"
-    assert str(refused.value) == text
+        saved_world(company({**saved, "scene.xml": mjcf, f"assets/{name}": b"v 0 0 0"}))
+    assert str(refused.value) == f"the recording's scene.xml is damaged: invalid file '{name}' of <mesh>"
 
 
-def test_a_recording_that_lacks_a_file_of_its_world_is_refused():
-    lacking = company()
-    del lacking.files["assets/hull.obj"]
+def test_a_recording_that_lacks_a_file_of_its_world_is_refused(saved):
+    name = next(name for name in saved if name.startswith("assets/"))
     with pytest.raises(StateError) as refused:
-        saved_world(lacking)
-    assert str(refused.value) == "no saved world in the recording: 'assets/hull.obj'"
+        saved_world(company({other: content for other, content in saved.items() if other != name}))
+    assert str(refused.value) == f"no saved world in the recording: '{name}'"

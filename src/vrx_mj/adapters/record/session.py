@@ -144,9 +144,9 @@ def saved_world(company: Company) -> World:
     """
     files = company.files
     try:
-        mjcf, parameters = files["scene.xml"].decode(), files["scene.json"]
+        mjcf, parameters = files["scene.xml"], files["scene.json"]
         return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
-    except (KeyError, UnicodeDecodeError) as error:
+    except KeyError as error:
         raise StateError(f"no saved world in the recording: {error}") from error
 
 

@@ -1,0 +1,167 @@
+"""What floats and is no boat: single objects, and docks as trees of blocks on hinges."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vrx_mj.model.kinds import (
+    STRICT,
+    Count,
+    Flag,
+    Index,
+    Matrix,
+    NonNegative,
+    Positive,
+    ProfileCode,
+    Real,
+    Row,
+    Six,
+    Text,
+    Vec2,
+    Vec3,
+)
+
+__all__ = ["Block", "Element", "Float", "Follower", "Mooring", "PathPoint"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Float:
+    """A floating object, a free body."""
+
+    __pydantic_config__ = STRICT
+    body: Text
+    """Name of the MJCF's body."""
+    mass: Positive
+    """Mass [kg]."""
+    com: Vec3
+    """Centre of mass [m], body axes from the link's origin."""
+    inertia: Six
+    """xx, yy, zz, xy, xz, yz [kg m2] about the centre of mass, body axes."""
+    density: NonNegative
+    """Density of the water [kg/m3]."""
+    gravity: NonNegative
+    """Gravity [m/s2]."""
+    level: Real
+    """Height of the mean surface above the sea's own level [m]."""
+    linear_drag: NonNegative
+    """Drag per displaced mass [1/s]."""
+    angular_drag: NonNegative
+    """Drag per displaced mass and squared size [1/s]."""
+    profile: ProfileCode
+    """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
+    wind: Vec3
+    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+    element_start: Row
+    """First of its elements."""
+    element_count: Count
+    """Number of its elements."""
+    follower: Index = -1
+    """What drives it along a path, or -1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """A shape that displaces water."""
+
+    __pydantic_config__ = STRICT
+    shape: Literal[0, 1, 2]
+    """Box, sphere or cylinder with axis z."""
+    size: tuple[NonNegative, NonNegative, NonNegative]
+    """Edges [m] of a box; radius, 0, 0 of a sphere; radius, length, 0 of a cylinder."""
+    position: Vec3
+    """Place of the centre [m], body axes from the link's origin."""
+    rotation: Matrix
+    """Its axes in body axes."""
+    volume: NonNegative
+    """Volume of the whole shape [m3]."""
+    mean_dimension: NonNegative
+    """Mean of the extents along x, y, z [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """A block of a floating dock, a root or on a hinge of one that comes before."""
+
+    __pydantic_config__ = STRICT
+    body: Text
+    """Name of the MJCF's body."""
+    parent: Index
+    """Block that it hangs on, or -1 for a root."""
+    depth: Annotated[int, Field(ge=0, le=10_000)]
+    """Number of hinges between it and its root."""
+    position: Vec3
+    """Place of its frame in that of the one it hangs on [m]."""
+    anchor: Vec3
+    """Place of the hinge [m], body axes."""
+    axis: Vec3
+    """Axis of the hinge, unit vector, body axes."""
+    offset: Vec3
+    """Place of its middle [m], body axes."""
+    mass: Positive
+    """Mass [kg]."""
+    density: NonNegative
+    """Density of the water [kg/m3]."""
+    gravity: NonNegative
+    """Gravity [m/s2]."""
+    level: Real
+    """Height of the mean surface above the sea's own level [m]."""
+    linear_drag: NonNegative
+    """Drag per displaced mass [1/s]."""
+    angular_drag: NonNegative
+    """Drag per displaced mass and squared size [1/s]."""
+    element_start: Row
+    """First of its elements."""
+    element_count: Count
+    """Number of its elements."""
+    wind: Vec3
+    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mooring:
+    """A line that holds a block."""
+
+    __pydantic_config__ = STRICT
+    block: Row
+    """The block."""
+    point: Vec3
+    """Where it holds it [m], body axes."""
+    anchor: Vec2
+    """Where that is at rest, x and y [m]."""
+    stiffness: NonNegative
+    """Stiffness [N/m]."""
+    damping: NonNegative
+    """Damping [N s/m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Follower:
+    """What drives a floating object along a path."""
+
+    __pydantic_config__ = STRICT
+    force: Real
+    """Force along the body's x [N]."""
+    torque: Real
+    """Torque about the body's z [N m]."""
+    tolerance: NonNegative
+    """Bearing beyond which it turns [rad]."""
+    reach: NonNegative
+    """Distance at which a waypoint is reached [m]."""
+    turns_first: Flag
+    """1: it pushes only within the tolerance."""
+    loop: Flag
+    """1: from the last waypoint it goes on to the first."""
+    waypoint_start: Row
+    """First of its waypoints."""
+    waypoint_count: Annotated[int, Field(ge=1, le=1_000_000)]
+    """Number of its waypoints."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathPoint:
+    """A waypoint of a follower."""
+
+    __pydantic_config__ = STRICT
+    position: Vec2
+    """x and y [m]."""

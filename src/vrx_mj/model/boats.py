@@ -1,0 +1,215 @@
+"""Boats of a compiled world: what the loop reads of them, and what others do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from vrx_mj.model.kinds import (
+    STRICT,
+    Coefficient,
+    Count,
+    Index,
+    Matrix,
+    Name,
+    NonNegative,
+    Pose,
+    Positive,
+    ProfileCode,
+    Real,
+    Row,
+    Share,
+    Six,
+    Text,
+    Vec3,
+)
+
+__all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "WindCoefficients"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hull:
+    """The hull of a boat, a free body; vectors are in body axes."""
+
+    __pydantic_config__ = STRICT
+    body: Text
+    """Name of the MJCF's body."""
+    joint: Text
+    """Name of its free joint."""
+    profile: ProfileCode
+    """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
+    station_start: Row
+    """First of its stations."""
+    station_count: Count
+    """Number of its stations."""
+    density: NonNegative
+    """Density of the water [kg/m3]."""
+    gravity: NonNegative
+    """Gravity that acts on displaced water [m/s2]."""
+    level: Real
+    """Height of the mean surface above the sea's own level [m]."""
+    added_mass: Six
+    """Added mass: surge, sway, heave [kg], roll, pitch, yaw [kg m2]."""
+    drag_linear: Six
+    """Linear drag [N s/m] x 3, [N m s] x 3."""
+    drag_quadratic: Six
+    """Quadratic drag [N s2/m2] x 3, [N m s2] x 3."""
+    link_com: Vec3
+    """Centre of mass of VRX's base link [m]."""
+    body_com: Vec3
+    """Centre of mass of the MJCF's body [m]."""
+    mass: Positive
+    """Mass of the MJCF's body [kg]."""
+    wind: Vec3
+    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+    thruster_start: Row
+    """First of its thrusters."""
+    thruster_count: Count
+    """Number of its thrusters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Station:
+    """A piece of a hull's float at which the water lifts it."""
+
+    __pydantic_config__ = STRICT
+    position: Vec3
+    """Place on the keel line [m], body axes from the link's origin."""
+    radius: NonNegative
+    """Radius of the float [m]."""
+    length: NonNegative
+    """Length of the piece [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thruster:
+    """An engine and its propeller, or a rudder; `position` and `rotation` are those of its hinge in the hull."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of its command."""
+    hull: Row
+    """Its hull."""
+    body: Text
+    """Name of the MJCF's body that it pushes."""
+    joint: Text | None
+    """Name of its hinge; None if it is fixed to the hull."""
+    position: Vec3
+    """Place of the hinge [m], hull axes."""
+    rotation: Matrix
+    """Axes of the engine at zero steering in hull axes."""
+    propeller: Vec3
+    """Where the force acts [m], engine axes from the hinge."""
+    direction: Vec3
+    """Direction of the force, unit vector, engine axes."""
+    body_com: Vec3
+    """Centre of mass of `body` [m], that body's axes."""
+    mapping: Literal[0, 1, 2, 3]
+    """From command to force: linear, generalised logistic, rudder, or newtons."""
+    max_command: Real
+    """Largest command."""
+    max_forward: Real
+    """Largest force forward [N]."""
+    max_reverse: Real
+    """Largest force backward [N], sign ignored."""
+    timeout: Real
+    """Time for which a command holds [s]; for ever unless above 0."""
+    max_angle: NonNegative
+    """Largest steering angle [rad]."""
+    kp: NonNegative
+    """Stiffness of the servo [N m/rad]."""
+    kd: NonNegative
+    """Damping of the servo [N m s/rad]."""
+    effort: NonNegative
+    """Largest torque of the servo [N m]."""
+    velocity: NonNegative
+    """Largest rate of the servo [rad/s]."""
+    inertia: Positive
+    """Inertia about the hinge [kg m2]."""
+    area: NonNegative
+    """Area of a rudder's blade [m2]."""
+    slope: NonNegative
+    """Slope of a rudder's normal force over the sine of its angle of attack."""
+    density: NonNegative
+    """Density of the water at a rudder [kg/m3]."""
+    race: Index
+    """Thruster in whose race a rudder is, or -1."""
+    race_area: NonNegative
+    """Area of that propeller's disc [m2]."""
+    race_share: Share
+    """Share of the blade that the race covers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """A sensor on a boat."""
+
+    __pydantic_config__ = STRICT
+    boat: Text
+    """Name of the boat."""
+    body: Text
+    """Name of the MJCF's body that carries it."""
+    position: Vec3
+    """Place in that body [m]."""
+    rotation: Matrix
+    """Axes of the sensor in that body's axes."""
+    frame: Text
+    """Name of the frame of its readings."""
+    config: Mapping[str, Any]
+    """What it measures: one of `config.sensors`, as plain data."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boat:
+    """A boat as its fleet has it."""
+
+    __pydantic_config__ = STRICT
+    name: Name
+    """Name of the boat."""
+    robot: Text
+    """Kind of boat: a name, or the path that the fleet gives."""
+    thrusters: Text | None
+    """Layout of its thrusters: a name, or the path that the fleet gives."""
+    components: Text | None
+    """Component file that the fleet gives."""
+    sensors: tuple[Text, ...] | None
+    """Suites or sensors that the fleet gives."""
+    engines: Literal["fixed", "hinged"]
+    """Whether the engines are bodies on hinges."""
+    color: tuple[Share, Share, Share, Share] | None
+    """Red, green, blue and alpha of the hull."""
+    pose: Pose
+    """Pose at the start [m, rad]."""
+    controller: Text | None = None
+    """Controller that the fleet names, as `module:function`."""
+    life: Count = 0
+    """Number of boats of that name before it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindCoefficients:
+    """How the wind acts on something."""
+
+    __pydantic_config__ = STRICT
+    model: Text
+    """Name of a boat, an object, a kind of robot or a model of objects."""
+    link: Text | None = None
+    """VRX's link_name; without effect."""
+    coefficients: tuple[Coefficient, Coefficient, Coefficient]
+    """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spawn:
+    """What a boat that joins later takes from the world."""
+
+    __pydantic_config__ = STRICT
+    robot: Text = "wamv"
+    """Kind of boat."""
+    thrusters: Text = "T"
+    """Layout of its thrusters."""
+    sensors: tuple[Text, ...] | None = None
+    """Suites or sensors; None: what the robot carries."""
+    wind: tuple[WindCoefficients, ...] = ()
+    """How the wind acts on it."""
+    quirks: tuple[Literal["wind_stale_link"], ...] = ()
+    """Defects of VRX's worlds that are kept."""

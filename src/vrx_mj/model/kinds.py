@@ -1,0 +1,45 @@
+"""Kinds of values that a compiled world is made of; what is outside them is damage."""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, StringConstraints
+
+__all__ = [
+    "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative", "Pose",
+    "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3",
+]  # fmt: skip
+
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+"""No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
+
+LARGEST = 1e12
+"""Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
+MOST_ROWS = 10_000_000
+LONGEST = 500
+"""Most characters of a name."""
+
+Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
+NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
+Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
+Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
+Vec2 = tuple[Real, Real]
+Vec3 = tuple[Real, Real, Real]
+Six = tuple[Real, Real, Real, Real, Real, Real]
+Matrix = tuple[Vec3, Vec3, Vec3]
+"""A rotation, row by row."""
+Pose = tuple[Real, Real, Real, Angle, Angle, Angle]
+"""x, y, z [m], roll, pitch, yaw [rad]."""
+Count = Annotated[int, Field(ge=0, le=MOST_ROWS)]
+Row = Annotated[int, Field(ge=0, le=MOST_ROWS)]
+"""Number of a row in another table."""
+Index = Annotated[int, Field(ge=-1, le=MOST_ROWS)]
+"""Number of a row in another table, or -1 for none."""
+Flag = Literal[0, 1]
+ProfileCode = Literal[0, 1]
+"""`physics.tables.VRX` or `VRX3`."""
+Text = Annotated[str, StringConstraints(max_length=LONGEST)]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$")]
+"""Name of a boat: what ROS, recordings and file names can all carry."""

@@ -1,0 +1,165 @@
+"""Whether the tables of a compiled world fit each other: what a row points at, by number or by name, is there."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, pairwise
+from typing import Any
+
+from vrx_mj.model import tasks
+from vrx_mj.model.afloat import Block, Float
+from vrx_mj.model.boats import Boat
+from vrx_mj.model.site import Dock, Object
+from vrx_mj.model.world import Parameters
+
+__all__ = ["broken_references"]
+
+Spans = Iterable[tuple[int, int]]
+FLOATING = "floating"
+
+
+def broken_references(world: Parameters) -> Iterator[str]:
+    """What does not fit, each as a place and what is wrong there; nothing if all is well."""
+    yield from _boats(world)
+    yield from _afloat(world)
+    yield from _blocks(world)
+    yield from _unique(world)
+    if world.task is not None:
+        yield from _task(world, world.task)
+
+
+def _boats(world: Parameters) -> Iterator[str]:
+    yield from _same_length("hulls", world.hulls, "boats", world.boats)
+    spans = [("station", world.stations), ("thruster", world.thrusters)]
+    for kind, rows in spans:
+        owned = [(getattr(hull, f"{kind}_start"), getattr(hull, f"{kind}_count")) for hull in world.hulls]
+        yield from _partition("hulls", kind, owned, len(rows))
+    for number, thruster in enumerate(world.thrusters):
+        if not any(first <= number < first + count for first, count in _thrusters_of(world, thruster.hull)):
+            yield f"thrusters[{number}].hull: {thruster.hull} is not the hull whose thruster it is"
+        if thruster.race >= len(world.thrusters):
+            yield f"thrusters[{number}].race: there is no thruster {thruster.race}"
+    boats = {boat.name for boat in world.boats}
+    for number, sensor in enumerate(world.sensors):
+        if sensor.boat not in boats:
+            yield f"sensors[{number}].boat: there is no boat '{sensor.boat}'"
+
+
+def _thrusters_of(world: Parameters, hull: int) -> Spans:
+    return [(row.thruster_start, row.thruster_count) for row in world.hulls[hull : hull + 1]]
+
+
+def _afloat(world: Parameters) -> Iterator[str]:
+    floating = [item for item in world.objects if item.kind == FLOATING]
+    yield from _same_length("floats", world.floats, "floating objects", floating)
+    for number, (row, item) in enumerate(zip(world.floats, floating, strict=False)):
+        if row.body != item.body:
+            yield f"floats[{number}].body: '{row.body}' is not '{item.body}', the body of the object '{item.name}'"
+    driven = sorted(row.follower for row in world.floats if row.follower >= 0)
+    if driven != list(range(len(world.followers))):
+        yield f"floats: their followers are {driven}, each of {len(world.followers)} is needed once"
+    wet: list[Float | Block] = [*world.floats, *world.blocks]
+    own = [(row.element_start, row.element_count) for row in wet]
+    yield from _inside("floats and blocks", "element", own, len(world.elements))
+    paths = [(row.waypoint_start, row.waypoint_count) for row in world.followers]
+    yield from _inside("followers", "waypoint", paths, len(world.path_points))
+
+
+def _blocks(world: Parameters) -> Iterator[str]:
+    """Blocks stand tree after tree, each after the one that it hangs on; a floating dock is a tree."""
+    docks = [dock for dock in world.docks if dock.dynamic]
+    bodies = list(chain.from_iterable(dock.bodies for dock in docks))
+    if [block.body for block in world.blocks] != bodies:
+        yield "blocks: their bodies are not those of the floating docks"
+        return
+    starts = [0]
+    for dock in docks:
+        starts.append(starts[-1] + len(dock.bodies))
+    for first, end in pairwise(starts):
+        for number in range(first, end):
+            block = world.blocks[number]
+            root = number == first
+            if block.parent != -1 if root else not first <= block.parent < number:
+                yield f"blocks[{number}].parent: {block.parent} is not a block of its dock that comes before"
+            elif block.depth != (0 if root else world.blocks[block.parent].depth + 1):
+                yield f"blocks[{number}].depth: {block.depth} is not the number of hinges to its root"
+    for number, mooring in enumerate(world.moorings):
+        if mooring.block >= len(world.blocks):
+            yield f"moorings[{number}].block: there is no block {mooring.block}"
+
+
+def _unique(world: Parameters) -> Iterator[str]:
+    """Names by which something is looked up."""
+    things: list[Boat | Object | Dock] = [*world.boats, *world.objects, *world.docks]
+    kinds: list[tuple[str, list[Any]]] = [
+        ("boats, objects and docks", [thing.name for thing in things]),
+        ("lights", [light.name for light in world.lights]),
+        ("placards", [placard.name for placard in world.placards]),
+        ("thrusters of a boat", [(thruster.hull, thruster.name) for thruster in world.thrusters]),
+        ("sensors of a boat", [(sensor.boat, str(sensor.config.get("name"))) for sensor in world.sensors]),
+    ]
+    for kind, names in kinds:
+        for name, count in Counter(names).most_common(1):
+            if count > 1:
+                yield f"{kind}: the name {name!r} is given {count} times"
+
+
+def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
+    boats = {boat.name for boat in world.boats}
+    if task.boat not in boats:
+        yield f"task.boat: there is no boat '{task.boat}'"
+    moving = {item.name for item in world.objects if item.kind == FLOATING}
+    moving |= {dock.name for dock in world.docks if dock.dynamic}
+    still = ({item.name for item in world.objects} | {dock.name for dock in world.docks}) - moving
+    for name in task.fixed:
+        if name not in still:
+            yield f"task.fixed: '{name}' is no object or dock that never moves"
+    known = moving | set(task.fixed)
+    for place, name in _watched(task):
+        if name not in known:
+            yield f"task.{place}: there is no object or dock '{name}'"
+    if isinstance(task, tasks.Dock):
+        signs = {placard.name for placard in world.placards}
+        for number, bay in enumerate(task.bays):
+            if bay.placard is not None and bay.placard not in signs:
+                yield f"task.bays[{number}].placard: there is no placard '{bay.placard}'"
+        if task.light_buoy is not None and task.light_buoy not in {light.name for light in world.lights}:
+            yield f"task.light_buoy: there is no light '{task.light_buoy}'"
+
+
+def _watched(task: tasks.Task) -> Iterator[tuple[str, str]]:
+    """Places and names of what a task looks at."""
+    channel = task.channel if isinstance(task, tasks.Gymkhana) else task
+    for number, gate in enumerate(getattr(channel, "gates", ())):
+        yield f"gates[{number}].left", gate.left
+        yield f"gates[{number}].right", gate.right
+    for key in ("objects", "animals"):
+        for number, thing in enumerate(getattr(task, key, ())):
+            yield f"{key}[{number}].name", thing.name
+    if isinstance(task, tasks.Dock):
+        yield "anchor", task.anchor
+        yield from ((f"balls[{number}]", ball) for number, ball in enumerate(task.balls))
+    if isinstance(task, tasks.AcousticTracking):
+        yield "pinger", task.pinger
+
+
+def _same_length(one: str, rows: Sequence[Any], other: str, things: Sequence[Any]) -> Iterator[str]:
+    if len(rows) != len(things):
+        yield f"{one}: {len(rows)} rows for {len(things)} {other}"
+
+
+def _partition(table: str, kind: str, spans: Spans, size: int) -> Iterator[str]:
+    """Whether spans of rows follow each other and leave none out."""
+    end = 0
+    for first, count in spans:
+        if first != end:
+            yield f"{table}: {kind}_start is {first} where {kind}s were left at {end}"
+            return
+        end += count
+    if end != size:
+        yield f"{table}: they have {end} {kind}s of {size}"
+
+
+def _inside(table: str, kind: str, spans: Spans, size: int) -> Iterator[str]:
+    for first, count in spans:
+        if first + count > size:
+            yield f"{table}: {kind}s {first} to {first + count - 1} of {size}"

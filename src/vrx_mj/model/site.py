@@ -1,0 +1,125 @@
+"""What a compiled world has besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vrx_mj.model.kinds import STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
+
+__all__ = ["Dock", "Georeference", "Light", "Marker", "Object", "Placard", "Ring", "Scene"]
+
+Ring = Annotated[tuple[tuple[Real, Real], ...], Field(min_length=3, max_length=100_000)]
+"""Corners [x, y] of a shoreline [m], not closed, the land on the left."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Object:
+    """An object, as others than the loop see it."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the object."""
+    model: Text
+    """Its model in the catalogue."""
+    kind: Literal["static", "floating"]
+    """Whether it moves."""
+    body: Text
+    """Name of the MJCF's body."""
+    pose: Pose
+    """Pose at the start [m, rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dock:
+    """A dock, as others than the loop see it."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the dock."""
+    pose: Pose
+    """Pose at the start [m, rad]."""
+    cells: Annotated[tuple[tuple[int, int], ...], Field(min_length=1, max_length=100_000)]
+    """Row and column of each block in its drawing."""
+    block: Positive
+    """Edge of a block [m]."""
+    dynamic: bool
+    """Whether it floats."""
+    bodies: Annotated[tuple[Text, ...], Field(min_length=1)]
+    """Names of the MJCF's bodies that move on their own, the root first."""
+    placards: tuple[Text, ...]
+    """Names of the bodies of its placards."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Light:
+    """A light buoy's panels."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the object."""
+    body: Text
+    """Name of the MJCF's body."""
+    geoms: tuple[Text, ...]
+    """Names of the geoms that are the panels."""
+    pattern: tuple[Text, Text, Text]
+    """The colours at the start."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placard:
+    """A sign on a dock that shows one of several symbols."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the placard."""
+    body: Text
+    """Name of the MJCF's body."""
+    geoms: Mapping[Text, tuple[Text, ...]]
+    """Names of the geoms of each shape."""
+    symbol: Text
+    """The symbol at the start, as `red_circle`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Marker:
+    """A cylinder that only pictures show."""
+
+    __pydantic_config__ = STRICT
+    position: Vec3
+    """Place of its middle [m]."""
+    axis: Vec3
+    """Axis, unit vector."""
+    radius: NonNegative
+    """Radius [m]."""
+    length: NonNegative
+    """Length [m]."""
+    color: tuple[Share, Share, Share, Share]
+    """Red, green, blue and alpha."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Georeference:
+    """Where on Earth (WGS84) the world's origin is."""
+
+    __pydantic_config__ = STRICT
+    latitude: Annotated[float, Field(ge=-90.0, le=90.0)]
+    """Latitude [degrees]."""
+    longitude: Annotated[float, Field(ge=-180.0, le=180.0)]
+    """Longitude [degrees]."""
+    elevation: Real
+    """Height above the ellipsoid [m]."""
+    heading: Degrees
+    """Direction of the world's x axis [degrees], counter-clockwise from east."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """What renderers and viewers set by hand."""
+
+    __pydantic_config__ = STRICT
+    fog: bool
+    """Whether there is fog."""
+    grid: bool
+    """Whether the file asks for a grid."""

@@ -1,0 +1,339 @@
+"""The task of a compiled world, resolved: one dataclass for each set of rules."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3
+
+__all__ = [
+    "AcousticPerception", "AcousticTracking", "Animal", "Bay", "Box", "Channel", "Dock", "FollowPath", "Gate", "Goal",
+    "Gymkhana", "Hole", "Navigation", "Perception", "Pinger", "Shown", "Stationkeeping", "Task", "TaskBase",
+    "Wayfinding", "Wildlife",
+]  # fmt: skip
+
+MOST = 100_000
+"""Most things of a kind in a task."""
+Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
+Size = tuple[NonNegative, NonNegative, NonNegative]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskBase:
+    """What all tasks have."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """VRX's task_name."""
+    boat: Text
+    """Name of the boat that is scored."""
+    profile: Literal["vrx", "vrx3"]
+    """Whose rules: VRX classic's, or VRX 3's."""
+    durations: tuple[NonNegative, NonNegative, NonNegative]
+    """Lengths of the phases initial, ready and running [s]."""
+    collision_buffer: NonNegative
+    """Time after a collision in which others do not count [s]."""
+    locked: bool
+    """Whether the boat is held until the task is ready."""
+    held: bool = False
+    """Whether it is held throughout."""
+    fixed: Mapping[Text, Pose]
+    """Poses of what never moves, by name [m, rad]."""
+    rivals: Annotated[tuple[Text, ...], Field(max_length=MOST)]
+    """What the boat may touch, in the order of the MJCF's contact sensors."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """A place on the water and a heading."""
+
+    __pydantic_config__ = STRICT
+    x: Real
+    """East [m]."""
+    y: Real
+    """North [m]."""
+    yaw: Angle
+    """Heading [rad], counter-clockwise from east."""
+    latitude: Latitude
+    """Latitude [degrees]; None without a georeference."""
+    longitude: Longitude
+    """Longitude [degrees]; None without a georeference."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pinger:
+    """Where a beacon is."""
+
+    __pydantic_config__ = STRICT
+    x: Real
+    """East [m]."""
+    y: Real
+    """North [m]."""
+    z: Real
+    """Up [m]."""
+    latitude: Latitude
+    """Latitude [degrees]; None without a georeference."""
+    longitude: Longitude
+    """Longitude [degrees]; None without a georeference."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """Two buoys."""
+
+    __pydantic_config__ = STRICT
+    left: Text
+    """Name of the buoy on the left."""
+    right: Text
+    """Name of the buoy on the right."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channel:
+    """The gates of a gymkhana."""
+
+    __pydantic_config__ = STRICT
+    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    """The gates, in their order."""
+    obstacle_penalty: NonNegative
+    """Penalty of a collision."""
+    collision_buffer: NonNegative
+    """Time after a collision in which others do not count [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """An object that shows up before the boat for a while."""
+
+    __pydantic_config__ = STRICT
+    time: NonNegative
+    """When it shows up [s]."""
+    duration: NonNegative
+    """How long it is shown [s]."""
+    type: Text
+    """What a right report calls it."""
+    name: Text
+    """Name of the object."""
+    pose: Pose
+    """Pose in the boat's frame [m, rad]."""
+    stash: Pose
+    """Pose where it waits [m, rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box:
+    """A box in a dock's frame."""
+
+    __pydantic_config__ = STRICT
+    center: Vec3
+    """Centre [m]."""
+    size: Size
+    """Edges [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bay:
+    """A bay of a dock."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the bay."""
+    placard: Text | None
+    """Name of its placard."""
+    symbol: Text
+    """What the placard is told to show."""
+    dock_allowed: bool
+    """Whether it is the right one."""
+    internal: Box
+    """Where a boat is in it."""
+    external: Box
+    """Where a boat is before it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hole:
+    """A hole in a placard."""
+
+    __pydantic_config__ = STRICT
+    bay: Text
+    """Name of its bay."""
+    size: Literal["big", "small"]
+    """Kind of hole."""
+    center: Vec3
+    """Centre in the dock's frame [m]."""
+    box: Size
+    """Edges of the box around it [m]."""
+    points: NonNegative
+    """Points of a ball in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Animal:
+    """Something that swims."""
+
+    __pydantic_config__ = STRICT
+    name: Text
+    """Name of the object."""
+    model: Text
+    """Its model."""
+    goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
+    """What to do about it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stationkeeping(TaskBase):
+    """Stay at a pose."""
+
+    type: Literal["stationkeeping"]
+    goal: Goal
+    """The pose."""
+    heading: bool
+    """Whether the heading counts."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wayfinding(TaskBase):
+    """Pass near poses."""
+
+    type: Literal["wayfinding"]
+    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=MOST)]
+    """The poses."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Perception(TaskBase):
+    """Report objects that show up."""
+
+    type: Literal["perception"]
+    objects: Annotated[tuple[Shown, ...], Field(max_length=MOST)]
+    """The objects."""
+    loop_forever: bool
+    """Whether they show up again."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Navigation(TaskBase):
+    """Pass gates without a collision."""
+
+    type: Literal["navigation_course"]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    """The gates, in their order."""
+    obstacle_penalty: NonNegative
+    """Penalty of a collision [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowPath(TaskBase):
+    """Pass gates for points."""
+
+    type: Literal["follow_path"]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    """The gates, in their order."""
+    points_per_gate_crossed: NonNegative
+    """Points of a gate."""
+    bonus: NonNegative
+    """Points for gates in a row."""
+    obstacle_penalty: NonNegative
+    """Penalty of a collision."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dock(TaskBase):
+    """Dock in the right bay, and shoot balls into holes."""
+
+    type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
+    dock: Text
+    """Name that the file gives the dock."""
+    anchor: Text
+    """Name of the dock."""
+    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=MOST)]
+    """The bays."""
+    holes: Annotated[tuple[Hole, ...], Field(max_length=MOST)]
+    """The holes that count."""
+    balls: Annotated[tuple[Text, ...], Field(max_length=MOST)]
+    """Names of the boat's balls."""
+    light_buoy: Text | None
+    """Name of the light buoy."""
+    color_sequence: tuple[Text, Text, Text]
+    """What it shows."""
+    color_bonus_points: NonNegative
+    """Points for the colours."""
+    dock_bonus_points: NonNegative
+    """Points for docking."""
+    correct_dock_bonus_points: NonNegative
+    """Points for the right bay."""
+    enable_color_checker: bool
+    """Whether the colours can be sent."""
+    min_dock_time: NonNegative
+    """Time in a bay that counts as docking [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wildlife(TaskBase):
+    """Circle some animals and avoid others."""
+
+    type: Literal["wildlife"]
+    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=MOST)]
+    """The animals."""
+    engagement_distance: Positive
+    """Distance at which an animal is engaged [m]."""
+    time_bonus: NonNegative
+    """Bonus of an animal [s]."""
+    publication_rate: Positive | None
+    """Rate at which VRX publishes the animals [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gymkhana(TaskBase):
+    """Pass a channel, then stay near a beacon."""
+
+    type: Literal["gymkhana"]
+    channel: Channel
+    """The channel."""
+    pinger: Pinger
+    """The beacon."""
+    obstacle_penalty: NonNegative
+    """Penalty of a collision."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AcousticPerception(TaskBase):
+    """Find a beacon."""
+
+    type: Literal["acoustic_perception"]
+    pinger: Pinger
+    """The beacon."""
+    goal_tolerance: Positive
+    """Distance at which it is reached [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AcousticTracking(TaskBase):
+    """Follow a beacon that moves."""
+
+    type: Literal["acoustic_tracking"]
+    pinger: Text
+    """Name of the object under which the beacon hangs."""
+    pinger_depth: Real
+    """Height of the beacon [m]."""
+    obstacle_penalty: NonNegative
+    """Penalty of a collision."""
+
+
+Task = Annotated[
+    Stationkeeping
+    | Wayfinding
+    | Perception
+    | Navigation
+    | FollowPath
+    | Dock
+    | Wildlife
+    | Gymkhana
+    | AcousticPerception
+    | AcousticTracking,
+    Field(discriminator="type"),
+]
+"""A task of any type."""

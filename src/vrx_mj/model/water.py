@@ -1,0 +1,69 @@
+"""Sea and wind of a compiled world."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vrx_mj.model.kinds import STRICT, NonNegative, Positive, Real, Share, Vec2
+
+__all__ = ["Sea", "Wave", "Wind"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wave:
+    """One component of the sea."""
+
+    __pydantic_config__ = STRICT
+    amplitude: Real
+    """Amplitude [m]."""
+    wavenumber: NonNegative
+    """Wavenumber [rad/m]."""
+    frequency: NonNegative
+    """Angular frequency [rad/s]."""
+    direction: Vec2
+    """Unit vector of travel, east and north."""
+    steepness: Share
+    """Share of the trochoid's horizontal motion."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sea:
+    """The waves and their start-up ramp."""
+
+    __pydantic_config__ = STRICT
+    model: Literal["pms", "cwr", "none"]
+    """Kind of sea: VRX's Pierson-Moskowitz sampling, constant wavelength ratio, or none."""
+    tau: Real
+    """Time constant of the ramp [s]; no ramp unless above 0."""
+    level: Real
+    """Height of the mean surface [m]."""
+    waves: Annotated[tuple[Wave, ...], Field(max_length=10_000)]
+    """The components."""
+    significant_height: NonNegative
+    """Significant wave height [m]."""
+    period: NonNegative
+    """Period that the file gives [s]."""
+    direction: Vec2
+    """Direction that the file gives, east and north."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wind:
+    """The mean wind and its gusts."""
+
+    __pydantic_config__ = STRICT
+    direction: Vec2
+    """Unit vector toward which the air moves, east and north."""
+    mean: Real
+    """Mean speed [m/s]."""
+    gain: NonNegative
+    """Standard deviation of the gusts [m/s]."""
+    time_constant: Positive
+    """Time constant of the gusts [s]."""
+    first_step: NonNegative
+    """The gusts' own length of the first step [s]; 0: that of all others."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Seed of the gusts; 0 leaves it to the run's."""
+    update_rate: Real
+    """Rate at which VRX publishes the wind [Hz]."""

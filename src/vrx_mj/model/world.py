@@ -1,0 +1,180 @@
+"""The whole of a compiled world but for its MJCF, and its form in JSON."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from vrx_mj.errors import StateError
+from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
+from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
+from vrx_mj.model.kinds import STRICT, Angle, Count, NonNegative, Pose, Real, Text
+from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
+from vrx_mj.model.tasks import Task
+from vrx_mj.model.water import Sea, Wind
+
+__all__ = ["FORMAT", "LONGEST_STEP", "Parameters", "parameters_of"]
+
+FORMAT = 3
+"""Version of the saved form; another one is refused."""
+LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-6
+"""Bounds of the physics step [s]."""
+MOST_BYTES = 200_000_000
+"""Longest JSON that is read."""
+SHOWN = 60
+"""Most characters of a value that a message shows."""
+_WORDS = {"missing": "missing", "unexpected_keyword_argument": "unknown key"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameters:
+    """Tables and names that belong to an MJCF."""
+
+    __pydantic_config__ = STRICT
+    format: Literal[3]
+    """Version of the saved form."""
+    name: Text
+    """Name of the world."""
+    fleet: Text
+    """Name of the fleet."""
+    description: Annotated[str, Field(max_length=10_000)] = ""
+    """What the world is about."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Default seed of a run."""
+    profile: Literal["vrx", "vrx3"]
+    """Whose physics."""
+    timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
+    """Physics step [s]."""
+    gravity: NonNegative
+    """Gravity, downwards [m/s2]."""
+    at_base_link: tuple[Literal["gps", "imu", "pinger"], ...]
+    """Sensors that measure at the origin of `base_link`."""
+    sea: Sea
+    """The waves."""
+    wind: Wind
+    """The wind."""
+    hulls: tuple[Hull, ...]
+    """Hulls of the boats, in their order."""
+    stations: tuple[Station, ...]
+    """Stations of the hulls."""
+    thrusters: tuple[Thruster, ...]
+    """Thrusters of the hulls."""
+    floats: tuple[Float, ...]
+    """Floating objects, in the order of `objects`."""
+    elements: tuple[Element, ...]
+    """What displaces water of floating objects and blocks."""
+    blocks: tuple[Block, ...]
+    """Blocks of floating docks, in the order of `docks`."""
+    moorings: tuple[Mooring, ...]
+    """Lines that hold blocks."""
+    followers: tuple[Follower, ...] = ()
+    """What drives floating objects along paths."""
+    path_points: tuple[PathPoint, ...] = ()
+    """Waypoints of the followers."""
+    lights: tuple[Light, ...] = ()
+    """Light buoys."""
+    sensors: tuple[Sensor, ...] = ()
+    """Sensors of the boats."""
+    boats: tuple[Boat, ...]
+    """The boats."""
+    spawn: Spawn = field(default_factory=Spawn)
+    """What a boat that joins later takes from the world."""
+    objects: tuple[Object, ...]
+    """The objects."""
+    docks: tuple[Dock, ...]
+    """The docks."""
+    placards: tuple[Placard, ...] = ()
+    """Placards of the docks."""
+    task: Task | None = None
+    """The task."""
+    waypoints: tuple[tuple[Real, Real, Angle], ...] = ()
+    """The task's goal or waypoints: x, y [m], yaw [rad]."""
+    markers: tuple[Marker, ...] = ()
+    """What marks places in pictures."""
+    georeference: Georeference | None
+    """Where on Earth the origin is."""
+    terrain: Text | None
+    """Name of the terrain."""
+    shoreline: tuple[Ring, ...] = ()
+    """The waterline as rings."""
+    scene: Scene
+    """What renderers set by hand."""
+    camera: Pose | None = None
+    """Pose from which a viewer looks at first [m, rad]."""
+    lives: Mapping[Text, Count] = field(default_factory=dict)
+    """Number of boats that a name had before, for those that left."""
+
+
+@cache
+def _adapter() -> TypeAdapter[Parameters]:
+    return TypeAdapter(Parameters)
+
+
+def parameters_of(text: bytes, source: object) -> tuple[Parameters, dict[str, Any]]:
+    """The parameters in a JSON text, and the same as a tree; `source` names it in messages.
+
+    Raises:
+        StateError: it is of another version, a key is missing, unknown, given twice or of the wrong kind, or a number
+            is out of range; the message names the first.
+    """
+    if len(text) > MOST_BYTES:
+        raise StateError(f"{source} has {len(text):,} bytes; at most {MOST_BYTES:,} are read")
+    try:
+        _check_format(_FORMAT.validate_json(text).format, source)
+        return _adapter().validate_json(text), json.loads(text, object_pairs_hook=_each_once)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise StateError(f"{source} is damaged: {_place(first['loc'])}{_fault(first)}") from None
+    except (ValueError, RecursionError) as error:
+        raise StateError(f"{source} is damaged: {error}") from None
+
+
+@dataclass(frozen=True)
+class _Versioned:
+    """Any version of the saved form."""
+
+    format: Any
+
+
+_FORMAT = TypeAdapter(_Versioned)
+
+
+def _check_format(version: Any, source: object) -> None:
+    if version != FORMAT or isinstance(version, bool):
+        raise StateError(f"{source} has format {repr(version)[:SHOWN]}; this version reads {FORMAT}")
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object's keys and values; readers differ about a key that is given twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key '{twice[:SHOWN]}' is given twice")
+    return found
+
+
+def _place(where: tuple[int | str, ...]) -> str:
+    """A place in the tree, as `hulls[0].mass: `; empty for the whole."""
+    steps = [f"[{step}]" if isinstance(step, int) else f".{step[:SHOWN]}" for step in where]
+    return f"{''.join(steps).removeprefix('.')}: " if steps else ""
+
+
+def _fault(found: ErrorDetails) -> str:
+    """What is wrong at a place, in our words where pydantic's are of Python."""
+    if found["type"] in _WORDS:
+        return _WORDS[found["type"]]
+    if found["type"] == "union_tag_invalid":
+        return f"no type {_cut(str(found['ctx']['tag']))!r}"
+    words = found["msg"].replace("Input should be", "must be")
+    if found["type"] == "json_invalid":
+        return f"not JSON: {words.removeprefix('Invalid JSON: ')}"
+    return f"{words}, got {_cut(repr(found['input']))}"
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

@@ -1,0 +1,125 @@
+"""A compiled world's parameters as dataclasses: their form in JSON, and whether their tables fit each other."""
+
+import json
+import math
+import random
+import re
+from dataclasses import replace
+
+import pytest
+
+from vrx_mj.compiler.compile import compile_world
+from vrx_mj.errors import StateError
+from vrx_mj.model.references import broken_references
+from vrx_mj.model.world import parameters_of
+
+RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
+
+
+@pytest.fixture(scope="module")
+def text():
+    return json.dumps(dict(compile_world("gymkhana").parameters)).encode()
+
+
+@pytest.fixture(scope="module")
+def rafts():
+    world = compile_world({"docks": [RAFT, {**RAFT, "name": "other", "pose": [60, 0, 0, 0, 0, 0]}]})
+    return parameters_of(json.dumps(dict(world.parameters)).encode(), "scene.json")[0]
+
+
+@pytest.fixture(scope="module")
+def swimmers():
+    world = compile_world("wildlife_task", fleet={"usv_count": 2, "origin": "spawn"})
+    return parameters_of(json.dumps(dict(world.parameters)).encode(), "scene.json")[0]
+
+
+def test_the_tree_and_the_dataclasses_hold_the_same(text):
+    typed, tree = parameters_of(text, "scene.json")
+    assert tree == json.loads(text)
+    assert typed.hulls[0].drag_linear == tuple(tree["hulls"][0]["drag_linear"])
+    assert typed.task.pinger.x == tree["task"]["pinger"]["x"]
+    assert math.isclose(typed.wind.time_constant, tree["wind"]["time_constant"])
+
+
+def test_no_value_of_another_kind_is_taken(text):
+    """Whatever takes the place of a table, an entry or a number is refused, or is a number that is allowed there."""
+    chance, said = random.Random(1), []
+    for _ in range(500):
+        tree = json.loads(text)
+        owner, key = tree, chance.choice(sorted(tree.keys() - {"lives", "format", "sensors"}))
+        while isinstance(owner[key], dict | list) and owner[key] and chance.random() < 0.8:
+            owner = owner[key]
+            key = chance.choice(sorted(owner) if isinstance(owner, dict) else range(len(owner)))
+        before = owner[key]
+        owner[key] = chance.choice([None, True, "x", -3, 10**30, 1e13, [], {}, [None], {"a": 1}])
+        try:
+            parameters_of(json.dumps(tree).encode(), "scene.json")
+        except StateError as error:
+            said.append(str(error))
+        else:
+            alike = {type(None): (str, list, dict), bool: (bool,), str: (str, type(None)), int: (int, float)}
+            assert isinstance(before, alike.get(type(owner[key]), (dict, list, type(None)))), (key, owner[key])
+    assert len(said) > 300
+    assert all(re.fullmatch(r"scene\.json is damaged: .{1,400}", text) for text in said)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e400", "1e13", "1" + "0" * 5000])
+def test_a_number_is_finite_and_of_a_size_that_can_be(text, number):
+    wrong = text.replace(b'"tau": 2.0', b'"tau": ' + number.encode(), 1)
+    assert wrong != text
+    with pytest.raises(
+        StateError, match=r"^scene\.json is damaged: (sea\.tau: must be |not JSON: number out of range)"
+    ):
+        parameters_of(wrong, "scene.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"parent": 1}, "blocks[1].parent: 1 is not a block of its dock that comes before"),
+        ({"parent": -1}, "blocks[1].parent: -1 is not a block of its dock that comes before"),
+        ({"depth": 0}, "blocks[1].depth: 0 is not the number of hinges to its root"),
+        ({"element_start": 10**6}, "floats and blocks: elements 1000000 to 1000000 of 17"),
+        ({"body": "x"}, "blocks: their bodies are not those of the floating docks"),
+    ],
+)
+def test_blocks_stand_tree_after_tree(rafts, change, fault):
+    assert not list(broken_references(rafts))
+    blocks = (rafts.blocks[0], replace(rafts.blocks[1], **change), *rafts.blocks[2:])
+    assert next(broken_references(replace(rafts, blocks=blocks))) == fault
+
+
+def test_a_block_of_another_dock_is_no_parent(rafts):
+    half = len(rafts.blocks) // 2
+    blocks = (*rafts.blocks[: half + 1], replace(rafts.blocks[half + 1], parent=0), *rafts.blocks[half + 2 :])
+    fault = f"blocks[{half + 1}].parent: 0 is not a block of its dock that comes before"
+    assert next(broken_references(replace(rafts, blocks=blocks))) == fault
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"hulls": ()}, "hulls: 0 rows for 2 boats"),
+        ({"stations": ()}, "hulls: they have 8 stations of 0"),
+        ({"thrusters": ()}, "hulls: they have 4 thrusters of 0"),
+        ({"floats": ()}, "floats: 0 rows for 6 floating objects"),
+        ({"followers": ()}, "floats: their followers are [0, 1, 2], each of 0 is needed once"),
+        ({"path_points": ()}, "followers: waypoints 0 to 1 of 0"),
+        ({"lights": ()}, None),
+        ({"boats": ()}, "hulls: 2 rows for 0 boats"),
+    ],
+)
+def test_a_table_has_as_many_rows_as_are_pointed_at(swimmers, change, fault):
+    assert next(broken_references(replace(swimmers, **change)), None) == fault
+
+
+def test_a_name_is_given_once(swimmers):
+    twin = replace(swimmers.boats[1], name=swimmers.boats[0].name)
+    named = list(broken_references(replace(swimmers, boats=(swimmers.boats[0], twin))))
+    assert "boats, objects and docks: the name 'wamv1' is given 2 times" in named
+
+
+def test_a_hull_has_the_thrusters_that_say_so(swimmers):
+    wrong = replace(swimmers.thrusters[3], hull=0)
+    found = next(broken_references(replace(swimmers, thrusters=(*swimmers.thrusters[:3], wrong))))
+    assert found == "thrusters[3].hull: 0 is not the hull whose thruster it is"
