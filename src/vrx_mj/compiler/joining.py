@@ -30,7 +30,7 @@ from vrx_mj.config.build import build_boat
 from vrx_mj.config.fleet import BoatConfig, newcomer
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
-from vrx_mj.errors import CommandError, CompileError, UnknownNameError
+from vrx_mj.errors import CommandError, CompileError, StateError, UnknownNameError
 
 __all__ = ["boat_alone", "with_boat", "without_boat"]
 
@@ -247,7 +247,8 @@ def _block(world: World, link: str) -> re.Match[str]:
     found = re.search(
         rf'\n    <frame [^\n]*\n    <body name="{re.escape(link)}".*?\n    </frame>', world.mjcf, re.DOTALL
     )
-    assert found, f"{link} is not in the MJCF of {world.name}"
+    if found is None:
+        raise StateError(f"the MJCF of {world.name} is not laid out as vrx_mj writes it: no frame around '{link}'")
     return found
 
 
@@ -258,7 +259,8 @@ def _world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> Wo
 def _before(mark: str, text: str, mjcf: str) -> str:
     """The MJCF with a text before the only place where `mark` stands."""
     head, found, tail = mjcf.partition(mark)
-    assert found, f"no {mark.strip()} in the MJCF"
+    if not found:
+        raise StateError(f"the MJCF is not laid out as vrx_mj writes it: no line '{mark.strip()}'")
     return head + text + found + tail
 
 

@@ -41,7 +41,7 @@ class Parameters:
     """Name of the world."""
     fleet: Text
     """Name of the fleet."""
-    description: Annotated[str, Field(max_length=10_000)] = ""
+    description: Annotated[str, Field(max_length=10_000)]
     """What the world is about."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """Default seed of a run."""
@@ -77,7 +77,7 @@ class Parameters:
     """Waypoints of the followers."""
     lights: tuple[Light, ...] = ()
     """Light buoys."""
-    sensors: tuple[Sensor, ...] = ()
+    sensors: tuple[Sensor, ...]
     """Sensors of the boats."""
     boats: tuple[Boat, ...]
     """The boats."""
@@ -89,9 +89,9 @@ class Parameters:
     """The docks."""
     placards: tuple[Placard, ...] = ()
     """Placards of the docks."""
-    task: Task | None = None
+    task: Task | None
     """The task."""
-    waypoints: tuple[tuple[Real, Real, Angle], ...] = ()
+    waypoints: tuple[tuple[Real, Real, Angle], ...]
     """The task's goal or waypoints: x, y [m], yaw [rad]."""
     markers: tuple[Marker, ...] = ()
     """What marks places in pictures."""
@@ -99,7 +99,7 @@ class Parameters:
     """Where on Earth the origin is."""
     terrain: Text | None
     """Name of the terrain."""
-    shoreline: tuple[Ring, ...] = ()
+    shoreline: tuple[Ring, ...]
     """The waterline as rings."""
     scene: Scene
     """What renderers set by hand."""
@@ -144,7 +144,7 @@ _FORMAT = TypeAdapter(_Versioned)
 
 
 def _check_format(version: Any, source: object) -> None:
-    if version != FORMAT or isinstance(version, bool):
+    if version != FORMAT:
         raise StateError(f"{source} has format {repr(version)[:SHOWN]}; this version reads {FORMAT}")
 
 

@@ -141,11 +141,11 @@ def test_what_is_no_world_at_all_is_said_in_one_line(worlds, text, message):
     assert str(refused.value) == message
 
 
-def test_a_key_that_is_given_twice_is_refused(worlds):
-    world = worlds["gates"]
-    text = json.dumps(dict(world.parameters)).replace('"seed": 0', '"seed": 0, "seed": 1', 1).encode()
-    with pytest.raises(StateError, match=r"^scene\.json is damaged: the key 'seed' is given twice$"):
-        world_of(world.mjcf.encode(), text, lambda name: world.assets[name], "scene.json")
+def test_an_engine_turns_on_its_own_hinge(worlds):
+    first, second = worlds["rafts"].parameters["thrusters"][:2]
+    said = refusal(worlds["rafts"], changed(worlds["rafts"], "thrusters", 0, "joint", to=second["joint"]))
+    place = f"thrusters[0].body: '{first['body']}'"
+    assert said == f"scene.json is damaged: {place} is not the hull or a body on its own hinge"
 
 
 # The MJCF
@@ -167,6 +167,7 @@ def test_a_key_that_is_given_twice_is_refused(worlds):
         ('timestep="0.01"', 'timestep="1e-300"', "invalid timestep '1e-300' of <option>"),
         ('znear="0.005"', 'znear="nan"', "invalid znear 'nan' of <map>"),
         ('gravity="0 0 -9.8"', 'gravity="0 0 1e308"', "invalid gravity '0 0 1e308' of <option>"),
+        ('gravity="0 0 -9.8"', 'gravity="0 0 -1e308"', "invalid gravity '0 0 -1e308' of <option>"),
         ('<flag warmstart="disable"', '<flag warmstart="disable" multiccd="enable"', "invalid attribute multiccd"),
         ('autoreset="disable"', 'autoreset="enable"', "invalid autoreset 'enable' of <flag>"),
         ("</mujoco>", "", "no element found: "),

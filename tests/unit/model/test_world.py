@@ -123,3 +123,23 @@ def test_a_hull_has_the_thrusters_that_say_so(swimmers):
     wrong = replace(swimmers.thrusters[3], hull=0)
     found = next(broken_references(replace(swimmers, thrusters=(*swimmers.thrusters[:3], wrong))))
     assert found == "thrusters[3].hull: 0 is not the hull whose thruster it is"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b'"format": 3', b'"format": true', "scene.json has format True; this version reads 3"),
+        (b'"format": 3', b'"format": 4', "scene.json has format 4; this version reads 3"),
+        (b'"seed": 0', b'"seed": 0, "seed": 1', "scene.json is damaged: the key 'seed' is given twice"),
+    ],
+)
+def test_another_version_and_a_key_that_is_given_twice_are_refused(text, old, new, message):
+    with pytest.raises(StateError) as refused:
+        parameters_of(text.replace(old, new, 1), "scene.json")
+    assert str(refused.value) == message
+
+
+def test_a_race_is_that_of_a_thruster(swimmers):
+    wrong = replace(swimmers.thrusters[0], race=4)
+    found = next(broken_references(replace(swimmers, thrusters=(wrong, *swimmers.thrusters[1:]))))
+    assert found == "thrusters[0].race: there is no thruster 4"
