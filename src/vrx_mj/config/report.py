@@ -12,13 +12,20 @@ from vrx_mj.config.tree import Place, Section, key_path, locate
 from vrx_mj.config.wording import choice, shown, unknown_key
 from vrx_mj.errors import Problem
 
-__all__ = ["problem_at", "problems_of"]
+__all__ = ["fault_text", "problem_at", "problems_of"]
 
 
 def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
     found = [_problem(details, model, section) for details in error.errors(include_url=False)]
     return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
+
+
+def fault_text(error: ValidationError) -> str:
+    """The first thing that pydantic found in data of no YAML file, with its key: `layout.nq: must be at least 0`."""
+    details = error.errors(include_url=False, include_context=True)[0]
+    key = ".".join(map(str, details["loc"]))
+    return f"{key}: {_message(details)}" if key else _message(details)
 
 
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:

@@ -7,7 +7,6 @@ import pytest
 
 from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.scene import RowLayout
-from vrx_mj.adapters.record.session import saved_world
 from vrx_mj.compiler.world import WORLD_FORMAT
 from vrx_mj.errors import StateError
 
@@ -26,14 +25,14 @@ def test_names_in_a_recording_are_no_paths_on_disk(tmp_path, monkeypatch):
     home.mkdir(parents=True)
     monkeypatch.setattr(tempfile, "tempdir", str(home))
     outside = {"../../evil": b"1", str(tmp_path / "worse"): b"2"}
-    assert saved_world(company(**outside)).assets == {"hull.obj": b"v 0 0 0"}
+    assert company(**outside).world.assets == {"hull.obj": b"v 0 0 0"}
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
 @pytest.mark.parametrize("name", ["../hull.obj", "/etc/passwd", "..\\hull.obj", "C:hull.obj", ".."])
 def test_an_asset_with_a_folder_in_its_name_is_refused(name):
     with pytest.raises(StateError) as refused:
-        saved_world(company(name))
+        company(name).world  # noqa: B018
     text = f"the recording's scene.json is damaged: invalid asset name '{name}': a file name without folders is needed"
     assert str(refused.value) == text
 
@@ -42,5 +41,5 @@ def test_a_recording_that_lacks_a_file_of_its_world_is_refused():
     lacking = company()
     del lacking.files["assets/hull.obj"]
     with pytest.raises(StateError) as refused:
-        saved_world(lacking)
+        lacking.world  # noqa: B018
     assert str(refused.value) == "no saved world in the recording: 'assets/hull.obj'"
