@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 import vrx_mj
-from vrx_mj.adapters.record.viewer import following, has_views
+from vrx_mj.adapters.record.viewer import following
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.contacts import ContactWatch
 
@@ -85,7 +85,7 @@ def test_a_recording_that_is_there_can_follow_another_boat(sim, tmp_path):
     recorded = vrx_mj.read_record(tmp_path / "run.rrd")
     copy = vrx_mj.read_record(following(recorded, "b", tmp_path))
     assert copy.path.name == "run_b.rrd"
-    assert has_views(copy)
+    assert copy.has_views
     assert copy.rows.tobytes() == recorded.rows.tobytes()
     with pytest.raises(UnknownNameError) as refused:
         following(recorded, "crane", tmp_path)

@@ -11,7 +11,6 @@ import pytest
 import vrx_mj
 from integration.sailing import AHEAD, boats
 from integration.sensing import GPS, GUN, IMU, P3D, PINGER, SYDNEY, sailing
-from vrx_mj.adapters.record.viewer import has_views
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, RecordError, SensorError, UnknownNameError
@@ -145,7 +144,7 @@ def test_a_ball_is_shown_from_its_shot_on_and_a_shot_is_an_event(recorded):
 
 
 def test_a_recording_with_sensors_opens_with_its_views(recorded):
-    assert has_views(recorded[0])
+    assert recorded[0].has_views
 
 
 def test_what_was_not_recorded_cannot_be_read(recorded):

@@ -89,9 +89,8 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
         VrxError: this is not a notebook, or the extra `notebook` is not installed.
     """
     from vrx_mj.adapters.record.reader import read_record
-    from vrx_mj.adapters.record.viewer import has_views
 
-    record = read_record(recording)
+    record = read_record(recording, whole=True)
     if not in_notebook():
         command = f"vrx-mj replay {shell_word(str(recording))}"
         raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: {command}")
@@ -102,6 +101,6 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
         raise VrxError(f"no module '{error.name}' to show '{recording}'; run: {advice}") from error
     viewer = Viewer(width=width, height=height)
     viewer.send_rrd(record.path.read_bytes())
-    if not has_views(record):
+    if not record.has_views:
         viewer.send_rrd(record.views)
     return viewer

@@ -10,10 +10,12 @@ from pydantic import ValidationError
 
 from vrx_mj.compiler.mjcf_form import Contents, contents_of
 from vrx_mj.config.displays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
+from vrx_mj.config.report import fault_text
 from vrx_mj.config.sensors import sensor_config
+from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError
 from vrx_mj.model.references import broken_references
-from vrx_mj.model.world import Parameters, parameters_of
+from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
 __all__ = ["checked"]
 
@@ -40,13 +42,24 @@ def checked(
     Raises:
         StateError: a part is damaged or of another version, or the parts do not belong together.
     """
-    typed, tree = parameters_of(parameters, source)
+    typed, tree = _read(parameters, source)
     scene = str(source).removesuffix(".json") + ".xml"
     contents = contents_of(mjcf, scene)
     faults = chain(broken_references(typed), _signs(typed), _sensors(typed), _unlike(typed, contents))
     if fault := next(faults, None):  # what comes later trusts what came before
         raise StateError(f"{source} is damaged: {fault}")
     return tree, _assets(contents.files, asset, scene)
+
+
+def _read(text: bytes, source: object) -> tuple[Parameters, dict[str, Any]]:
+    try:
+        if (version := format_of(text)) != FORMAT:
+            raise StateError(f"{source} has format {shown(version)}; this version reads {FORMAT}")
+        return parameters_of(text)
+    except ValidationError as error:
+        raise StateError(f"{source} is damaged: {fault_text(error)}") from None
+    except ValueError as error:
+        raise StateError(f"{source} is damaged: {error}") from None
 
 
 def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: object) -> dict[str, bytes]:
@@ -150,6 +163,4 @@ def _sensors(world: Parameters) -> Iterator[str]:
         try:
             sensor_config({"config": sensor.config})
         except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            place = ".".join(str(step)[:60] for step in first["loc"])
-            yield f"sensors[{number}].config: {place}: {first['msg']}"
+            yield f"sensors[{number}].config: {fault_text(error)}"

@@ -12,13 +12,20 @@ from vrx_mj.config.tree import Place, Section, key_path, locate
 from vrx_mj.config.wording import choice, shown, unknown_key
 from vrx_mj.errors import Problem
 
-__all__ = ["problem_at", "problems_of"]
+__all__ = ["fault_text", "problem_at", "problems_of"]
 
 
 def problems_of(error: ValidationError, model: type[Config], section: Section) -> list[Problem]:
     """Everything that pydantic found in a section, in the order of the file."""
     found = [_problem(details, model, section) for details in error.errors(include_url=False)]
     return sorted(dict.fromkeys(found), key=lambda problem: (problem.file, problem.line or 0, problem.column or 0))
+
+
+def fault_text(error: ValidationError) -> str:
+    """The first thing that pydantic found in data of no YAML file, with its key: `layout.nq: must be at least 0`."""
+    details = error.errors(include_url=False, include_context=True)[0]
+    key = key_path(tuple(step if isinstance(step, int) else step[:60] for step in details["loc"]))
+    return f"{key}: {_message(details)}" if key else _message(details)
 
 
 def problem_at(section: Section, loc: tuple[str | int, ...], message: str) -> Problem:
@@ -126,6 +133,8 @@ def _tag(_: Any, context: Mapping[str, Any]) -> str:
 _SAYS: dict[str, Callable[[Any, Mapping[str, Any]], str]] = {
     "vrx": lambda _, context: str(context["message"]),
     "missing": lambda *_: "required, but missing",
+    "unexpected_keyword_argument": lambda *_: "unknown key",
+    "json_invalid": lambda _, context: f"not JSON: {context['error']}",
     "string_type": _text,
     "literal_error": _literal,
     "union_tag_invalid": _tag,
@@ -142,6 +151,7 @@ _EXPECTED = {
     "int_from_float": "a whole number",
     "bool_type": "true or false",
     "tuple_type": "a list",
+    "dataclass_type": "keys and values",
     "dict_type": "keys and values",
     "model_type": "keys and values",
     "model_attributes_type": "keys and values",

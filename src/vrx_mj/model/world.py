@@ -6,10 +6,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import Field, TypeAdapter
 
-from vrx_mj.errors import StateError
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import STRICT, Angle, Count, NonNegative, Pose, Real, Text
@@ -17,7 +15,7 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Sea, Wind
 
-__all__ = ["FORMAT", "LONGEST_STEP", "Parameters", "parameters_of"]
+__all__ = ["FORMAT", "LONGEST_STEP", "Parameters", "format_of", "parameters_of"]
 
 FORMAT = 3
 """Version of the saved form; another one is refused."""
@@ -25,9 +23,6 @@ LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-6
 """Bounds of the physics step [s]."""
 MOST_BYTES = 200_000_000
 """Longest JSON that is read."""
-SHOWN = 60
-"""Most characters of a value that a message shows."""
-_WORDS = {"missing": "missing", "unexpected_keyword_argument": "unknown key"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,23 +109,25 @@ def _adapter() -> TypeAdapter[Parameters]:
     return TypeAdapter(Parameters)
 
 
-def parameters_of(text: bytes, source: object) -> tuple[Parameters, dict[str, Any]]:
-    """The parameters in a JSON text, and the same as a tree; `source` names it in messages.
+def parameters_of(text: bytes) -> tuple[Parameters, dict[str, Any]]:
+    """The parameters in a JSON text, and the same as a tree.
 
     Raises:
-        StateError: it is of another version, a key is missing, unknown, given twice or of the wrong kind, or a number
-            is out of range; the message names the first.
+        ValidationError: it is not JSON, a key is missing, unknown or of the wrong kind, or a number is out of range.
+        ValueError: a key is given twice, or the text is too long.
     """
     if len(text) > MOST_BYTES:
-        raise StateError(f"{source} has {len(text):,} bytes; at most {MOST_BYTES:,} are read")
-    try:
-        _check_format(_FORMAT.validate_json(text).format, source)
-        return _adapter().validate_json(text), json.loads(text, object_pairs_hook=_each_once)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise StateError(f"{source} is damaged: {_place(first['loc'])}{_fault(first)}") from None
-    except (ValueError, RecursionError) as error:
-        raise StateError(f"{source} is damaged: {error}") from None
+        raise ValueError(f"{len(text):,} bytes; at most {MOST_BYTES:,} are read")
+    return _adapter().validate_json(text), json.loads(text, object_pairs_hook=_each_once)
+
+
+def format_of(text: bytes) -> Any:
+    """The version that a JSON text of any version gives.
+
+    Raises:
+        ValidationError: it gives none.
+    """
+    return _VERSIONED.validate_json(text).format
 
 
 @dataclass(frozen=True)
@@ -140,12 +137,7 @@ class _Versioned:
     format: Any
 
 
-_FORMAT = TypeAdapter(_Versioned)
-
-
-def _check_format(version: Any, source: object) -> None:
-    if version != FORMAT:
-        raise StateError(f"{source} has format {repr(version)[:SHOWN]}; this version reads {FORMAT}")
+_VERSIONED = TypeAdapter(_Versioned)
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -153,28 +145,5 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"the key '{twice[:SHOWN]}' is given twice")
+        raise ValueError(f"the key '{next(key for key in found if keys.count(key) > 1)}' is given twice")
     return found
-
-
-def _place(where: tuple[int | str, ...]) -> str:
-    """A place in the tree, as `hulls[0].mass: `; empty for the whole."""
-    steps = [f"[{step}]" if isinstance(step, int) else f".{step[:SHOWN]}" for step in where]
-    return f"{''.join(steps).removeprefix('.')}: " if steps else ""
-
-
-def _fault(found: ErrorDetails) -> str:
-    """What is wrong at a place, in our words where pydantic's are of Python."""
-    if found["type"] in _WORDS:
-        return _WORDS[found["type"]]
-    if found["type"] == "union_tag_invalid":
-        return f"no type {_cut(str(found['ctx']['tag']))!r}"
-    words = found["msg"].replace("Input should be", "must be")
-    if found["type"] == "json_invalid":
-        return f"not JSON: {words.removeprefix('Invalid JSON: ')}"
-    return f"{words}, got {_cut(repr(found['input']))}"
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

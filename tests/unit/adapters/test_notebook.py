@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 
 import pytest
@@ -95,9 +96,10 @@ def test_a_shown_recording_is_sent_whole(shell, recording, monkeypatch):
 
 def test_a_recording_of_a_killed_run_gets_its_views(shell, recording, monkeypatch):
     viewer_of(monkeypatch)
-    monkeypatch.setattr("vrx_mj.adapters.record.viewer.has_views", lambda _record: False)
+    bare = replace(vrx_mj.read_record(recording), has_views=False)
+    monkeypatch.setattr("vrx_mj.adapters.record.reader.read_record", lambda _path, whole: bare if whole else None)
     viewer = vrx_mj.show(recording)
-    assert viewer.sent == [recording.read_bytes(), vrx_mj.read_record(recording).views]
+    assert viewer.sent == [recording.read_bytes(), bare.views]
 
 
 def test_what_cannot_be_shown_is_told(shell, recording, monkeypatch):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.adapters.record.reader import Event, read_record, whole_bytes
-from vrx_mj.adapters.record.viewer import has_views
+from vrx_mj.adapters.record.parsed import whole_bytes
+from vrx_mj.adapters.record.reader import Event, read_record
 from vrx_mj.adapters.record.writer import RecordWriter
 from vrx_mj.errors import RecordError
 
@@ -129,7 +129,7 @@ def test_sea_is_where_the_sea_is(recording):
 
 def test_blueprint_is_in_the_file(recording):
     record = read_record(recording)
-    assert has_views(record)
+    assert record.has_views
     assert record.views.startswith(b"RRF2")
 
 
@@ -287,4 +287,4 @@ def test_blueprint_that_cannot_be_added_is_a_warning(tmp_path, monkeypatch):
         path = recorded_run.record_run(tmp_path / "run.rrd", 1.0)
     record = read_record(path)
     assert len(record.rows) == 21
-    assert not has_views(record)
+    assert not record.has_views

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.adapters.record.companies import all_rows, joint_layout
+from vrx_mj.adapters.record.parsed import Part
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import MovingBody, RowLayout
 
@@ -23,9 +24,12 @@ SECOND = RowLayout(
 )
 
 
+MOST = 1 << 20
+
+
 def part(rows, company=None):
-    numbers = {} if company is None else {"company": [[company]]}
-    return {"block": [[pack_rows(rows)]], **numbers}
+    numbers = {} if company is None else {"company": [np.array([company])]}
+    return Part("/record/rows", static=False, columns={"block": [pack_rows(rows)], **numbers})
 
 
 def numbered(layout, start):
@@ -38,7 +42,7 @@ def numbered(layout, start):
 def test_one_company_has_its_own_columns():
     rows = numbered(FIRST, 0.0)
     assert joint_layout([FIRST]) is FIRST
-    assert np.array_equal(all_rows([part(rows)], [FIRST])[0], rows)
+    assert np.array_equal(all_rows([part(rows)], [FIRST], MOST)[0], rows)
 
 
 def test_who_joins_later_comes_last():
@@ -51,7 +55,7 @@ def test_who_joins_later_comes_last():
 def test_numbers_stay_those_of_their_body():
     joint = joint_layout([FIRST, SECOND])
     blocks = {FIRST: numbered(FIRST, 0.0), SECOND: numbered(SECOND, 1000.0)}
-    wide, numbers = all_rows([part(blocks[SECOND], 1), part(blocks[FIRST], 0)], [FIRST, SECOND])
+    wide, numbers = all_rows([part(blocks[SECOND], 1), part(blocks[FIRST], 0)], [FIRST, SECOND], MOST)
     assert numbers.tolist() == [0, 0, 1, 1]
     assert wide[:, 0].tolist() == [0.0, 1.0, 1000.0, 1001.0]
     for layout, lines in ((FIRST, wide[:2]), (SECOND, wide[2:])):
@@ -73,4 +77,4 @@ def test_numbers_stay_those_of_their_body():
 
 @pytest.mark.parametrize("layouts", [[FIRST], [FIRST, SECOND]])
 def test_nothing_recorded_has_no_rows(layouts):
-    assert all_rows([], layouts)[0].shape == (0, joint_layout(layouts).width)
+    assert all_rows([], layouts, MOST)[0].shape == (0, joint_layout(layouts).width)

@@ -6,7 +6,6 @@ import pytest
 
 from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.scene import RowLayout
-from vrx_mj.adapters.record.session import saved_world
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import StateError
 
@@ -29,7 +28,7 @@ def test_names_in_a_recording_are_no_paths_on_disk(saved, tmp_path, monkeypatch)
     home.mkdir(parents=True)
     monkeypatch.setattr(tempfile, "tempdir", str(home))
     outside = {"../../evil": b"1", str(tmp_path / "worse"): b"2"}
-    assets = saved_world(company(saved | outside)).assets
+    assets = company(saved | outside).world.assets
     assert {f"assets/{name}" for name in assets} == {name for name in saved if name.startswith("assets/")}
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
@@ -38,12 +37,12 @@ def test_names_in_a_recording_are_no_paths_on_disk(saved, tmp_path, monkeypatch)
 def test_an_asset_with_a_folder_in_its_name_is_refused(saved, name):
     mjcf = saved["scene.xml"].replace(b"<asset>", b'<asset><mesh name="hull" file="%s"/>' % name.encode(), 1)
     with pytest.raises(StateError) as refused:
-        saved_world(company({**saved, "scene.xml": mjcf, f"assets/{name}": b"v 0 0 0"}))
+        company({**saved, "scene.xml": mjcf, f"assets/{name}": b"v 0 0 0"}).world  # noqa: B018
     assert str(refused.value) == f"the recording's scene.xml is damaged: invalid file '{name}' of <mesh>"
 
 
 def test_a_recording_that_lacks_a_file_of_its_world_is_refused(saved):
     name = next(name for name in saved if name.startswith("assets/"))
     with pytest.raises(StateError) as refused:
-        saved_world(company({other: content for other, content in saved.items() if other != name}))
+        company({other: content for other, content in saved.items() if other != name}).world  # noqa: B018
     assert str(refused.value) == f"no saved world in the recording: '{name}'"

@@ -6,21 +6,26 @@ there.
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.record.archive import archive, unpacked
+from vrx_mj.adapters.record.heads import company_head
 from vrx_mj.adapters.record.rows import unpack_rows
 from vrx_mj.adapters.record.scene import MovingBody, RecordScene, RowLayout
+from vrx_mj.compiler.world import World, world_of
+from vrx_mj.errors import RecordError, StateError
 
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
+
+    from vrx_mj.adapters.record.parsed import Part
 
 __all__ = [
     "COMPANIES",
@@ -30,7 +35,6 @@ __all__ = [
     "company_chunk",
     "joint_layout",
     "read_companies",
-    "unpacked",
 ]
 
 COMPANIES = "/record/companies"
@@ -48,10 +52,28 @@ class Company:
     files: Mapping[str, bytes]
     """The saved form of its world, by relative path."""
 
+    @cached_property
+    def world(self) -> World:
+        """Its world, in memory: nothing of it is written to disk.
+
+        Raises:
+            StateError: the recording holds no world, or it is damaged or of another version.
+        """
+        files = self.files
+        try:
+            mjcf, parameters = files["scene.xml"], files["scene.json"]
+            return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
+        except KeyError as error:
+            raise StateError(f"no saved world in the recording: {error}") from error
+
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """The parameters of its world."""
-        return json.loads(self.files["scene.json"])  # type: ignore[no-any-return]
+        """The parameters of its world.
+
+        Raises:
+            StateError: the recording holds no world, or it is damaged or of another version.
+        """
+        return self.world.parameters
 
 
 def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk:
@@ -60,7 +82,6 @@ def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk
     from rerun.chunk import Chunk
 
     from vrx_mj.adapters.record.moving import times
-    from vrx_mj.adapters.record.still import archive
 
     assert scene.begun is not None, "boats come and go at a time"
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
@@ -74,48 +95,91 @@ def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk
     return Chunk.from_columns(COMPANIES, [times([scene.begun])], columns)
 
 
-def read_companies(first: Company, parts: Sequence[Mapping[str, Any]]) -> tuple[Company, ...]:
-    """All companies of a recording, by their number."""
-    found = [first]
+def read_companies(first: Company, parts: Sequence[Part], most: int) -> tuple[Company, ...]:
+    """All companies of a recording, by their number; `most`: bytes of all files.
+
+    Raises:
+        RecordError: one is damaged.
+    """
     later = [
-        (json.loads(head[0]), unpacked(files[0]))
+        (company_head(head), files)
         for part in parts
-        for head, files in zip(part["head"], part["files"], strict=True)
+        for head, files in zip(part.texts("head"), part.blobs("files"), strict=True)
     ]
-    for head, new in sorted(later, key=lambda pair: int(pair[0]["number"])):
+    found, left = [first], most - size_of(first.files)
+    for head, blob in sorted(later, key=lambda pair: pair[0].number):
+        new = unpacked(blob, left)
+        left -= size_of(new)
         files = {**found[-1].files, **new}
-        kept = {name: files[name] for name in head["files"]}
-        found.append(Company(RowLayout.from_json(head["layout"]), head["world_sha256"], kept))
+        if head.number != len(found):
+            raise RecordError(f"companies: number {head.number} instead of {len(found)}")
+        if missing := set(head.files) - files.keys():
+            raise RecordError(f"companies: files: {len(missing)} are missing")
+        found.append(Company(head.layout, head.world_sha256, {name: files[name] for name in head.files}))
     return tuple(found)
 
 
-def unpacked(blob: bytes) -> dict[str, bytes]:
-    """Files of the archive in a recording."""
-    with zipfile.ZipFile(io.BytesIO(blob)) as stored:
-        return {name: stored.read(name) for name in stored.namelist()}
+def size_of(files: Mapping[str, bytes]) -> int:
+    """Bytes of files."""
+    return sum(map(len, files.values()))
 
 
 def all_rows(
-    parts: Sequence[Mapping[str, Any]], layouts: Sequence[RowLayout]
+    parts: Sequence[Part], layouts: Sequence[RowLayout], most: int
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """Rows of every block in the columns of the joint layout, sorted by time, and numbers (n,) of their companies.
 
-    `layouts` are those of the companies.
+    `layouts` are those of the companies; `most`: bytes of the rows.
+
+    Raises:
+        RecordError: a block is damaged, or of no company.
     """
     joint = joint_layout(layouts)
+    blocks = [
+        (number, unpack_rows(blob))
+        for part in parts
+        for number, blob in zip(company_numbers(part, len(layouts)), part.blobs("block"), strict=True)
+    ]
+    for number, rows in blocks:
+        check_rows(rows, layouts[number].width)
+    needed = 8 * (joint.width * sum(len(rows) for _, rows in blocks) + sum(layout.width for layout in layouts))
+    if needed > most:
+        raise RecordError(f"/record/rows: {needed >> 20} MiB with the columns of all companies: at most {most >> 20}")
     places = [columns_in(joint, layout) for layout in layouts]
     found, owners = [np.empty((0, joint.width))], [np.zeros(0, np.int64)]
-    for part in parts:
-        numbers = part.get("company") or [[0]] * len(part["block"])
-        for blob, (number,) in zip(part["block"], numbers, strict=True):
-            rows = unpack_rows(blob[0])
-            wide = np.full((len(rows), joint.width), np.nan)
-            wide[:, places[number]] = rows
-            found.append(wide)
-            owners.append(np.full(len(rows), number))
+    for number, rows in blocks:
+        wide = np.full((len(rows), joint.width), np.nan)
+        wide[:, places[number]] = rows
+        found.append(wide)
+        owners.append(np.full(len(rows), number))
     rows, numbers = np.concatenate(found), np.concatenate(owners)
     order = np.argsort(rows[:, 0], kind="stable")
     return rows[order], numbers[order]
+
+
+def company_numbers(part: Part, count: int) -> list[int]:
+    """The company of each block of a part, of so many; the first in a recording from before boats could come and go.
+
+    Raises:
+        RecordError: there is no such company.
+    """
+    numbers = part.numbers("company", "i") if "company" in part.columns else [0] * len(part.blobs("block"))
+    for number in numbers:
+        if not 0 <= number < count:
+            raise RecordError(f"{part.entity}: company: {number}, of {count}")
+    return numbers
+
+
+def check_rows(rows: FloatArray, width: int) -> None:
+    """Check that a block's rows have so many columns, and a time each.
+
+    Raises:
+        RecordError: they do not.
+    """
+    if rows.shape[1] != width:
+        raise RecordError(f"/record/rows: block: rows of {rows.shape[1]} columns instead of {width}")
+    if not np.isfinite(rows[:, 0]).all():
+        raise RecordError("/record/rows: block: a time is not finite")
 
 
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
@@ -151,17 +215,22 @@ def spans(layout: RowLayout) -> dict[str, tuple[range, range]]:
 
 def columns_in(joint: RowLayout, layout: RowLayout) -> npt.NDArray[np.int64]:
     """Where the columns of a company's rows are in the joint layout."""
-    return np.array([0, 1, *_engines_in(joint, layout), *_bodies_in(joint, layout)], np.int64)
+    runs = [range(2), *_engines_in(joint, layout), *_bodies_in(joint, layout)]
+    return np.concatenate([np.arange(run.start, run.stop, dtype=np.int64) for run in runs])
 
 
-def _engines_in(joint: RowLayout, layout: RowLayout) -> Iterator[int]:
+def _engines_in(joint: RowLayout, layout: RowLayout) -> Iterator[range]:
+    places = {thruster: place for place, thruster in enumerate(joint.thrusters)}
     for table in (joint.thrust, joint.angle):
-        yield from (table.start + joint.thrusters.index(thruster) for thruster in layout.thrusters)
+        starts = (table.start + places[thruster] for thruster in layout.thrusters)
+        yield from (range(start, start + 1) for start in starts)
 
 
-def _bodies_in(joint: RowLayout, layout: RowLayout) -> Iterator[int]:
+def _bodies_in(joint: RowLayout, layout: RowLayout) -> Iterator[range]:
     """Columns of qpos, of qvel and of what lights and placards show."""
     own, places = spans(layout), spans(joint)
     for i, table in enumerate((joint.qpos, joint.qvel)):
-        yield from (table.start + places[name][i].start + k for name in own for k in range(len(own[name][i])))
-    yield from range(joint.marks.start, joint.marks.stop)
+        for name in own:
+            start = table.start + places[name][i].start
+            yield range(start, start + len(own[name][i]))
+    yield range(joint.marks.start, joint.marks.stop)

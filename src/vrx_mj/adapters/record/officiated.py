@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.record.companies import company_numbers
+from vrx_mj.adapters.record.heads import sent_messages
 from vrx_mj.adapters.record.rows import pack_rows, unpack_rows
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.runtime.state import State
@@ -23,6 +25,7 @@ from vrx_mj.tasks.sheet import Sheet
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
 
+    from vrx_mj.adapters.record.parsed import Part
     from vrx_mj.adapters.record.reader import Record
 
 __all__ = ["FRAMES", "Scored", "frame_chunk", "looks", "read_frames", "rescore", "take_up"]
@@ -63,24 +66,31 @@ def frame_chunk(frames: Sequence[Seen], company: int = 0) -> Chunk:
     return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
 
 
-def read_frames(parts: Sequence[Mapping[str, Any]]) -> tuple[Found, ...]:
-    """Companies, rows and messages of all frames, in the order of time."""
+def read_frames(parts: Sequence[Part], companies: int) -> tuple[Found, ...]:
+    """Companies, of so many, rows and messages of all frames, in the order of time.
+
+    Raises:
+        RecordError: one is damaged.
+    """
     found = [
-        (int(company[0]), row, messages)
+        (company, row, messages)
         for part in parts
-        for blob, sent, company in zip(
-            part["block"], part["sent"], part.get("company") or [[0]] * len(part["block"]), strict=True
+        for company, blob, sent in zip(
+            company_numbers(part, companies), part.blobs("block"), part.texts("sent"), strict=True
         )
-        for row, messages in _unpacked(blob[0], sent[0])
+        for row, messages in _unpacked(blob, sent)
     ]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
 
 
 def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
     messages = {
-        number: tuple(Message(topic, content) for topic, content in several) for number, several in json.loads(sent)
+        number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
     }
-    for number, row in enumerate(unpack_rows(blob)):
+    rows = unpack_rows(blob)
+    if not np.isfinite(rows).all():
+        raise RecordError(f"{FRAMES}: block: a number is not finite")
+    for number, row in enumerate(rows):
         yield row, messages.get(number, ())
 
 

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import struct
-import tempfile
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +11,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint_layout, read_companies, unpacked
+from vrx_mj.adapters.record.archive import unpacked
+from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint_layout, read_companies
+from vrx_mj.adapters.record.heads import head_of
 from vrx_mj.adapters.record.officiated import FRAMES, Found, read_frames
-from vrx_mj.adapters.record.readings import RecordedReadings
-from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RecordedSensor, RowLayout
+from vrx_mj.adapters.record.parsed import Part, allowance, parsed_file
+from vrx_mj.adapters.record.readings import READING_COLUMNS, RecordedReadings
+from vrx_mj.adapters.record.scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.errors import RecordError, UnknownNameError
 
-__all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
+__all__ = ["Event", "Record", "SavedState", "Track", "read_readings", "read_record"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -110,6 +109,8 @@ class Record:
     """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
+    has_views: bool
+    """Whether the file opens with its views."""
 
     @property
     def files(self) -> Mapping[str, bytes]:
@@ -129,185 +130,117 @@ class Record:
 
         Raises:
             UnknownNameError: nothing of such a sensor was recorded.
+            RecordError: the file is damaged.
         """
         known = {f"{one.boat}:{one.name}": one for one in self.sensors}
         if f"{boat}:{sensor}" not in known:
             raise UnknownNameError("recorded sensor", f"{boat}:{sensor}", known)
-        return read_readings(self.path, known[f"{boat}:{sensor}"])
+        (found,) = read_readings(self.path, [known[f"{boat}:{sensor}"]])
+        return found
 
 
-def read_record(path: str | Path) -> Record:
-    """The recording in a file."""
+def read_record(path: str | Path, *, whole: bool = False) -> Record:
+    """The recording in a file; with `whole`, all that is only for looking at was parsed too.
+
+    The file is parsed in a process of its own, and all that is in it is checked: it may be damaged, or a stranger's.
+
+    Raises:
+        RecordError: there is no such file, or it is no recording, or damaged, or of another version.
+    """
     file = Path(path)
-    parts, complete = read_parts(file)
-    if "/record/run" not in parts:
+    parsed = parsed_file(file, COLUMNS, OURS, whole=whole)
+    if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
-    run = parts["/record/run"][0]
-    head = json.loads(run["head"][0][0])
-    if head["format"] != FORMAT:
-        raise RecordError(f"'{file}' is a recording of format {head['format']}; this version reads {FORMAT}")
-    sha256, files = head["properties"].get("world_sha256", ""), unpacked(run["files"][0][0])
-    first = Company(RowLayout.from_json(head["layout"]), sha256, files)
-    companies = read_companies(first, parts.get(COMPANIES, []))
-    layouts = [company.layout for company in companies]
-    rows, numbers = all_rows(parts.get("/record/rows", []), layouts)
-    layout = joint_layout(layouts)
-    return Record(
-        path=file,
-        properties=head["properties"],
-        companies=companies,
-        timestep=head["timestep"],
-        time=rows[:, 0],
-        wind=rows[:, 1],
-        wind_direction=tuple(head["wind_direction"]),
-        boats=tracks(rows, layout, "boat"),
-        objects=tracks(rows, layout, "object"),
-        balls=tracks(rows, layout, "ball"),
-        sensors=tuple(RecordedSensor.from_json(tree) for tree in head.get("sensors", ())),
-        events=all_events(parts.get("/events", [])),
-        states=all_states(parts.get("/record/states", [])),
-        frames=read_frames(parts.get(FRAMES, [])),
-        layout=layout,
-        rows=rows,
-        row_companies=numbers,
-        views=run["views"][0][0],
-        complete=complete,
-    )
+    run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
+    with damage_of(file):
+        head = head_of(only(run.texts("head")))
+        sha256, files = str(head.properties.get("world_sha256", "")), unpacked(only(run.blobs("files")), most)
+        companies = read_companies(Company(head.layout, sha256, files), parsed.of(COMPANIES), most)
+        layouts = [company.layout for company in companies]
+        rows, numbers = all_rows(parsed.of("/record/rows"), layouts, most)
+        layout = joint_layout(layouts)
+        return Record(
+            path=file,
+            properties=head.properties,
+            companies=companies,
+            timestep=head.timestep,
+            time=rows[:, 0],
+            wind=rows[:, 1],
+            wind_direction=head.wind_direction,
+            boats=tracks(rows, layout, "boat"),
+            objects=tracks(rows, layout, "object"),
+            balls=tracks(rows, layout, "ball"),
+            sensors=head.sensors,
+            events=all_events(parsed.of("/events")),
+            states=all_states(parsed.of("/record/states")),
+            frames=read_frames(parsed.of(FRAMES), len(companies)),
+            layout=layout,
+            rows=rows,
+            row_companies=numbers,
+            views=only(run.blobs("views")),
+            complete=parsed.footer,
+            has_views=parsed.footer and parsed.views,
+        )
 
 
-OURS = ("/record/run", "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
+RUN = "/record/run"
+OURS = (RUN, "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
-
-
-def read_readings(file: Path, sensor: RecordedSensor) -> RecordedReadings:
-    """The readings of a recorded sensor."""
-    names = READING_COLUMNS
-    found: dict[str, list[Any]] = {"time": [], "sequence": []}
-    with whole_file(file) as whole:
-        try:
-            for chunk in chunks_of(whole, sensor.readings_path):
-                batch = chunk.to_record_batch()
-                for column in (name for name in batch.schema.names if name in names and not chunk.is_static):
-                    found.setdefault(names[column], []).extend(lists_of(batch.column(column)))
-        except RuntimeError as error:  # it grew, or changed, while it was read
-            raise RecordError(f"'{file}' cannot be read: {first_line(error)}") from error
-    return RecordedReadings(sensor, found)
-
-
-READING_COLUMNS = {
-    "time": "time",
-    "sequence": "sequence",
-    "numbers": "numbers",
-    "intensity": "intensity",
-    "ring": "ring",
-    "EncodedImage:blob": "blob",
-    "Points3D:positions": "points",
-}
-"""Columns of a recording that give readings back, and what they hold."""
-
-
-def lists_of(column: Any) -> Iterator[Any]:
-    """An array for every row of a column of lists; of bytes where the list has one block of bytes."""
-    for row in column:
-        values = row.values
-        if hasattr(values[0] if len(values) else None, "as_buffer"):
-            yield np.frombuffer(values[0].as_buffer(), np.uint8)
-            continue
-        while values.type.num_fields:  # points are lists of three, pictures lists of bytes
-            values = values.flatten()
-        yield values.to_numpy(zero_copy_only=False)
-
-
-def read_parts(file: Path) -> tuple[dict[str, list[dict[str, Any]]], bool]:
-    """Columns of our entities, a dict per chunk, and whether the file is complete."""
-    from rerun_bindings import check_for_rrd_footer
-
-    try:
-        with whole_file(file) as whole:
-            return collected(whole), whole == file and bool(check_for_rrd_footer(str(file)))
-    except (ValueError, OSError, RuntimeError) as error:
-        raise RecordError(f"'{file}' is not a recording of vrx_mj: {first_line(error)}") from error
-
-
-def collected(file: Path) -> dict[str, list[dict[str, Any]]]:
-    """Columns of our entities, a dict per chunk."""
-    parts: dict[str, list[dict[str, Any]]] = {}
-    for chunk in chunks_of(file, *OURS):
-        parts.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pydict())
-    return parts
-
-
-def chunks_of(file: Path, *entities: str) -> Iterator[Any]:
-    """Chunks of some entities."""
-    from rerun.chunk import RrdReader
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        yield from RrdReader(file).stream().filter(content=[f"+ {path}" for path in entities])
+COLUMNS = (
+    "head", "files", "views", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
+)  # fmt: skip
+"""Their columns."""
 
 
 @contextlib.contextmanager
-def whole_file(file: Path) -> Iterator[Path]:
-    """`file`, or a copy without its last message where that was cut in the middle."""
-    if not file.is_file():
-        raise RecordError(f"no recording '{file}'")
-    whole, size = whole_bytes(file), file.stat().st_size
-    if whole == size:
-        yield file
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "whole.rrd"
-        with file.open("rb") as source, copy.open("wb") as target:
-            target.write(source.read(whole))
-        yield copy
+def damage_of(file: Path) -> Iterator[None]:
+    """Around the reading of what is in a file: an error names the file."""
+    try:
+        yield
+    except RecordError as error:
+        raise RecordError(f"'{file}' is damaged: {error}") from error
 
 
-FILE_HEADER = 12
-"""Bytes before the first message of an rrd file: its mark, version and options."""
-MESSAGE_HEADER = struct.Struct("<QQ")
-"""Kind and length of a message; kind 0 ends a file."""
+def only(cells: Sequence[Any]) -> Any:
+    """The first of some cells.
+
+    Raises:
+        RecordError: there is none.
+    """
+    if not cells:
+        raise RecordError(f"{RUN}: empty")
+    return cells[0]
 
 
-def whole_bytes(file: Path) -> int:
-    """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
-    size = file.stat().st_size
-    with file.open("rb") as stream:
-        if stream.read(4) != b"RRF2":
-            return size
-        end = FILE_HEADER
-        while end < size:
-            stream.seek(end)
-            header = stream.read(MESSAGE_HEADER.size)
-            if len(header) < MESSAGE_HEADER.size:
-                return end
-            kind, length = MESSAGE_HEADER.unpack(header)
-            if end + MESSAGE_HEADER.size + length > size:
-                return end
-            if kind == 0:
-                return size
-            end += MESSAGE_HEADER.size + length
-    return size
+def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[RecordedReadings]:
+    """The readings of each of some recorded sensors of a file.
+
+    Raises:
+        RecordError: the file is damaged.
+    """
+    parsed = parsed_file(file, [*READING_COLUMNS], [sensor.readings_path for sensor in sensors])
+    with damage_of(file):
+        return [RecordedReadings.of(sensor, parsed.of(sensor.readings_path)) for sensor in sensors]
 
 
-def first_line(error: BaseException) -> str:
-    """What an error says, in one line."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
-
-
-def all_events(parts: Sequence[Mapping[str, Any]]) -> tuple[Event, ...]:
+def all_events(parts: Sequence[Part]) -> tuple[Event, ...]:
     """Events in the order of time."""
     events = [
-        Event(time.total_seconds(), text[0], level[0])
+        Event(time / 1e9, text, level)
         for part in parts
-        for time, text, level in zip(part["sim_time"], part["TextLog:text"], part["TextLog:level"], strict=True)
+        for time, text, level in zip(
+            part.numbers("sim_time", "i"), part.texts("TextLog:text"), part.texts("TextLog:level"), strict=True
+        )
     ]
     return tuple(sorted(events, key=lambda event: event.time))
 
 
-def all_states(parts: Sequence[Mapping[str, Any]]) -> tuple[SavedState, ...]:
+def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
     """States in the order of time."""
     states = [
-        SavedState(time[0], blob[0]) for part in parts for time, blob in zip(part["time"], part["blob"], strict=True)
+        SavedState(time, blob)
+        for part in parts
+        for time, blob in zip(part.numbers("time"), part.blobs("blob"), strict=True)
     ]
     return tuple(sorted(states, key=lambda state: state.time))
 

@@ -4,19 +4,38 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.scene import RecordedSensor
 from vrx_mj.config.sensors import sensor_config
+from vrx_mj.errors import RecordError
 from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import Fix, Image, Inertia, PointCloud, Reading, Scan, Shooter, Sound, Truth
 
-__all__ = ["RecordedReadings"]
+if TYPE_CHECKING:
+    from vrx_mj.adapters.record.parsed import Part
+
+__all__ = ["READING_COLUMNS", "RecordedReadings"]
 
 FloatArray = npt.NDArray[np.float64]
+Bytes = npt.NDArray[np.uint8]
+
+READING_COLUMNS: Mapping[str, str] = {
+    "time": "time",
+    "sequence": "sequence",
+    "numbers": "numbers",
+    "intensity": "intensity",
+    "ring": "ring",
+    "EncodedImage:blob": "blob",
+    "Points3D:positions": "points",
+}
+"""Columns of a recording that give readings back, and what they hold."""
+WIDTHS = {"gps": 15, "imu": 10, "p3d": 13, "pinger": 3, "ball_shooter": 1}
+"""Numbers of a reading, by type of sensor."""
+MOST_SHOTS = 1000.0
 
 
 class RecordedReadings(Sequence[Reading]):
@@ -40,6 +59,19 @@ class RecordedReadings(Sequence[Reading]):
         """(n,) their numbers."""
         self._columns = columns
 
+    @classmethod
+    def of(cls, sensor: RecordedSensor, parts: Sequence[Part]) -> Self:
+        """Of the chunks of a sensor's entity.
+
+        Raises:
+            RecordError: they do not hold readings of such a sensor.
+        """
+        columns: dict[str, list[Any]] = {"time": [], "sequence": []}
+        for part in (part for part in parts if not part.static):
+            if "time" in part.columns:  # others are what is shown of the readings
+                add_readings(columns, sensor, part)
+        return cls(sensor, columns)
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -57,20 +89,84 @@ class RecordedReadings(Sequence[Reading]):
         return Reading(sensor.name, sensor.type, time, sequence, sensor.frame, data_of(sensor, row))
 
 
+def add_readings(columns: dict[str, list[Any]], sensor: RecordedSensor, part: Part) -> None:
+    """Add the readings of a chunk to the columns of a sensor.
+
+    Raises:
+        RecordError: they are not those of such a sensor.
+    """
+    columns["time"] += part.numbers("time")
+    columns["sequence"] += part.numbers("sequence", "i")
+    if sensor.type == "camera":
+        found = {"blob": part.arrays("EncodedImage:blob", "|u1")}
+    elif sensor.config.get("output") == "points":
+        found = points_of(part)
+    else:
+        found = {"numbers": part.arrays("numbers", "|u1")}
+        check_numbers(sensor, found["numbers"])
+    if {len(values) for values in found.values()} != {len(part.numbers("time"))}:
+        raise RecordError(f"{part.entity}: columns of unequal length")
+    for name, values in found.items():
+        columns.setdefault(name, []).extend(values)
+
+
+def points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
+    """Columns of a chunk of clouds.
+
+    Raises:
+        RecordError: a cloud has not one intensity and one ring for each of its points.
+    """
+    points, intensity, ring = (
+        part.arrays(name, kind) for name, kind in (("Points3D:positions", "<f4"), ("intensity", "|u1"), ("ring", "|u1"))
+    )
+    for one, other, third in zip(points, intensity, ring, strict=True):
+        if not 4 * len(one) == 3 * len(other) == 6 * len(third):
+            raise RecordError(f"{part.entity}: {len(one)} coordinates, {len(other)} bytes of intensities")
+    return {"points": points, "intensity": intensity, "ring": ring}
+
+
+def check_numbers(sensor: RecordedSensor, found: Sequence[Bytes]) -> None:
+    """Check that these are the numbers of readings of a sensor.
+
+    Raises:
+        RecordError: they are not.
+    """
+    width = WIDTHS.get(sensor.type) or 5 + sensor_config({"config": sensor.config}).samples
+    for one in found:
+        if len(one) != 8 * width:
+            raise RecordError(f"{sensor.readings_path}: numbers: {len(one)} bytes instead of {8 * width}")
+        values = one.view("<f8")
+        if sensor.type == "ball_shooter" and not 0.0 <= values[0] <= MOST_SHOTS:
+            raise RecordError(f"{sensor.readings_path}: numbers: {values[0]:g} shots")
+        if (np.isfinite(values) & (np.abs(values) > np.finfo(np.float32).max)).any():
+            raise RecordError(f"{sensor.readings_path}: numbers: beyond those of single precision")
+
+
 def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
     """What a sensor measured, from a row of its columns."""
     if sensor.type == "camera":
-        return Image(decoded(row["blob"]), intrinsics(sensor_config({"config": sensor.config})))
+        config = sensor_config({"config": sensor.config})
+        return Image(decoded(row["blob"], (config.width, config.height)), intrinsics(config))
     if "points" in row:
         return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
     return MAKERS[sensor.type](row["numbers"].view("<f8"))
 
 
-def decoded(blob: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """The pixels (height, width, 3) of a JPEG file."""
-    from matplotlib.image import imread
+def decoded(blob: Bytes, size: tuple[int, int]) -> Bytes:
+    """The pixels (height, width, 3) of a JPEG file of a size: width and height.
 
-    return np.array(imread(io.BytesIO(blob.tobytes()), format="jpeg"), np.uint8)
+    Raises:
+        RecordError: it is damaged, or of another size.
+    """
+    from PIL import Image as Pictures
+
+    try:
+        with Pictures.open(io.BytesIO(blob.tobytes()), formats=["JPEG"]) as picture:
+            if picture.size != size or picture.mode != "RGB":  # before its pixels are made
+                raise RecordError(f"a picture of {picture.size[0]}x{picture.size[1]} instead of {size[0]}x{size[1]}")
+            return np.array(picture)
+    except (OSError, ValueError, SyntaxError, Pictures.DecompressionBombError) as error:
+        raise RecordError(f"a picture is damaged: {str(error).splitlines()[0]}") from None
 
 
 def scan(numbers: FloatArray) -> Scan:

@@ -13,6 +13,7 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import kernel
 
 __all__ = ["pack_rows", "unpack_rows"]
@@ -55,8 +56,14 @@ def _write_planes(bits: npt.NDArray[np.int64], planes: npt.NDArray[np.uint8]) ->
 
 
 def unpack_rows(blob: bytes | memoryview) -> npt.NDArray[np.float64]:
-    """The rows that `pack_rows` packed, bit for bit."""
-    count, width = HEADER.unpack_from(blob)
+    """The rows that `pack_rows` packed, bit for bit.
+
+    Raises:
+        RecordError: these are not such bytes.
+    """
+    count, width = HEADER.unpack_from(blob) if len(blob) >= HEADER.size else (0, 0)
+    if width == 0 or len(blob) != HEADER.size + 8 * width * count:
+        raise RecordError(f"block: {len(blob)} bytes are not {count} rows of {width} columns")
     planes = np.frombuffer(blob, np.uint8, offset=HEADER.size).reshape(8, width * count)
     small = np.ascontiguousarray(planes.T).view("<i8").reshape(width, count)
     bits = ((small >> 1) & FLIP) ^ -(small & 1)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import AllowInfNan, FailFast, Field
 
 from vrx_mj.sensors.displays import Display
 
@@ -43,6 +44,12 @@ PARKED = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
 ToWorld = Callable[[float, float, float], tuple[float, float, float]]
 """x, y, z [m, ENU] of a latitude, longitude [degrees] and altitude [m]. Called from the writer's own thread."""
+
+Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
+"""One line of text."""
+Count = Annotated[int, Field(ge=0, le=1_000_000)]
+Finite = Annotated[float, AllowInfNan(False)]
+FiniteVec3 = tuple[Finite, Finite, Finite]
 
 POSITION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
@@ -134,16 +141,16 @@ class RecordedDisplay:
 class RecordedSensor:
     """A sensor whose readings are recorded."""
 
-    boat: str
-    name: str
+    boat: Name
+    name: Name
     type: str
     """As that of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
     frame: str
-    rate: float
+    rate: Finite
     """Readings per simulated second."""
-    position: Vec3
+    position: FiniteVec3
     """Of the measuring frame (x forward, z up) on the boat [m]."""
-    rotation: tuple[Vec3, Vec3, Vec3]
+    rotation: tuple[FiniteVec3, FiniteVec3, FiniteVec3]
     """Measuring frame to boat."""
     config: Mapping[str, Any]
     """The fields of its `SensorConfig`. JSON values."""
@@ -158,12 +165,6 @@ class RecordedSensor:
         """The entity that has what gives its readings back: pictures and points as they are shown, or numbers."""
         shown = self.type == "camera" or self.config.get("output") == "points"
         return self.path if shown else f"/record/readings/{self.boat}/{self.name}"
-
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> RecordedSensor:
-        """The sensor whose `asdict` this was."""
-        x, y, z = (tuple(row) for row in tree["rotation"])
-        return cls(**{**tree, "position": tuple(tree["position"]), "rotation": (x, y, z)})
 
 
 @dataclass(frozen=True)
@@ -237,22 +238,22 @@ class RecordScene:
 class MovingBody:
     """Where a body with a free joint stands in qpos and qvel."""
 
-    name: str
-    kind: str
-    qpos: int
-    dof: int
+    name: Name
+    kind: Name
+    qpos: Count
+    dof: Count
 
 
 @dataclass(frozen=True)
 class RowLayout:
     """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel, marks of lights and placards."""
 
-    nq: int
-    nv: int
-    thrusters: tuple[tuple[str, str], ...]
+    nq: Count
+    nv: Count
+    thrusters: Annotated[tuple[tuple[Name, Name], ...], FailFast()]
     """(boat, thruster) in the order of their columns."""
-    bodies: tuple[MovingBody, ...]
-    display_marks: int = 0
+    bodies: Annotated[tuple[MovingBody, ...], FailFast()]
+    display_marks: Count = 0
     """How many numbers tell what lights and placards show."""
 
     @property
@@ -314,12 +315,5 @@ class RowLayout:
                 yield i, f"{body.name} {axis}"
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON tree that `from_json` reads."""
+        """A JSON tree, from which `heads` makes it again."""
         return asdict(self)
-
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> RowLayout:
-        """The layout that `to_json` wrote."""
-        thrusters = tuple((boat, name) for boat, name in tree["thrusters"])
-        bodies = tuple(MovingBody(**body) for body in tree["bodies"])
-        return cls(tree["nq"], tree["nv"], thrusters, bodies, tree.get("display_marks", 0))

@@ -17,7 +17,6 @@ import numpy as np
 import trimesh
 
 from vrx_mj.adapters.record.choice import Choice, chosen
-from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.hinged import part_paths, parts_of
 from vrx_mj.adapters.record.listening import recorded_sensors, sensor_rates, taker
 from vrx_mj.adapters.record.reader import read_record
@@ -33,9 +32,9 @@ from vrx_mj.adapters.record.writer import RecordWriter
 from vrx_mj.compiler.joining import boat_alone
 from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
-from vrx_mj.compiler.world import World, world_of
+from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import RecordError, StateError, check_kind
+from vrx_mj.errors import RecordError, check_kind
 from vrx_mj.runtime.bodies import check_name
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
@@ -131,23 +130,9 @@ def resume(path: str | Path, time: float) -> Simulation:
     state = State.from_bytes(found[-1])
     own = (one for one in recorded.companies if one.world_sha256 == state.world)
     company = next(own, recorded.companies[0])
-    sim = Simulation(saved_world(company))
+    sim = Simulation(company.world)
     sim.set_state(state)
     return sim
-
-
-def saved_world(company: Company) -> World:
-    """The world in which boats of a recording sailed together; nothing of it is written to disk.
-
-    Raises:
-        StateError: the recording holds no world, or it is damaged or of another version.
-    """
-    files = company.files
-    try:
-        mjcf, parameters = files["scene.xml"], files["scene.json"]
-        return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
-    except KeyError as error:
-        raise StateError(f"no saved world in the recording: {error}") from error
 
 
 def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
@@ -15,6 +13,7 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
+from vrx_mj.adapters.record.archive import archive
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.moving import WIND_HEIGHT, times
 from vrx_mj.adapters.record.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
@@ -29,8 +28,6 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 BALL_COLOR = (40, 90, 255)
 SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
-EPOCH = (2020, 1, 1, 0, 0, 0)
-"""Time of the files in the archive: one world, one archive."""
 
 
 def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
@@ -92,15 +89,6 @@ def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
 def show(value: Any) -> Any:
     """A property as the viewer lists it."""
     return value if isinstance(value, str | int | float | bool) else json.dumps(value)
-
-
-def archive(files: Mapping[str, bytes]) -> bytes:
-    """A zip archive of files, the same bytes for the same files."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out:
-        for name in sorted(files):
-            out.writestr(zipfile.ZipInfo(name, EPOCH), files[name], zipfile.ZIP_DEFLATED)
-    return buffer.getvalue()
 
 
 def body_chunks(body: RecordedBody) -> Iterator[Chunk]:

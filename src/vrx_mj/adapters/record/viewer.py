@@ -6,14 +6,14 @@ import subprocess
 import sys
 import tempfile
 import uuid
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
+from vrx_mj.adapters.record.parsed import copy_without_views
 from vrx_mj.adapters.record.reader import Record, read_record
 from vrx_mj.errors import RecordError, UnknownNameError
 
-__all__ = ["has_views", "join_views", "open_viewer", "viewer_binary"]
+__all__ = ["join_views", "open_viewer", "viewer_binary"]
 
 JOIN_SECONDS = 600.0
 """Longest that joining may take."""
@@ -52,10 +52,11 @@ def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
 
     Raises:
         UnknownNameError: there is no such boat.
+        RecordError: the file is no recording, or damaged: all of it is parsed before the viewer has it.
     """
-    record = read_record(path)
+    record = read_record(path, whole=True)
     command = [str(viewer_binary()), "--bind", "127.0.0.1"]
-    if follow is None and has_views(record):
+    if follow is None and record.has_views:
         return subprocess.run([*command, str(record.path)], check=False).returncode
     with tempfile.TemporaryDirectory() as folder:
         if follow is not None:
@@ -65,27 +66,16 @@ def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
         return subprocess.run([*command, str(record.path), str(blueprint)], check=False).returncode
 
 
-def has_views(record: Record) -> bool:
-    """Whether the file of a recording opens with its views."""
-    from rerun.chunk import RrdReader
-
-    return record.complete and bool(RrdReader(record.path).blueprints())
-
-
 def following(record: Record, boat: str, folder: Path) -> Path:
     """A copy of a recording in a folder, with a camera that follows a boat: a viewer prefers the views in a file.
 
     Raises:
         UnknownNameError: there is no such boat.
     """
-    from rerun.chunk import RrdReader
-
     from vrx_mj.adapters.record.writer import APPLICATION
 
     views, bare, copy = views_following(record, boat), folder / "bare.rrd", folder / record.path.name
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a file without its table of contents is what a killed run leaves
-        RrdReader(record.path).stream().write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
+    copy_without_views(record.path, bare, APPLICATION, str(uuid.uuid4()))
     copy = copy.with_stem(f"{copy.stem}_{boat}")
     join_views(bare, views, copy, chunks=0)
     return copy
@@ -98,13 +88,13 @@ def views_following(record: Record, boat: str) -> bytes:
         UnknownNameError: there is no such boat.
     """
     from vrx_mj.adapters.record.blueprint import blueprint_bytes
-    from vrx_mj.adapters.record.session import saved_world, scene_of
+    from vrx_mj.adapters.record.session import scene_of
     from vrx_mj.adapters.record.writer import APPLICATION
     from vrx_mj.runtime.simulation import Simulation
 
     if boat not in record.boats:
         raise UnknownNameError("boat", boat, record.boats)
-    sim = Simulation(saved_world(record.companies[0]))
+    sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)
     return blueprint_bytes(scene, APPLICATION)

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from vrx_mj.adapters.record.companies import Company, columns_in
 from vrx_mj.adapters.record.reader import Event, Record, SavedState, read_record
 from vrx_mj.adapters.record.scene import RecordedSensor
-from vrx_mj.adapters.record.session import saved_world
 from vrx_mj.adapters.ros.bagging import COMMAND
 from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.messages import Message, encode, new
@@ -74,7 +73,7 @@ class Moment:
         self.columns = columns_in(recorded.layout, company.layout)
         east, north = recorded.wind_direction
         self.wind = SimpleNamespace(speed=0.0, direction=math.atan2(north, east))
-        self._sim = Simulation(saved_world(company))
+        self._sim = Simulation(company.world)
         self._thrusters = {boat: self._sim.observe()[boat].thrusters for boat in self._sim.boats}
         self._row = self._sim.row()
         self.show(self._row)

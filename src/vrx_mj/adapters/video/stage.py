@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.companies import Company
-from vrx_mj.adapters.record.session import saved_world
 from vrx_mj.adapters.video.eye import Eye, view_of
 from vrx_mj.adapters.video.footage import Instant
 from vrx_mj.adapters.video.wake import LASTS, PIECES_PER_SECOND, Wake, add_triangles
@@ -57,7 +56,7 @@ class Stage:
             RenderError: there is no way to draw here.
             StateError: the recording holds no world.
         """
-        world = saved_world(company)
+        world = company.world
         parameters = world.parameters
         self._model = drawing_model(world)
         self._data = mujoco.MjData(self._model)
