@@ -14,13 +14,15 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any
 
-from vrx_mj.config.urdf.xacro_functions import check_format, check_power, check_repeat
+from vrx_mj.config.urdf.xacro_format import formatted
+from vrx_mj.config.urdf.xacro_functions import check_power, check_repeat
 from vrx_mj.config.urdf.xacro_limits import (
     MOST_VALUES,
     Budget,
     ExpressionError,
     Function,
     Module,
+    Room,
     kind_of,
     measure,
 )
@@ -148,6 +150,8 @@ class _Walk:
             raise ExpressionError("'@': not allowed in a robot file")
         sign, apply = _BINARY[type(node.op)]
         _check_size(sign, left, right)
+        if sign == "%" and isinstance(left, str):
+            apply = partial(formatted, budget=self.budget)
         result = self.applied(sign, apply, left, right)
         measure(result, self.budget)
         return result
@@ -177,16 +181,16 @@ class _Walk:
     def items(self, nodes: Iterable[ast.expr]) -> list[Any]:
         """Values of several expressions, starred ones spread."""
         found: list[Any] = []
+        room = Room(self.budget)
         for node in nodes:
-            if isinstance(node, ast.Starred):
-                found.extend(self.iterated(node.value))
-            else:
-                found.append(self.value(node))
+            more = self.iterated(node.value) if isinstance(node, ast.Starred) else [self.value(node)]
+            for item in more:
+                room.take(item)
+                found.append(item)
         return found
 
     def sequence(self, node: ast.List | ast.Tuple) -> Any:
-        found = self.items(node.elts)
-        measure(found, self.budget)
+        found = self.checked(self.items(node.elts))
         return found if isinstance(node, ast.List) else tuple(found)
 
     def mapping(self, node: ast.Dict) -> dict[Any, Any]:
@@ -232,15 +236,28 @@ class _Walk:
                 raise ExpressionError("'**': not allowed in a robot file")
             check_name(keyword.arg)
             named[keyword.arg] = self.value(keyword.value)
-        for value in (*values, *named.values()):
+        for value in named.values():
             if not isinstance(value, Function):
                 measure(value, self.budget)
         return self.called(function, values, named)
 
+    def metered(self, value: Any) -> Any:
+        """A function that another one calls, whose results count altogether; anything else as it is."""
+        if not isinstance(value, Function):
+            return value
+        room = Room(self.budget)
+
+        def call(*values: Any, **named: Any) -> Any:
+            result = value(*values, **named)
+            room.take(result)
+            return result
+
+        return Function(value.name, call)
+
     def called(self, function: Function, values: list[Any], named: dict[str, Any]) -> Any:
         self.budget.spend(5)
         try:
-            result = function(*values, **named)
+            result = function(*map(self.metered, values), **{key: self.metered(each) for key, each in named.items()})
         except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError, RecursionError) as error:
             raise ExpressionError(f"{function.name}: {_failed(error, [*values, *named.values()])}") from None
         return self.checked(result)
@@ -255,11 +272,11 @@ class _Walk:
     def gathered(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
         """What a comprehension's loops give."""
         found: list[Any] = []
+        room = Room(self.budget)
         outer = self.inner
         for _ in self.loops(generators):
             found.append(make())
-            if len(found) > MOST_VALUES:
-                raise ExpressionError(f"a list of more than {MOST_VALUES} values is too large")
+            room.take(found[-1])
         self.inner = outer
         return found
 
@@ -317,8 +334,6 @@ def _check_size(sign: str, left: Any, right: Any) -> None:
         check_power(left, right)
     elif sign == "<<" and isinstance(right, int) and right > MOST_VALUES:
         raise ExpressionError(f"'<<' by {right}: too large")
-    elif sign == "%" and isinstance(left, str):
-        check_format(left)
     elif sign == "*":
         for value, times in ((left, right), (right, left)):
             if isinstance(value, str | list | tuple) and isinstance(times, int):

@@ -130,18 +130,22 @@ class Engine:
         self.budget.spend(20 + 2 * len(self.calls))
         names = Names(table, lambda: _names(table), (self.xacro.NameSpace,), (self.xacro.YamlDictWrapper,))
         try:
-            return evaluate(str(text), names, self.budget)
+            value = evaluate(str(text), names, self.budget)
+            self.budget.write(value)
         except Exception:
             self.expression = self.expression or f"${{{text}}}"
             raise
+        return value
 
     def _substitute(self, text: str) -> str:
         """The text that stands for a `$(...)`."""
         try:
-            return self.substitutions.resolve(text[2:-1], self._folder())
+            found = self.substitutions.resolve(text[2:-1], self._folder())
+            self.budget.write(found)
         except Exception:
             self.expression = self.expression or text
             raise
+        return found
 
     def _included(self, pattern: str, symbols: Any) -> Iterator[str]:
         """The files that an include names."""

@@ -2,23 +2,21 @@
 
 import functools
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from vrx_mj.config.urdf.xacro_limits import (
     LONGEST_TEXT,
+    MOST_DIGITS,
     MOST_VALUES,
     ExpressionError,
     Function,
     Module,
 )
 
-__all__ = ["EVERYWHERE", "GLOBALS", "MATH", "METHODS", "check_format", "check_power", "check_repeat", "python_module"]
+__all__ = ["EVERYWHERE", "GLOBALS", "MATH", "METHODS", "check_power", "check_repeat", "python_module"]
 
-_MOST_DIGITS = 300
 _MOST_CHOICES = 500
-_SPEC = re.compile(r"%[^%a-zA-Z]*[%a-zA-Z]")
 
 
 def check_power(base: Any, exponent: Any) -> None:
@@ -34,16 +32,9 @@ def check_repeat(value: str | list[Any] | tuple[Any, ...], times: int) -> None:
         raise ExpressionError(f"repeats {'a text' if isinstance(value, str) else 'a list'} to more than {limit} items")
 
 
-def check_format(pattern: str) -> None:
-    """Refuse `'%9999999d' % x`."""
-    for spec in _SPEC.findall(pattern):
-        if "*" in spec or any(int(number) > _MOST_DIGITS for number in re.findall(r"\d{1,20}", spec)):
-            raise ExpressionError(f"'{spec[:20]}': a width is at most {_MOST_DIGITS}")
-
-
 def _rounded(value: Any, ndigits: Any = None) -> Any:
-    if isinstance(ndigits, int) and abs(ndigits) > _MOST_DIGITS:
-        raise ExpressionError(f"round to {ndigits} digits: at most {_MOST_DIGITS}")
+    if isinstance(ndigits, int) and abs(ndigits) > MOST_DIGITS:
+        raise ExpressionError(f"round to {ndigits} digits: at most {MOST_DIGITS}")
     return round(value, ndigits)
 
 
@@ -64,10 +55,10 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
 
 
 def _product(values: Iterable[Any], *, start: Any = 1) -> Any:
-    result = start
-    for value in values:
-        result *= value
-        if not isinstance(result, int | float) or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
+    result = 1
+    for value in (start, *values):
+        result = result * value if isinstance(value, int | float) else None
+        if result is None or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
             raise ExpressionError("prod: the product is not a number, or too large")
     return result
 
@@ -82,9 +73,23 @@ def _multiple(*values: int) -> int:
 
 
 def _sum(values: Iterable[Any], start: Any = 0) -> Any:
-    if isinstance(values, list | tuple) and any(isinstance(value, list | tuple) for value in values):
+    numbers = [start, *values]
+    if any(isinstance(value, list | tuple) for value in numbers):
         raise ExpressionError("sum: expected numbers, got lists")
-    return sum(values, start)
+    return sum(numbers)
+
+
+def _of_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of `math`, kept from texts and from lists of lists: of those it might make long ones."""
+
+    def computed(*values: Any, **named: Any) -> Any:
+        for value in values:
+            items = value if isinstance(value, list | tuple) else [value]
+            if not all(isinstance(item, int | float) for item in items):
+                raise TypeError
+        return function(*values, **named)
+
+    return computed
 
 
 def _replace(text: str, old: str, new: str, count: int = -1) -> str:
@@ -136,7 +141,7 @@ METHODS: Mapping[type[Any], Mapping[str, Callable[..., Any]]] = {
 MATH: Mapping[str, Any] = {
     **{name: value for name, value in vars(math).items() if not name.startswith("_") and not callable(value)},
     **{
-        name: Function(name, value)
+        name: Function(name, _of_numbers(value))
         for name, value in vars(math).items()
         if not name.startswith("_") and callable(value)
     },

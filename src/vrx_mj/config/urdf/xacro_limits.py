@@ -5,14 +5,29 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["LONGEST_TEXT", "MOST_VALUES", "Budget", "ExpressionError", "Function", "Module", "kind_of", "measure"]
+__all__ = [
+    "LONGEST_TEXT",
+    "MOST_DIGITS",
+    "MOST_VALUES",
+    "Budget",
+    "ExpressionError",
+    "Function",
+    "Module",
+    "Room",
+    "kind_of",
+    "measure",
+]
 
 WORK = 3_000_000
 """Work that the expansion of one file may take: about 1 us each; a WAM-V with VRX's sensors takes 0.35 million."""
+MOST_TEXT = 4_000_000
+"""Characters that the expressions and substitutions of one file may make altogether."""
 LONGEST_TEXT = 20_000
 """Characters of a text in an expression."""
 MOST_VALUES = 20_000
 """Values in a list or mapping in an expression, those in its items included."""
+MOST_DIGITS = 300
+"""Width and precision of a formatted number, and digits that one is rounded to."""
 LARGEST_BITS = 4096
 """Of a whole number in an expression; any above 1024 is no float."""
 DEEPEST = 20
@@ -61,16 +76,40 @@ class Module:
 
 
 class Budget:
-    """Work that is left, about 1 us each."""
+    """Work that is left, about 1 us each, and text that may still be made, in characters."""
 
-    def __init__(self, work: int = WORK) -> None:
+    def __init__(self, work: int = WORK, text: int = MOST_TEXT) -> None:
         self.left = work
+        self.text_left = text
 
     def spend(self, work: int) -> None:
         """Take this much, or give up."""
         self.left -= work
         if self.left < 0:
             raise ExpressionError("takes too much work to expand; is there a loop, or a macro that repeats itself?")
+
+    def write(self, value: Any) -> None:
+        """Count what is made and kept, if it is text, or give up."""
+        if isinstance(value, str):
+            self.text_left -= len(value)
+            if self.text_left < 0:
+                raise ExpressionError(f"the expressions make more than {MOST_TEXT / 1e6:g} MB of text")
+
+
+class Room:
+    """How many values a list in the making may still take, those in its items included."""
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget = budget
+        self._left = MOST_VALUES
+
+    def take(self, value: Any) -> None:
+        """Count one more item; functions, which are no data, are not counted."""
+        if isinstance(value, Function):
+            return
+        self._left -= measure(value, self._budget)
+        if self._left < 0:
+            raise ExpressionError(f"a list or mapping of more than {MOST_VALUES} values is too large")
 
 
 def measure(value: Any, budget: Budget) -> int:

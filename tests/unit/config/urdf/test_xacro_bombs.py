@@ -9,6 +9,7 @@ from vrx_mj.errors import ConfigError
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 TOO_MUCH = "takes too much work to expand; is there a loop, or a macro that repeats itself?"
+TOO_LONG = "the expressions make more than 4 MB of text"
 CALL = '<xacro:m n="${n + 1}"/>'
 START = '<xacro:m n="0"/>'
 INSERT = '<xacro:insert_block name="b"/>'
@@ -52,7 +53,7 @@ BOMBS = {
     "arguments": (
         '<xacro:arg name="p0" default="xxxxxxxx"/>'
         + doubling(60, '<xacro:arg name="p{m}" default="$(arg p{n})$(arg p{n})"/>'),
-        TOO_MUCH,
+        TOO_LONG,
     ),
     "chain": (doubling(400, '<xacro:property name="p{n}" value="${{p{m}}}"/>') + '<a b="${p0}"/>', "nested too deeply"),
     "include_itself": ('<xacro:include filename="boat.xacro"/>', "files include each other"),
@@ -70,7 +71,7 @@ BOMBS = {
         '<xacro:property name="l" value="${list(range(9000))}"/><a b="${[l[::2][0] for x in l for y in l]}"/>',
         TOO_MUCH,
     ),
-    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", TOO_MUCH),
+    "splits": ("<a b=\"${[('a b ' * 4000).split() for x in range(9000)]}\"/>", "more than 20000 values"),
     "searches": (
         f'{LONG}<a b="${{[max(map(p.count, [p, p])) for x in range(9000)]}}"/>',
         TOO_MUCH,
@@ -79,7 +80,7 @@ BOMBS = {
         '<a b="${[len(list(map(str, [2**4000 for x in range(90)]))) for x in range(9000)]}"/>',
         TOO_MUCH,
     ),
-    "output": (f"{LONG}<xacro:macro name='m'><a b='${{p}}'/></xacro:macro>{'<xacro:m/>' * 9000}", TOO_MUCH),
+    "output": (f"{LONG}<xacro:macro name='m'><a b='${{p}}'/></xacro:macro>{'<xacro:m/>' * 9000}", TOO_LONG),
 }
 
 
