@@ -13,7 +13,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -170,23 +170,26 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", version)[:3])
 
 
-def kernel_row(folder: Path | None, compiled: bool) -> Row:
-    """Where compiled physics is kept."""
+def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ()) -> Row:
+    """Where compiled physics is kept, and which folders are not safe enough for it."""
+    private = " ".join(f"{reason}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE." for reason in refused)
     if folder is None:
-        advice = "set VRX_MJ_CACHE to a folder that can be written, or every run starts with 30 s of compiling"
-        return Row("compiled physics", "no folder can be written", "no", advice)
+        advice = "set VRX_MJ_CACHE to a folder of your own, or every run starts with 30 s of compiling"
+        return Row("compiled physics", "no folder can be used", "no", private or advice)
     if not compiled:
-        return Row("compiled physics", f"not yet in {folder}", "yes", "the first run compiles it, in about 30 s")
-    return Row("compiled physics", str(folder), "yes")
+        first = "the first run compiles it, in about 30 s"
+        return Row("compiled physics", f"not yet in {folder}", "yes", private or first)
+    return Row("compiled physics", str(folder), "yes", private)
 
 
-def _kernels() -> tuple[Path | None, bool]:
+def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
     try:
-        from vrx_mj.physics.kernel import cache_folder, cached
+        from vrx_mj.physics.kernel import cache_choice, cached
         from vrx_mj.runtime.loop import advance
     except Exception:  # a package is missing, which has a row of its own
-        return None, False
-    return cache_folder(), cached(advance)
+        return None, False, ()
+    folder, refused = cache_choice()
+    return folder, cached(advance), refused
 
 
 # Pictures

@@ -1,20 +1,18 @@
 """The `kernel` decorator: compiled by numba, cached in a folder that belongs to exactly these sources."""
 
-import contextlib
 import hashlib
 import importlib.metadata
-import os
 import platform
-import sys
-import tempfile
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["allocating_kernel", "cache_folder", "cached", "kernel"]
+from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
+from vrx_mj.physics.kernel_folder import Choice, chosen_folder
+
+__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -46,63 +44,23 @@ def _mujoco_version() -> str:
     return next((line for line in text.splitlines() if line.startswith("Version:")), "unknown")
 
 
-def _candidates() -> Iterator[Path]:
-    chosen = os.environ.get("VRX_MJ_CACHE")
-    if chosen:
-        yield Path(chosen)
-    with contextlib.suppress(RuntimeError, KeyError):  # no home folder is known
-        yield _user_cache(Path.home())
-    with contextlib.suppress(OSError):  # there is no usable temporary folder
-        shared = Path(tempfile.gettempdir()) / f"vrx_mj-{_user_name()}"
-        shared.mkdir(mode=0o700, exist_ok=True)
-        if _private(shared):
-            yield shared
-
-
-def _user_cache(home: Path) -> Path:
-    """Return the platform's folder for caches of one user."""
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
-    return base / "vrx_mj"
-
-
-def _user_name() -> str:
-    """Return what keeps users of one temporary folder apart."""
-    getuid = getattr(os, "getuid", None)
-    return str(getuid()) if getuid else os.environ.get("USERNAME", "user")
-
-
-def _private(folder: Path) -> bool:
-    """Tell whether nobody else can write there: what is kept compiled is run."""
-    status, getuid = folder.stat(), getattr(os, "getuid", None)
-    return getuid is None or (status.st_uid == getuid() and not status.st_mode & 0o022)
-
-
-def _writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
 def cache_folder() -> Path | None:
-    """Return the first writable folder for compiled kernels, or None where there is none.
+    """Return the first folder for compiled kernels that this user alone can write to, or None where there is none.
 
     Tried in order: `VRX_MJ_CACHE`, the user's cache folder, the temporary folder. Each gets a
     subfolder named after `source_hash`, so that several versions live side by side.
     """
-    name = source_hash()
-    return next((path / name for path in _candidates() if _writable(path / name)), None)
+    return cache_choice().folder
 
 
-_FOLDER = cache_folder()
-_LOCK = threading.Lock()
+def cache_choice() -> Choice:
+    """Return that folder, and why others are not used."""
+    return chosen_folder(source_hash())
+
+
+_FOLDER, _REFUSED = cache_choice()
+_INSTEAD = f"{_FOLDER} is used instead" if _FOLDER else "they are compiled in every process"
+say_before_the_first(f"{reason}; {_INSTEAD}" for reason in _REFUSED)
 
 
 def kernel(function: F) -> F:
@@ -120,28 +78,16 @@ def allocating_kernel(function: F) -> F:
 
 
 def _compiled(function: F, *, counting: bool) -> F:
-    """Have numba compile a function, and cache it.
+    """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
-    numba fixes the cache's path when a function is decorated, so its global setting is changed
-    only for that moment and other users of numba keep theirs. Without the wrapper for calls from C, which
-    nothing uses, kernels compile in two thirds of the time.
+    Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
     """
-    cached = _FOLDER is not None
-    with _LOCK:
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(_FOLDER or "")
-        try:
-            compiled: F = numba.njit(
-                nogil=True, error_model="numpy", no_cfunc_wrapper=True, cache=cached, _nrt=counting
-            )(function)
-        finally:
-            numba.config.CACHE_DIR = before
-    return compiled
+    compiled: Any = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, _nrt=counting)(function)
+    compiled._cache = Uncached() if _FOLDER is None else KernelCache(function, _FOLDER)
+    result: F = compiled
+    return result
 
 
 def cached(compiled: Any) -> bool:
-    """Tell whether a kernel need not be compiled: it was in this process, or its cache has an entry."""
-    if compiled.signatures:
-        return True
-    path = compiled.stats.cache_path
-    return path is not None and any(Path(path).glob(f"*{compiled.py_func.__name__}-*.nbc"))
+    """Tell whether a kernel need not be compiled: it was in this process, or its cache has an entry that is whole."""
+    return bool(compiled.signatures) or compiled._cache.has_entry()

@@ -10,7 +10,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.physics.kernel import cached
 
 ONCE = "for this machine, once"
-EVERY_TIME = "for this process only, since no cache folder is writable: set VRX_MJ_CACHE to one"
+EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
 KERNELS = 130
 """About how many kernels the loop is made of: for the progress only."""
 

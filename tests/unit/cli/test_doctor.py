@@ -95,9 +95,16 @@ def test_where_compiled_physics_is_kept(tmp_path):
         "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 30 s"
     )
     assert doctor.kernel_row(None, compiled=False) == Row(
-        "compiled physics", "no folder can be written", "no",
-        "set VRX_MJ_CACHE to a folder that can be written, or every run starts with 30 s of compiling",
+        "compiled physics", "no folder can be used", "no",
+        "set VRX_MJ_CACHE to a folder of your own, or every run starts with 30 s of compiling",
     )  # fmt: skip
+
+
+def test_a_folder_that_is_not_safe_for_compiled_physics(tmp_path):
+    refused = "no compiled kernels are read from /x or kept there: others can write to /x"
+    row = doctor.kernel_row(tmp_path, compiled=True, refused=(refused,))
+    assert (row.found, row.works) == (str(tmp_path), "yes")
+    assert row.advice == f"{refused}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE."
 
 
 def test_displays():

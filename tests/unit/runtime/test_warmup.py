@@ -20,7 +20,7 @@ def test_where_nothing_can_be_kept_it_is_said_what_helps(tmp_path, monkeypatch, 
     often = (
         "for this machine, once"
         if writable
-        else "for this process only, since no cache folder is writable: set VRX_MJ_CACHE to one"
+        else "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
     )
     first, last = capsys.readouterr().err.splitlines()
     assert first == f"vrx_mj: compiling a kernel {often}; it takes about 7 s"
