@@ -33,6 +33,34 @@ def library() -> Path:
 llvmlite.binding.load_library_permanently(str(library()))
 
 
+class _LogConfig(ctypes.Structure):
+    """MuJoCo's `mjLogConfig`."""
+
+    _fields_ = (
+        ("logto_console", ctypes.c_bool),
+        ("logto_file", ctypes.c_bool),
+        ("logfile", ctypes.c_char * 1024),
+        ("topics", ctypes.c_int),
+    )
+
+
+def _write_no_log() -> None:
+    """Keep MuJoCo from writing its warnings to `MUJOCO_LOG.TXT` in the current folder too; on stderr they stay.
+
+    It holds for the whole process, unless somebody has chosen another file.
+    """
+    functions = ctypes.CDLL(str(library()))
+    functions.mju_getLogConfig.restype = _LogConfig
+    functions.mju_setLogConfig.argtypes = (_LogConfig,)
+    config = functions.mju_getLogConfig()
+    if config.logfile == b"MUJOCO_LOG.TXT":
+        config.logto_file = False
+        functions.mju_setLogConfig(config)
+
+
+_write_no_log()
+
+
 def c_function(name: str, result: Any, *arguments: Any) -> types.ExternalFunction:
     """A function of MuJoCo's, from numba's types of its result and of its arguments; an address is a `uintp`."""
     return types.ExternalFunction(name, result(*arguments))

@@ -55,7 +55,7 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
 
 
 def _product(values: Iterable[Any], *, start: Any = 1) -> Any:
-    result = 1
+    result: Any = 1
     for value in (start, *values):
         result = result * value if isinstance(value, int | float) else None
         if result is None or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
