@@ -2,7 +2,8 @@
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
+from pydantic_core import PydanticCustomError
 
 __all__ = [
     "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative", "Pose",
@@ -12,11 +13,29 @@ __all__ = [
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
 
+Triple = tuple[float, float, float]
 LARGEST = 1e12
 """Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
 MOST_ROWS = 10_000_000
 LONGEST = 500
 """Most characters of a name."""
+
+ROUNDING = 1e-6
+"""How far the rows of a rotation may be from unit length and right angles."""
+
+
+def _rotation(rows: tuple[Triple, Triple, Triple]) -> tuple[Triple, Triple, Triple]:
+    a, b, c = rows
+    products = [_dot(a, a) - 1.0, _dot(b, b) - 1.0, _dot(c, c) - 1.0, _dot(a, b), _dot(b, c), _dot(c, a)]
+    turned = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    if max(map(abs, products)) > ROUNDING or _dot(turned, c) < 0.0:
+        raise PydanticCustomError("rotation", "expected the rows of a rotation")
+    return rows
+
+
+def _dot(one: Triple, other: Triple) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
 
 Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
@@ -28,7 +47,7 @@ Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vec2 = tuple[Real, Real]
 Vec3 = tuple[Real, Real, Real]
 Six = tuple[Real, Real, Real, Real, Real, Real]
-Matrix = tuple[Vec3, Vec3, Vec3]
+Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation)]
 """A rotation, row by row."""
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]
 """x, y, z [m], roll, pitch, yaw [rad]."""

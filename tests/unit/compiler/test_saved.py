@@ -105,6 +105,8 @@ def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
         (("boats", 0, "name"), "../wamv", "boats[0].name: string should match pattern "),
         (("sensors", 0, "config", "rate"), 1e9, "sensors[0].config: camera.rate: must be at most 10000, got "),
         (("sensors", 0, "body"), "world", "sensors[0].body: 'world' is not the hull of wamv"),
+        (("sensors", 0, "rotation", 0), [0.0, 0.0, 0.0], "sensors[0].rotation: expected the rows of a rotation, got "),
+        (("thrusters", 0, "rotation", 2, 2), -1.0, "thrusters[0].rotation: expected the rows of a rotation, got "),
         (("lights", 0, "pattern", 0), "pink", "lights[0].pattern: no colour 'pink'"),
         (("placards", 0, "symbol"), "red_heart", "placards[0].symbol: no symbol 'red_heart'"),
         (("timestep",), 0.005, "timestep: 0.005 s, and 0.01 s in the MJCF"),

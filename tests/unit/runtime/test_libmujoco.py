@@ -8,7 +8,7 @@ def test_a_warning_of_mujocos_is_printed_and_leaves_no_file(tmp_path):
     """A body that is infinitely fast: MuJoCo warns of it, and writes a log into the current folder by default."""
     program = (
         "import vrx_mj.libmujoco, mujoco\n"
-        "model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><body><freejoint/><geom size=\"1\"/></body>"
+        'model = mujoco.MjModel.from_xml_string(\'<mujoco><worldbody><body><freejoint/><geom size="1"/></body>'
         "</worldbody></mujoco>')\n"
         "data = mujoco.MjData(model)\n"
         "data.qvel[:] = float('inf')\n"
