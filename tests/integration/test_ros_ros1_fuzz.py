@@ -3,82 +3,19 @@
 import asyncio
 import os
 import random
-import struct
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy, dumps
 
 import pytest
 
+from fuzz.raw import mutated
+from fuzz.ros1_messages import CALLS, HEADERS
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of
 from ros1_served import LEFT, Served, free_port, small_table, until
 from vrx_mj.adapters.ros.ros1.header import encode_header
 
 FLOAT32 = "73fcbf46b49191e672908e50842a83d4"
-NOBODY = "http://127.0.0.1:1/"
-TREE = {"a": [1, 2.5, "x", True], "b": {"c": {"d": "text" * 20}}}
-CALLS = {
-    "master": [
-        ("registerPublisher", ("/fuzz", "/fuzz/topic", "std_msgs/String", NOBODY)),
-        ("registerService", ("/fuzz", "/fuzz/service", "rosrpc://127.0.0.1:1", NOBODY)),
-        ("unregisterPublisher", ("/fuzz", "/fuzz/topic", NOBODY)),
-        ("setParam", ("/fuzz", "~tree", TREE)),
-        ("getParam", ("/fuzz", "~tree/b")),
-        ("deleteParam", ("/fuzz", "~tree/a")),
-        ("searchParam", ("/fuzz/deep/down", "tree/b")),
-        ("getSystemState", ("/fuzz",)),
-        ("getPublishedTopics", ("/fuzz", "/wamv")),
-        ("lookupService", ("/fuzz", "/trigger")),
-        ("system.multicall", ([{"methodName": "getPid", "params": ["/fuzz"]}] * 3,)),
-    ],
-    "node": [
-        ("requestTopic", ("/fuzz", "/course", [["TCPROS"], ["UDPROS", b"\0" * 20, "host", 1, 1500]])),
-        ("publisherUpdate", ("/fuzz", "/none", [NOBODY])),
-        ("paramUpdate", ("/fuzz", "/tree", TREE)),
-        ("getBusInfo", ("/fuzz",)),
-        ("getBusStats", ("/fuzz",)),
-        ("getSubscriptions", ("/fuzz",)),
-    ],
-}
-HEADERS = [
-    {"callerid": ME, "topic": "/course", "md5sum": "*", "type": "std_msgs/String", "tcp_nodelay": "1"},
-    {"callerid": ME, "topic": "/wamv/imu", "md5sum": "*", "message_definition": "float64 x\n" * 30},
-    {"callerid": ME, "service": "/trigger", "md5sum": "*", "persistent": "1"},
-    {"callerid": ME, "service": "/failing", "md5sum": "*", "probe": "1"},
-]
-WORDS = [
-    b"\xff" * 4,
-    b"\0" * 4,
-    b"<value>" * 40,
-    b"<!DOCTYPE a [<!ENTITY b 'c'>]>",
-    b"&#0;",
-    b"\x7f\xff\xff\xff",
-    b"9" * 400,
-]
-
-
-def mutated(raw: bytes, chance: random.Random) -> bytes:
-    """Bytes with one to four changes: flipped, cut, doubled, put in, or moved."""
-    data = bytearray(raw)
-    for _ in range(chance.randint(1, 4)):
-        at = chance.randrange(len(data) + 1)
-        to = min(at + chance.randrange(1, 30), len(data))
-        match chance.randrange(6):
-            case 0 if at < len(data):
-                data[at] = chance.randrange(256)
-            case 1:
-                del data[at:to]
-            case 2:
-                data[at:at] = data[at:to]
-            case 3:
-                data[at:at] = chance.choice(WORDS)
-            case 4:
-                data[at : at + 4] = struct.pack("<I", chance.choice([0, 1, 2**16, 2**31, len(data)]))
-            case 5:
-                del data[chance.randrange(1, len(data) + 2) :]
-    return bytes(data)
-
-
 Said = tuple[tuple[str, int], bytes]
 
 
