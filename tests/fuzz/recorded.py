@@ -10,7 +10,7 @@ from pathlib import Path
 from fuzz import raw
 from fuzz.kind import Files, Kind
 from vrx_mj import read_record, resume
-from vrx_mj.adapters.record.reader import FILE_HEADER, MESSAGE_HEADER
+from vrx_mj.adapters.record.parsed import FILE_HEADER, MESSAGE_HEADER
 from vrx_mj.adapters.ros.convert import convert
 
 MAKE = """
