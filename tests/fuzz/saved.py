@@ -1,12 +1,14 @@
 """Saved worlds, pictures in them, and saved states."""
 
 import functools
+import hashlib
 import io
 import json
 import random
 import struct
 import tempfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +80,20 @@ def mutated_world(chance: random.Random) -> Files:
         assets = [name for name in files if name.startswith("assets/")]
         name = chance.choice(assets or ["scene.xml"])
         changed = {name: raw.mutated(files[name], chance)}
+        if assets and chance.random() < 0.8:
+            files, changed = _renamed(files, name, changed[name])
     if chance.random() < 0.03:
         changed |= {"scene.xml": saved()[chance.randrange(len(saved()))]["scene.xml"]}
     return {**changed, **{name: content for name, content in files.items() if name not in changed}}
+
+
+def _renamed(files: Mapping[str, bytes], name: str, content: bytes) -> tuple[dict[str, bytes], dict[str, bytes]]:
+    """An asset of another content under the name that this content has; the other files, and what has changed."""
+    stem, _, rest = name.rpartition("_")
+    digits, suffix = rest.split(".")
+    new = f"{stem}_{hashlib.sha256(content).hexdigest()[: len(digits)]}.{suffix}"
+    scene = files["scene.xml"].replace(name.removeprefix("assets/").encode(), new.removeprefix("assets/").encode())
+    return {key: value for key, value in files.items() if key != name}, {"scene.xml": scene, new: content}
 
 
 def _json(number: int, chance: random.Random) -> bytes:
