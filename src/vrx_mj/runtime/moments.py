@@ -23,6 +23,9 @@ Floats = npt.NDArray[np.float64]
 DUE = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded, which is off by 1e-8 s after 700 s."""
 
+FASTEST = 1e6
+"""Rate of a clock in a saved state, at most [1/s]."""
+
 CLOCK = np.dtype(
     [
         ("rate", np.float64),  # [1/s]
@@ -132,15 +135,28 @@ class Moments:
         needed = self._size(max(count, 0))
         if count < 0 or len(block) != needed:
             raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
+        marks, clocks, caught = self.parts(block)
+        rate, before = clocks["rate"], clocks["before"]
+        if not ((rate > 0.0) & (rate <= FASTEST) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
+            raise StateError("the state has a sensors' clock with an invalid rate, index or slot")
+        if not (np.isfinite(clocks["time"]) & (np.isfinite(before) | np.isnan(before))).all():
+            raise StateError("the state has a sensors' clock whose time is not finite")
+        if not (np.isfinite(marks).all() and np.isfinite(caught).all()):
+            raise StateError("the state has sensors' moments that are not finite")
 
-    def unpack(self, block: bytes) -> None:
-        """Write back what `pack` gave."""
+    def parts(self, block: bytes) -> tuple[Floats, Table, Floats]:
+        """Marks, clocks and moments, as views, of bytes that have the right size."""
         start, width = self.marks.nbytes, self.caught.shape[2]
         count = int(np.frombuffer(block, np.int64, 1, start)[0])
         end = start + 8 + count * CLOCK.itemsize
-        self.marks[:] = np.frombuffer(block[:start], np.float64)
-        self.clocks = np.frombuffer(block[start + 8 : end], CLOCK).copy()
-        self.caught = np.frombuffer(block[end:], np.float64).reshape(count, 2, width).copy()
+        caught = np.frombuffer(block[end:], np.float64).reshape(count, 2, width)
+        return np.frombuffer(block[:start], np.float64), np.frombuffer(block[start + 8 : end], CLOCK), caught
+
+    def unpack(self, block: bytes) -> None:
+        """Write back what `pack` gave."""
+        marks, clocks, caught = self.parts(block)
+        self.marks[:] = marks
+        self.clocks, self.caught = clocks.copy(), caught.copy()
 
     def _size(self, count: int) -> int:
         return 8 + count * (CLOCK.itemsize + 16 * self.caught.shape[2]) + self.marks.nbytes

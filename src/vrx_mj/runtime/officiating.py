@@ -5,19 +5,22 @@ Frames are taken at absolute steps, whoever records or steers, so that a score d
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.compiler.world import World
+from vrx_mj.config.report import fault_text
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.tasks.actions import Action
 from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.layout import FrameLayout, frame_stride
-from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 
 __all__ = ["Officiating", "TaskObservation"]
@@ -27,6 +30,21 @@ NEVER = 1 << 62
 """Steps to the next frame where there is no task, or no more."""
 TaskObservation = Mapping[str, Any]
 """Phase, times, score and outputs of a task, as a team sees them."""
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What of a dump is not the referee's own."""
+
+    seen: Annotated[int, Field(ge=-1, le=1 << 53)]
+    """Number of the step of the last frame."""
+    sent: list[tuple[str, Any]]
+    """Messages for the next frame: topic and content."""
+    lines: list[tuple[float, str, str]]
+    """What the referee said: time [s], text and level."""
+
+
+NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
 class Hands(Protocol):
@@ -141,7 +159,7 @@ class Officiating:
         self.check(text)
         if self.referee is None:
             return
-        state = json.loads(text)
+        state = parsed_dump(text)
         self.referee.load(state)
         self._seen = int(state["seen"])
         self._sent = [Message(topic, content) for topic, content in state["sent"]]
@@ -157,13 +175,14 @@ class Officiating:
             raise StateError("the state does not fit this run: only one of them has a task")
         if self.referee is None:
             return
+        state = parsed_dump(text)
         try:
-            state = json.loads(text)
-            whole = {"seen", "sent", "lines"} <= state.keys()
-        except (ValueError, AttributeError):
-            whole = False
-        if not whole:
-            raise StateError(f"the state of the task '{self.referee.type}' is damaged")
+            notes: Notes = NOTES.validate_json(text, strict=True)
+            for topic, content in notes.sent:
+                self.referee.accept(topic, content)
+        except (ValidationError, CommandError) as error:
+            why = fault_text(error) if isinstance(error, ValidationError) else str(error)
+            raise StateError(f"the state of the task '{self.referee.type}' is damaged: {why}") from None
         self.referee.check(state)
 
     def _on_earth(self, told: Any) -> Any:

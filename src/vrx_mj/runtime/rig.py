@@ -9,14 +9,16 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import World
+from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import StateError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
+from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.moments import Moments
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import LOOK, movers, obstacles, unbound
-from vrx_mj.sensors.displays import display_marks, displays_of
+from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
 
 __all__ = ["Rig", "drawing_model"]
 
@@ -34,10 +36,23 @@ WIND = ("direction", "mean", "gain", "time_constant", "first_step")
 """Parameters of the wind that the loop reads."""
 Row = Mapping[str, Any]
 NO_JOINT, NO_ROW = -1, -1
+SWITCHES = ("held", "fresh")
+"""Columns of the tables of state that are 0 or 1."""
 LOCK = "lock"
 """Equality constraints that hold a boat are called by this and its name."""
 NEVER = -1.0
 """Time [s] of a touch that was not."""
+
+
+def sound(name: str, values: npt.NDArray[Any], waypoints: npt.NDArray[np.int64]) -> bool:
+    """Whether a column of a table of state can be so; `waypoints` (n,) are how many each follower has."""
+    if name == "target":
+        return bool(((values >= 0) & (values < np.maximum(waypoints, 1))).all())
+    if name in SWITCHES:
+        return bool(np.isin(values, (0, 1)).all())
+    if values.dtype.kind != "f":
+        return True
+    return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
 class Rig:
@@ -163,16 +178,50 @@ class Rig:
         """How many of the bytes that `pack` gives bear on the motion; the rest are what sensors saw of it."""
         return sum(table.nbytes for table in self.state_tables) + self.moments.marks.nbytes
 
-    def check(self, block: bytes) -> None:
-        """Tell whether `unpack` can take these bytes.
+    def check(self, flat: npt.NDArray[np.float64], block: bytes) -> None:
+        """Tell whether MuJoCo can take the numbers of a state, and `unpack` its bytes: kernels trust them.
 
         Raises:
-            StateError: it cannot.
+            StateError: they cannot.
         """
+        needed = mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        if len(flat) != needed:
+            raise StateError(f"the state has {len(flat)} numbers of MuJoCo instead of {needed}")
+        moving = flat[1 : 1 + self.model.nq + self.model.nv]  # after the time
+        if (np.abs(moving) >= HUGE).any():
+            raise StateError(f"the state has a position or velocity beyond {HUGE:g}")
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
             raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
+        self._check_tables(block)
         self.moments.check(block[size:])
+        self._check_moments(block[size:])
+
+    def _check_tables(self, block: bytes) -> None:
+        """Numbers of the tables are finite, switches are 0 or 1, and indices in their tables."""
+        offset = 0
+        for table in self.state_tables:
+            given = np.frombuffer(block, table.dtype, len(table), offset)
+            offset += table.nbytes
+            for name in table.dtype.names or ():
+                if not sound(name, given[name], self.followers["waypoint_count"]):
+                    raise StateError(f"the state has an invalid {name} in one of its tables")
+            if not table.dtype.names and not np.isfinite(given).all():
+                raise StateError("the state has a time of a touch that is not finite")
+
+    def _check_moments(self, block: bytes) -> None:
+        """What sensors caught is not huge; what counts shots, or names what is shown, is in its range."""
+        marks, _, caught = self.moments.parts(block)
+        place = self.model.nq + self.model.nv
+        if (np.abs(caught[..., :place]) >= HUGE).any():
+            raise StateError(f"the state has a sensors' moment beyond {HUGE:g}")
+        rows = np.concatenate((marks[None], caught[..., place:].reshape(-1, len(marks))))
+        for sensor in self.sensors:
+            if isinstance(sensor.config, BallShooterConfig):
+                shots = rows[:, sensor.mark]
+                if not ((shots >= 0.0) & (shots <= sensor.config.shots) & (shots == np.floor(shots))).all():
+                    raise StateError(f"the state has an invalid number of shots of {sensor.boat}'s {sensor.name}")
+        check_display_marks(self.displays, rows[:, rows.shape[1] - sum(len(one.start) for one in self.displays) :])
 
     def unpack(self, block: bytes) -> None:
         """Write back what `pack` gave."""

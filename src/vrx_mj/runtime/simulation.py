@@ -273,7 +273,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
                 f"{boats}, then set_state"
             )
         state.check(self._world.sha256)
-        self._rig.check(state.ours)
+        self._rig.check(state.mujoco, state.ours)
         self._officiating.check(state.task)
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)

@@ -2,15 +2,47 @@
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field, TypeAdapter, ValidationError
 
-from vrx_mj.errors import StateError
+from vrx_mj.config.report import fault_text
+from vrx_mj.config.wording import shown
+from vrx_mj.errors import StateError, check_kind
 
 STATE_VERSION = 3
+LONGEST = 1e9
+"""Latest time of a state [s]."""
+Size = Annotated[int, Field(ge=0, lt=1 << 48)]
+
+
+@dataclass(frozen=True)
+class Version:
+    """What the header of a state of any version has."""
+
+    version: int
+
+
+@dataclass(frozen=True)
+class Header:
+    """What stands before the numbers of a saved state."""
+
+    world: str
+    seed: int
+    time: str
+    """As `float.hex` writes it."""
+    mujoco: Size
+    """How many numbers follow."""
+    moving: Size
+    task: str
+
+
+VERSION, HEADER = TypeAdapter[Any](Version), TypeAdapter[Any](Header)
 
 
 @dataclass(frozen=True)
@@ -54,8 +86,19 @@ class State:
             StateError: the state belongs to another world or another version, or is not finite.
         """
         check_version(self.version)
+        for name, kind in KINDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, kind) or isinstance(value, bool):
+                raise StateError(
+                    f"invalid {name} of a state: a {kind.__name__} is needed, not a {type(value).__name__}"
+                )
         if self.world != world:
             raise StateError(f"the state belongs to the world {self.world[:12]}, not to this one, {world[:12]}")
+        check_time(self.time)
+        if not 0 <= self.moving <= len(self.ours):
+            raise StateError(f"invalid moving {self.moving} of a state: from 0 to {len(self.ours)} is needed")
+        if self.mujoco.dtype != np.float64 or self.mujoco.ndim != 1:
+            raise StateError("invalid mujoco of a state: a flat array of float64 is needed")
         if not np.isfinite(self.mujoco).all():
             raise StateError(f"the state at t = {self.time:g} s is not finite")
 
@@ -79,19 +122,26 @@ class State:
         Raises:
             StateError: the bytes are not a state, or one of another version.
         """
+        check_kind("State.from_bytes", block, bytes, "the bytes of a state, as to_bytes() returns them", StateError)
         head, _, body = block.partition(b"\n")
         try:
-            header = json.loads(head)
-            version = header["version"]
-            size = 8 * header["mujoco"]
-            fields = (header["world"], header["seed"], float.fromhex(header["time"]))
-            moving, task = int(header["moving"]), str(header["task"])
-        except (ValueError, TypeError, KeyError) as error:
-            raise StateError(f"these {len(block)} bytes are not a saved state: {error}") from error
-        check_version(version)
+            version: int = VERSION.validate_json(head, strict=True).version
+            check_version(version)
+            header: Header = HEADER.validate_json(head, strict=True)
+            time = float.fromhex(header.time)
+        except ValidationError as error:
+            raise StateError(f"these {len(block)} bytes are not a saved state: {fault_text(error)}") from None
+        except (ValueError, OverflowError):
+            text = f"these {len(block)} bytes are not a saved state: invalid time {shown(header.time)}"
+            raise StateError(text) from None
+        check_time(time)
+        size = 8 * header.mujoco
         if len(body) < size:
             raise StateError(f"the saved state is truncated: {len(body)} of {size} bytes")
-        return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving, task)
+        numbers, ours = np.frombuffer(body[:size], "<f8").copy(), body[size:]
+        if header.moving > len(ours):
+            raise StateError(f"the saved state is truncated: {len(ours)} of {header.moving} bytes that move")
+        return State(version, header.world, header.seed, time, numbers, ours, header.moving, header.task)
 
     def save(self, path: str | Path) -> None:
         """Write the state to a file."""
@@ -102,9 +152,26 @@ class State:
         """Read a state that `save` or a diverged run has written.
 
         Raises:
-            StateError: the file is not a state, or one of another version.
+            StateError: there is no such file, or it is not a state, or one of another version.
         """
-        return State.from_bytes(Path(path).read_bytes())
+        file = Path(path)
+        if not file.is_file():
+            raise StateError(f"no saved state '{file}'")
+        try:
+            block = file.read_bytes()
+        except OSError as error:
+            raise StateError(f"cannot read the state '{file}': {error.strerror or error}") from error
+        return State.from_bytes(block)
+
+
+KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str}
+"""Types of the fields of a state."""
+
+
+def check_time(time: float) -> None:
+    """Raise a StateError unless a state can be of this time [s]."""
+    if not (math.isfinite(time) and 0.0 <= time <= LONGEST):
+        raise StateError(f"invalid time {time:g} s of a state: from 0 to {LONGEST:g} s is needed")
 
 
 def check_version(version: int) -> None:

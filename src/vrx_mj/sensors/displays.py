@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
+from vrx_mj.errors import StateError
 
 __all__ = [
-    "Display", "display_marks", "displays_of", "light_codes", "new_pattern", "next_pattern", "next_symbol",
-    "symbol_mark",
+    "Display", "check_display_marks", "display_marks", "displays_of", "light_codes", "new_pattern", "next_pattern",
+    "next_symbol", "symbol_mark",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -29,6 +30,12 @@ SINCE, HELD, UNTIL, NEXT = 3, 4, 5, 6
 """A light's marks after the three colours: when the sequence began [s], what it shows until when [s] before the colours
 are looked at, and which pattern the next shuffle gives."""
 MARKS = {"light": 7, "placard": 1}
+
+LIMITS: Mapping[str, Mapping[int, int]] = {
+    "light": {**dict.fromkeys((0, 1, 2, HELD), len(CODES)), NEXT: len(LIGHT_PATTERNS)},
+    "placard": {0: len(SYMBOLS)},
+}
+"""Marks that are whole numbers from 0, and below what, by the kind of display."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,24 @@ def symbol_mark(symbol: str) -> float:
 def next_symbol(marks: Floats) -> None:
     """Shuffle a placard's mark (1,)."""
     marks[0] = (marks[0] + 1.0) % len(SYMBOLS)
+
+
+def check_display_marks(displays: Sequence[Display], marks: Floats) -> None:
+    """Check rows of all displays' marks (n, m): what names a colour, a pattern or a symbol does so.
+
+    Raises:
+        StateError: it does not.
+    """
+    for display in displays:
+        own = marks[:, display.marks]
+        for column, limit in LIMITS[display.kind].items():
+            values = own[:, column]
+            if not ((values >= 0.0) & (values < limit) & (values == np.floor(values))).all():
+                raise StateError(
+                    f"invalid state of the {display.kind} '{display.name}': it shows nothing that is known"
+                )
+        if not np.isfinite(own).all():
+            raise StateError(f"invalid state of the {display.kind} '{display.name}': a time is not finite")
 
 
 def displays_of(parameters: Mapping[str, Any]) -> tuple[Display, ...]:

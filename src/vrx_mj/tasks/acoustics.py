@@ -10,6 +10,7 @@ from typing import Any
 
 from vrx_mj.tasks.actions import SetPinger
 from vrx_mj.tasks.frame import EARLY, Frame
+from vrx_mj.tasks.kinds import Count
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 
@@ -65,7 +66,7 @@ class AcousticPerception(PlainRules):
 class TrackingState:
     """Sums over the frames since the run began."""
 
-    frames: int = 0
+    frames: Count = 0
     total: float = 0.0
     """Of the distances [m]."""
     error: float = 0.0

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vrx_mj.config.displays import LIGHT_COLORS
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, StateError
 from vrx_mj.tasks.actions import LightUp, ShowSymbol
 from vrx_mj.tasks.frame import EARLY, Frame, Stand
+from vrx_mj.tasks.kinds import Place
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Phase, Sheet
 from vrx_mj.tasks.zones import Box, relative
@@ -21,6 +22,10 @@ __all__ = ["Docking"]
 TOPIC = "color_sequence"
 FASTEST = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
+
+
+HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
+"""What is told of a hit."""
 
 
 class Bay(NamedTuple):
@@ -65,11 +70,11 @@ class State:
     """Whether the colours may be sent."""
     colors: list[str] = field(default_factory=list)
     """Those sent."""
-    balls: dict[str, list[float]] = field(default_factory=dict)
+    balls: dict[str, Place] = field(default_factory=dict)
     """Where the balls were at the frame before, in the dock's frame [m]."""
     seen: float = 0.0
     """When that was [s]."""
-    hits: list[dict[str, Any]] = field(default_factory=list)
+    hits: list[dict[str, float | str]] = field(default_factory=list)
     """Holes hit: time [s], ball, bay, size and points."""
 
 
@@ -135,6 +140,16 @@ class Docking(PlainRules):
             self._follow_balls(frame, dock, desk)
         if self._early_zones or desk.sheet.phase == "running":
             self._follow_boat(frame, dock, desk)
+
+    def check(self, state: State) -> None:
+        """A hit has all that is told of it.
+
+        Raises:
+            StateError: one has not.
+        """
+        for hit in state.hits:
+            if hit.keys() != HIT.keys() or not all(isinstance(hit[key], kind) for key, kind in HIT.items()):
+                raise StateError(f"the state does not fit the task: a hit needs {', '.join(HIT)}")
 
     def outputs(self, sheet: Sheet) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).

@@ -11,6 +11,7 @@ from typing import Any
 from vrx_mj.tasks.actions import SetPinger
 from vrx_mj.tasks.follow_path import FollowPath
 from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.kinds import Count
 from vrx_mj.tasks.navigation import FAILURE, NavigationCourse
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
@@ -34,7 +35,7 @@ def channel_referee(task: Mapping[str, Any]) -> Referee:
 class State:
     """Sums over the frames since the run began, the way through the channel included."""
 
-    frames: int = 0
+    frames: Count = 0
     total: float = 0.0
     """Of the distances to the beacon [m]."""
     error: float = 0.0
@@ -97,6 +98,14 @@ class Gymkhana(PlainRules):
         if self._may_fail and not self._channel.finished:
             return FAILURE
         return sheet.score + sheet.collisions * self._penalty
+
+    def check(self, state: State) -> None:
+        """The channel's referee can take its part.
+
+        Raises:
+            StateError: it cannot.
+        """
+        self._channel.check(state.channel)
 
     def outputs(self, sheet: Sheet) -> Outputs:
         """The beacon's place from `ready` on, the distances while it runs, and how the channel goes."""

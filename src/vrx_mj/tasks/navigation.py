@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.gates import marker_names, passage
+from vrx_mj.tasks.gates import GateFate, Side, marker_names, passage
 from vrx_mj.tasks.rules import Desk, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 
@@ -19,9 +19,9 @@ FAILURE = 200.0
 class State:
     """Of the gates, in their order."""
 
-    gates: list[str] = field(default_factory=list)
+    gates: list[GateFate] = field(default_factory=list)
     """What became of them: see `GateFate`."""
-    sides: list[str] = field(default_factory=list)
+    sides: list[Side] = field(default_factory=list)
     """Where the boat was in them at the frame before: see `Side`."""
 
 

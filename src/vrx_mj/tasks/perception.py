@@ -8,6 +8,7 @@ from typing import Any
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.actions import PlaceObject
 from vrx_mj.tasks.frame import EARLY, Frame, Stand
+from vrx_mj.tasks.kinds import Count
 from vrx_mj.tasks.rules import Desk, PlainRules
 
 __all__ = ["Perception", "ahead_of"]
@@ -37,9 +38,9 @@ class State:
     """The least error of the reports of each [m], `MISSED` without any."""
     round_time: float = 0.0
     """When this round of the sequence began, in elapsed time [s]."""
-    gone: int = 0
+    gone: Count = 0
     """How many have been up in this round and are gone."""
-    attempts: int = 0
+    attempts: Count = 0
     """How many reports are taken now: one for each object that is up, whatever its type."""
     total: float = 0.0
     """Of the errors of those that are gone [m]."""

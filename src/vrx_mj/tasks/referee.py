@@ -4,19 +4,27 @@ As in VRX a phase begins by the clock, one transition at a time: `ready` after t
 ready one. The task ends when its rules say so, or when its time is up.
 """
 
+import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
+from vrx_mj.config.report import fault_text
+from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError
 from vrx_mj.tasks.actions import Action, Release
 from vrx_mj.tasks.frame import EARLY, Frame, Message
 from vrx_mj.tasks.rules import Outputs, Rules
 from vrx_mj.tasks.sheet import Phase, Sheet
 
-__all__ = ["Referee", "Verdict", "dead_time"]
+__all__ = ["Referee", "Verdict", "dead_time", "parsed_dump"]
+
+DUMP, SHEET = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](Sheet)
 
 DEAD_TIME_VRX3 = 3.0
 """[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
@@ -34,6 +42,27 @@ class Verdict:
     actions: tuple[Action, ...]
     lines: tuple[tuple[str, str], ...]
     """Of the log: text and level."""
+
+
+def parsed_dump(text: str) -> dict[str, Any]:
+    """A dump from its JSON.
+
+    Raises:
+        StateError: it is none.
+    """
+    try:
+        DUMP.validate_json(text, strict=True)  # its depth is bounded
+    except ValidationError as error:
+        raise StateError(f"the state of the task is damaged: {fault_text(error)}") from None
+    parsed: dict[str, Any] = json.loads(text)
+    return parsed
+
+
+def same_length(first: Any, given: Any) -> bool:
+    """Whether a list is as long as at first, if it was not empty, and so are those in it."""
+    if not isinstance(first, list) or not first:
+        return True
+    return len(given) == len(first) and all(map(same_length, first, given))
 
 
 class Referee:
@@ -144,14 +173,30 @@ class Referee:
             StateError: it is of another task.
         """
         if state.get("type") != self.type:
-            raise StateError(f"the state is of the task '{state.get('type')}', not '{self.type}'")
-        try:
-            Sheet(**state["sheet"])
-            type(self._rules.state)(**state["rules"])
-        except (KeyError, TypeError) as error:
-            raise StateError(f"the state does not fit the task '{self.type}': {error}") from error
+            raise StateError(f"the state is of the task {shown(state.get('type'))}, not '{self.type}'")
+        self._fitting(SHEET, "sheet", asdict(self._start), state)
+        self._rules.check(self._fitting(self._rules_kind, "rules", self._first, state))
 
     # Inside
+
+    @cached_property
+    def _rules_kind(self) -> TypeAdapter[Any]:
+        return TypeAdapter(type(self._rules.state))
+
+    def _fitting(self, kind: TypeAdapter[Any], name: str, first: Mapping[str, Any], state: Mapping[str, Any]) -> Any:
+        """A part of a state as what it is a dump of; lists that are not empty at `first` keep their lengths."""
+        given, trouble = state.get(name), f"the state does not fit the task '{self.type}': {name}"
+        if not isinstance(given, Mapping):
+            raise StateError(f"{trouble}: expected keys and values, got {shown(given)}")
+        if odd := sorted(first.keys() ^ given.keys()):
+            raise StateError(f"{trouble}: unknown or missing: {', '.join(odd)}")
+        try:
+            part = kind.validate_json(json.dumps(given), strict=True)
+        except ValidationError as error:
+            raise StateError(f"{trouble}: {fault_text(error)}") from None
+        if not all(same_length(first[key], given[key]) for key in first):
+            raise StateError(f"{trouble}: a list of another length")
+        return part
 
     def _advance(self, frame: Frame) -> None:
         """Let the clock bring the next phase, if it is due; one at a frame."""

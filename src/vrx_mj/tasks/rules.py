@@ -60,6 +60,13 @@ class Rules(Protocol):
     def timeout_score(self, sheet: Sheet) -> float | None:
         """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
 
+    def check(self, state: Any) -> None:
+        """Check what kinds of fields and lengths of lists do not tell of a saved `state`.
+
+        Raises:
+            StateError: it cannot be a state of these rules.
+        """
+
     def outputs(self, sheet: Sheet) -> Outputs:
         """What the team sees now besides phase, times and score."""
 
@@ -95,6 +102,9 @@ class PlainRules:
     def timeout_score(self, sheet: Sheet) -> float | None:
         """The score stays."""
         return None
+
+    def check(self, state: Any) -> None:
+        """Kinds and lengths tell all."""
 
     def outputs(self, sheet: Sheet) -> Outputs:
         """None."""

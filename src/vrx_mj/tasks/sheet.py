@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from vrx_mj.tasks.kinds import Count
+
 __all__ = ["Phase", "Sheet"]
 
 Phase = Literal["initial", "ready", "running", "finished"]
@@ -22,7 +24,7 @@ class Sheet:
     elapsed: float = 0.0
     """Since it began to run."""
     score: float = 0.0
-    collisions: int = 0
+    collisions: Count = 0
     last_hit: float = 0.0
     """When the last collision was counted; 0 at the start, as in VRX, so that early ones are not counted."""
     timed_out: bool = False

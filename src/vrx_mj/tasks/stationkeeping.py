@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.kinds import Count
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 
@@ -28,7 +29,7 @@ def pose_error(stand: Stand, goal: Mapping[str, float], *, heading: bool = True)
 class State:
     """Sums over the frames since the run began."""
 
-    frames: int = 0
+    frames: Count = 0
     total: float = 0.0
     """Of the errors [m]."""
     error: float = 0.0

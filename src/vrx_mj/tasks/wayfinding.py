@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from vrx_mj.errors import StateError
 from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Phase, Sheet
@@ -48,6 +49,15 @@ class Wayfinding(PlainRules):
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
                 desk.tell(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
+
+    def check(self, state: State) -> None:
+        """There is an error for each waypoint, or none yet.
+
+        Raises:
+            StateError: there are more or less.
+        """
+        if len(state.errors) not in {0, len(self._waypoints)}:
+            raise StateError(f"the state does not fit the task: {len(state.errors)} of {len(self._waypoints)} errors")
 
     def outputs(self, sheet: Sheet) -> Outputs:
         """The waypoints from `ready` on, and the errors while it runs."""

@@ -7,10 +7,14 @@ engagement. The boat circles by crossing eight times in the right sense without 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, Literal
 
+from pydantic import Field
+
+from vrx_mj.errors import StateError
 from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.gates import Side
+from vrx_mj.tasks.kinds import Count
 from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
 from vrx_mj.tasks.sheet import Sheet
 
@@ -39,19 +43,25 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
     return "after" if across >= 0.0 else "before"
 
 
+Gate = Annotated[int, Field(ge=0, lt=GATES)]
+"""Number of a gate around an animal."""
+TOLD = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+"""Keys of what the team is told of an animal."""
+
+
 @dataclass
 class State:
     """Rows are animals."""
 
-    status: list[str]
-    """never_engaged, engaged, not_engaged or circumnavigated (for good)."""
-    sides: list[list[str]]
+    status: list[Literal["never_engaged", "engaged", "not_engaged", "circumnavigated"]]
+    """Circumnavigated is for good."""
+    sides: list[list[Side | Literal["crossed"]]]
     """Of every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
-    circled: list[list[int]]
+    circled: list[list[Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
-    animals: list[dict[str, Any]] = field(default_factory=list)
+    animals: list[dict[str, str | float | None]] = field(default_factory=list)
     """What the team was last told."""
-    published: int = 0
+    published: Count = 0
     """How often it was."""
 
 
@@ -115,6 +125,16 @@ class Wildlife(PlainRules):
         """The full time less the bonus; if nothing is left, the full time."""
         left = sheet.duration - self._bonuses()
         return left if left > 0.0 else sheet.duration
+
+    def check(self, state: State) -> None:
+        """What the team was told of the animals has all its keys, and numbers for the place.
+
+        Raises:
+            StateError: it has not.
+        """
+        for animal in state.animals:
+            if animal.keys() != TOLD or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
+                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(TOLD))}")
 
     def outputs(self, sheet: Sheet) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""

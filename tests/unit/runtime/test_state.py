@@ -67,7 +67,7 @@ def test_a_refused_state_changes_nothing(sim, state):
 
 def test_a_file_that_is_no_state_is_refused(tmp_path):
     file = tmp_path / "some.state"
-    for content in (b"", b"hello", b'{"version": 1}\n', b"\x00" * 100, b"[]\nx"):
+    for content in (b"", b"hello", b'{"version": 3}\n', b"\x00" * 100, b"[]\nx"):
         file.write_bytes(content)
         with pytest.raises(StateError, match=rf"^these {len(content)} bytes are not a saved state: "):
             vrx_mj.State.load(file)

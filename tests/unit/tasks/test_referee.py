@@ -327,9 +327,19 @@ def test_a_state_of_another_task():
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda saved: saved.pop("sheet"), "'sheet'"),
-        (lambda saved: saved.pop("rules"), "'rules'"),
-        (lambda saved: saved["rules"].update(more=1), "State.__init__() got an unexpected keyword argument 'more'"),
+        (lambda saved: saved.pop("sheet"), "sheet: expected keys and values, got nothing"),
+        (lambda saved: saved.update(rules=[]), "rules: expected keys and values, got []"),
+        (lambda saved: saved["rules"].update(more=1), "rules: unknown or missing: more"),
+        (
+            lambda saved: saved["sheet"].update(phase="over"),
+            "sheet: phase: expected initial, ready, running or finished, got 'over'",
+        ),
+        (lambda saved: saved["sheet"].update(collisions=-1), "sheet: collisions: must be at least 0, got -1"),
+        (
+            lambda saved: saved["sheet"].update(collisions=10**400),
+            "sheet: collisions: must be at most 9007199254740992, got a number of more than 60 digits",
+        ),
+        (lambda saved: saved["rules"].update(errors=["far"]), "rules: errors.0: expected a number, got 'far'"),
     ],
 )
 def test_a_state_with_holes_changes_nothing(spoil, reason):

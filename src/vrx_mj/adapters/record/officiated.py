@@ -18,7 +18,7 @@ from vrx_mj.errors import RecordError, StateError
 from vrx_mj.runtime.state import State
 from vrx_mj.tasks.frame import Frame, Message
 from vrx_mj.tasks.layout import FrameLayout
-from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 from vrx_mj.tasks.sheet import Sheet
 
@@ -149,10 +149,12 @@ def take_up(referee: Referee, blob: bytes) -> None:
     """Have a referee go on from a saved state of the run.
 
     Raises:
-        StateError: the state is of another task.
-        ValueError: it is of a run without a task.
+        StateError: the state is of another task, or of a run without one.
     """
-    referee.load(json.loads(State.from_bytes(blob).task))
+    text = State.from_bytes(blob).task
+    if not text:
+        raise StateError("a state without a task")
+    referee.load(parsed_dump(text))
 
 
 def _resumed(referee: Referee, recorded: Record) -> float:
@@ -160,6 +162,6 @@ def _resumed(referee: Referee, recorded: Record) -> float:
     first = recorded.states[0]
     try:
         take_up(referee, first.blob)
-    except ValueError as error:
-        raise StateError(f"'{recorded.path}' begins with a state without a task: {error}") from error
+    except StateError as error:
+        raise StateError(f"'{recorded.path}' begins with a state that its task cannot go on from: {error}") from error
     return first.time
