@@ -19,6 +19,7 @@ from pydantic import (
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
+    MAX_COORDINATE,
     Color,
     Config,
     Coordinate,
@@ -259,13 +260,25 @@ class FleetConfig(_Built):
         return not (self.positions or self.boats or self.usv_count or self.layout)
 
     def located(self, world: WorldConfig) -> tuple[Located, ...]:
-        """Every boat of the fleet in a world, with what the file says about it."""
+        """Every boat of the fleet in a world, with what the file says about it.
+
+        Raises:
+            ConfigError: boats are farther away than a file may place anything.
+        """
         if self.is_empty:
             return (Located(_boat(self, world.spawn, "wamv", world.spawn.pose, None), (), ()),)
         frame = _frame(self, world)
+        placed = [(slot, _moved(slot.pose, frame)) for slot in slots(self, world.seed)]
+        far = [(slot, pose) for slot, pose in placed if max(map(abs, pose[:2])) > MAX_COORDINATE]
+        if far:
+            text = f"at most {MAX_COORDINATE:g} m from the world's origin"
+            raise ConfigError(
+                problem_at(self.section, slot.where, f"{slot.name} is at ({pose[0]:g}, {pose[1]:g}): {text}")
+                for slot, pose in far
+            )
         return tuple(
-            Located(_boat(self, world.spawn, slot.name, _moved(slot.pose, frame), slot.entry), slot.where, slot.own)
-            for slot in slots(self, world.seed)
+            Located(_boat(self, world.spawn, slot.name, pose, slot.entry), slot.where, slot.own)
+            for slot, pose in placed
         )
 
     def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:

@@ -215,7 +215,8 @@ class Rig:
         place = self.model.nq + self.model.nv
         if (np.abs(caught[..., :place]) >= HUGE).any():
             raise StateError(f"the state has a sensors' moment beyond {HUGE:g}")
-        rows = np.concatenate((marks[None], caught[..., place:].reshape(-1, len(marks))))
+        then = caught[..., place:].reshape(2 * len(caught), len(marks))  # a clock keeps two moments
+        rows = np.concatenate((marks[None], then))
         for sensor in self.sensors:
             if isinstance(sensor.config, BallShooterConfig):
                 shots = rows[:, sensor.mark]

@@ -339,7 +339,7 @@ def test_a_state_of_another_task():
             lambda saved: saved["sheet"].update(collisions=10**400),
             "sheet: collisions: must be at most 9007199254740992, got a number of more than 60 digits",
         ),
-        (lambda saved: saved["rules"].update(errors=["far"]), "rules: errors.0: expected a number, got 'far'"),
+        (lambda saved: saved["rules"].update(errors=["far"]), "rules: errors[0]: expected a number, got 'far'"),
     ],
 )
 def test_a_state_with_holes_changes_nothing(spoil, reason):
