@@ -12,6 +12,7 @@ of the input's folder are bad, and so is a refusal without the file's name. File
 
 import argparse
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -103,6 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parsed(arguments)
     if options.again:
         return again(options.again)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the workers are ended then too
     inputs = options.inputs or (None if options.minutes else 2000)
     figures, begun, said = Figures(), time.monotonic(), time.monotonic()
     pool = Pool({name: KINDS[name] for name in options.kinds}, options.jobs, kept=Keeper(options.keep))

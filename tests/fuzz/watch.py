@@ -54,9 +54,8 @@ class Watch:
                 self._touched(event, path, given[folder] if folder is not None else -1)
         elif event in FORBIDDEN or (event == "subprocess.Popen" and str(given[0]) != sys.executable):
             self.seen.append(f"{event} {given[0]!r}")
-        elif event == "socket.connect" and not self.calls and not isinstance(given[1], str | bytes):
-            if threading.current_thread() is threading.main_thread():  # a server's thread goes on beside later inputs
-                self.seen.append(f"{event} {given[1]!r}")
+        elif event == "socket.connect" and not self.calls and _is_own(given[1]):
+            self.seen.append(f"{event} {given[1]!r}")
 
     def _opened(self, path: Any, mode: Any, flags: Any) -> None:
         if isinstance(path, int) or path is None:
@@ -76,6 +75,11 @@ class Watch:
         real = os.path.realpath(os.path.join(base, os.fsdecode(path)))  # noqa: PTH118
         if not any(real == place or real.startswith(place + os.sep) for place in self.allowed):
             self.seen.append(f"{event} {real}")  # type: ignore[union-attr]
+
+
+def _is_own(address: Any) -> bool:
+    """Whether a connection over the network is the input's: a server's thread goes on beside later inputs."""
+    return threading.current_thread() is threading.main_thread() and not isinstance(address, str | bytes)
 
 
 def listing(folder: Path, besides: tuple[Path, ...]) -> dict[str, tuple[int, int]]:

@@ -6,6 +6,7 @@ import os
 import signal
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
@@ -162,14 +163,17 @@ def _work(kinds: dict[str, Kind], pipe: Connection, others: Sequence[Connection]
     faulthandler.enable(2)
     faulthandler.register(signal.SIGUSR1, 2)
     trials = Trials(kinds, folder / "sandbox", limits)
-    while True:
-        try:
+    try:
+        while True:
             job = pipe.recv()
-        except (EOFError, OSError):
-            os._exit(0)
-        os.ftruncate(said, 0)
-        os.lseek(said, 0, os.SEEK_SET)
-        pipe.send(trials.try_one(*job))
+            os.ftruncate(said, 0)
+            os.lseek(said, 0, os.SEEK_SET)
+            pipe.send(trials.try_one(*job))
+    except (EOFError, OSError):  # nobody is there any more
+        os._exit(0)  # nor are threads of an input waited for
+    except BaseException:  # a mistake of the fuzzers' own
+        traceback.print_exc()
+        os._exit(70)
 
 
 def told_place(said: str) -> str:

@@ -260,25 +260,18 @@ class FleetConfig(_Built):
         return not (self.positions or self.boats or self.usv_count or self.layout)
 
     def located(self, world: WorldConfig) -> tuple[Located, ...]:
-        """Every boat of the fleet in a world, with what the file says about it.
-
-        Raises:
-            ConfigError: boats are farther away than a file may place anything.
-        """
+        """Every boat of the fleet in a world, with what the file says about it."""
         if self.is_empty:
             return (Located(_boat(self, world.spawn, "wamv", world.spawn.pose, None), (), ()),)
         frame = _frame(self, world)
-        placed = [(slot, _moved(slot.pose, frame)) for slot in slots(self, world.seed)]
-        far = [(slot, pose) for slot, pose in placed if max(map(abs, pose[:2])) > MAX_COORDINATE]
+        moved = [(slot, _moved(slot.pose, frame)) for slot in slots(self, world.seed)]
+        far = [
+            problem_at(self.section, slot.where, _far_message(slot.name, pose)) for slot, pose in moved if _is_far(pose)
+        ]
         if far:
-            text = f"at most {MAX_COORDINATE:g} m from the world's origin"
-            raise ConfigError(
-                problem_at(self.section, slot.where, f"{slot.name} is at ({pose[0]:g}, {pose[1]:g}): {text}")
-                for slot, pose in far
-            )
+            raise ConfigError(far)
         return tuple(
-            Located(_boat(self, world.spawn, slot.name, pose, slot.entry), slot.where, slot.own)
-            for slot, pose in placed
+            Located(_boat(self, world.spawn, slot.name, pose, slot.entry), slot.where, slot.own) for slot, pose in moved
         )
 
     def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
@@ -302,6 +295,16 @@ def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     x0, y0, turn = frame
     cos, sin = math.cos(turn), math.sin(turn)
     return x0 + cos * x - sin * y, y0 + sin * x + cos * y, z, roll, pitch, yaw + turn
+
+
+def _is_far(pose: Pose) -> bool:
+    """Whether a pose in the world has a coordinate beyond what a file may say, or one that is not finite."""
+    return not all(abs(value) <= MAX_COORDINATE for value in pose[:3]) or not math.isfinite(pose[5])
+
+
+def _far_message(name: str, pose: Pose) -> str:
+    x, y, z = pose[:3]
+    return f"puts {name} at x {x:.4g}, y {y:.4g}, z {z:.4g} m in the world: at most {MAX_COORDINATE:g} m are allowed"
 
 
 def newcomer(said: Mapping[str, Any], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:

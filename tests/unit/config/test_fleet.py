@@ -102,6 +102,32 @@ def test_positions_can_be_relative_to_a_frame(world):
     assert boat.pose == pytest.approx((-9, 2, 0.1, 0, 0, math.pi))
 
 
+@pytest.mark.parametrize(
+    ("fleet", "message"),
+    [
+        (
+            {"positions": [{"x": 0, "y": 1e6, "z": 0, "Y": 0}], "origin": [0, 1, 0]},
+            "<fleet>: positions[0]: puts wamv1 at x 0, y 1e+06, z 0 m in the world: at most 1e+06 m are allowed",
+        ),
+        (
+            {"boats": [{"name": "a", "pose": [1e6, 0, 0, 0, 0, 0]}], "origin": [2, 0, 0]},
+            "<fleet>: boats[0]: puts a at x 1e+06, y 0, z 0 m in the world: at most 1e+06 m are allowed",
+        ),
+        (
+            {"usv_count": 2, "layout": "circle", "radius": 1e300},
+            (
+                "<fleet>: puts wamv1 at x 1e+300, y 0, z 0.1 m in the world: at most 1e+06 m are allowed\n"
+                "<fleet>: puts wamv2 at x -1e+300, y 1.225e+284, z 0.1 m in the world: at most 1e+06 m are allowed"
+            ),
+        ),
+    ],
+)
+def test_a_boat_that_its_frame_or_layout_puts_too_far_away_is_refused(fleet, message, world):
+    with pytest.raises(ConfigError) as caught:
+        load_fleet(fleet, world).resolve(world)
+    assert str(caught.value) == message
+
+
 def test_a_layout_lies_in_the_frame_of_the_origin(world):
     source = {"usv_count": 3, "layout": "column", "spacing": 8, "origin": [1, 2, math.pi / 2]}
     poses = [boat.pose for boat in boats(source, world)]
@@ -241,10 +267,3 @@ def test_bearings_all_around_that_are_read_as_angles_are_warned_of(world):
     with pytest.warns(VrxWarning, match="compass"):
         load_fleet(fleet, world)
     boats({**fleet, "headings": "compass"}, world)
-
-
-def test_boats_that_a_layout_puts_too_far_are_refused():
-    with pytest.raises(ConfigError) as refused:
-        load_fleet({"usv_count": 2, "layout": "line", "spacing": 2e9}, load_world("ocean"))
-    first = str(refused.value).splitlines()[0]
-    assert first == "<fleet>: wamv1 is at (0, 1e+09): at most 1e+06 m from the world's origin"
