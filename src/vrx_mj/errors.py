@@ -21,23 +21,66 @@ __all__ = [
     "VrxWarning",
     "check_kind",
     "nearest",
+    "shortened",
 ]
 
+LONGEST_NAME = 80
+"""Characters that a message shows of a name or value of a user's."""
+LONGEST_LINE = 1500
+"""Characters of a line of a message."""
+_LONGEST_REPR = 60
+_LONGEST_PATH = 300
+_LONGEST_GUESS = 200
+_MOST_LINES = 100
 _SHOWN_NAMES = 12
 _SHOWN_PROBLEMS = 40
 
 
+def shortened(text: object, most: int = LONGEST_NAME) -> str:
+    """A user's text as a message shows it: on one line, without control characters, cut in the middle if long."""
+    shown = str(text)
+    if len(shown) > most:
+        tail = most // 3
+        shown = f"{shown[: most - tail - 1]}…{shown[len(shown) - tail :]}"
+    if shown.isprintable():
+        return shown
+    return "".join(char if char.isprintable() else repr(char)[1:-1] for char in shown)
+
+
+def _bounded(arguments: tuple[object, ...]) -> tuple[object, ...]:
+    """What an error is made with, its texts cut to lines of a bounded length, whoever wrote them."""
+    return tuple(_bounded_text(each) if isinstance(each, str) else each for each in arguments)
+
+
+def _bounded_text(text: str) -> str:
+    if len(text) <= LONGEST_LINE:
+        return text
+    lines = text.split("\n", _MOST_LINES)
+    return "\n".join(line if len(line) <= LONGEST_LINE else shortened(line, LONGEST_LINE) for line in lines)
+
+
 class VrxError(Exception):
-    """Base class of all errors that a user can cause; the message names the thing, its value and what is allowed."""
+    """Base class of all errors that a user can cause; the message names the thing, its value and what is allowed.
+
+    A line that is too long to read is cut in its middle.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*_bounded(arguments))
 
 
 class VrxWarning(UserWarning):
     """Warning about legal but suspicious input, with its numbers and the threshold."""
 
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*_bounded(arguments))
+
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that `name` most likely means, or None if none is close."""
-    folded = {other.casefold(): other for other in sorted(known, reverse=True)}
+    if len(name) > _LONGEST_GUESS:
+        return None
+    folded = {other.casefold(): other for other in sorted(known, reverse=True) if len(other) <= _LONGEST_GUESS}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.7)
     return folded[found[0]] if found else None
 
@@ -49,7 +92,7 @@ class UnknownNameError(VrxError):
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"no {kind} named '{name}'; {self._hint()}")
+        super().__init__(f"no {kind} named '{shortened(name)}'; {self._hint()}")
 
     def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, str, tuple[str, ...]]]:
         return type(self), (self.kind, self.name, self.known)
@@ -62,8 +105,8 @@ class UnknownNameError(VrxError):
     def _hint(self) -> str:
         close = nearest(str(self.name), self.known)
         if close is not None:
-            return f"did you mean '{close}'?"
-        names = ", ".join(self.known[:_SHOWN_NAMES]) or "none"
+            return f"did you mean '{shortened(close)}'?"
+        names = ", ".join(map(shortened, self.known[:_SHOWN_NAMES])) or "none"
         rest = len(self.known) - _SHOWN_NAMES
         return f"known: {names}" + (f" and {rest} more" if rest > 0 else "")
 
@@ -84,8 +127,10 @@ class Problem:
     """What is wrong, the value, and what is allowed."""
 
     def __str__(self) -> str:
-        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
-        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        parts = (shortened(self.file, _LONGEST_PATH), self.line, self.column)
+        place = ":".join(str(part) for part in parts if part is not None)
+        key = f"{shortened(self.key, _LONGEST_GUESS)}: " if self.key else ""
+        return f"{place}: {key}{self.message}"
 
 
 class ConfigError(VrxError):
@@ -145,4 +190,4 @@ def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[V
     """
     if not isinstance(given, kind):
         text = repr(given)
-        raise error(f"{taker} takes {wanted}, not {text if len(text) <= 60 else type(given).__name__}")
+        raise error(f"{taker} takes {wanted}, not {text if len(text) <= _LONGEST_REPR else type(given).__name__}")

@@ -1,23 +1,28 @@
 """MJCF text from the templates, and shapes of the configuration as the geoms and meshes that MJCF wants."""
 
 import hashlib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
-from pathlib import PurePosixPath
+from functools import cache, cached_property, lru_cache
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from vrx_mj.config.search import contained
-from vrx_mj.config.shapes import Shape
-from vrx_mj.config.urdf.meshes import obj_text, read_mesh
+from vrx_mj.config.search import contained, display
+from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.urdf.mesh_sizes import is_binary_stl
+from vrx_mj.config.urdf.meshes import mesh_bytes, obj_text, read_mesh
+from vrx_mj.errors import CompileError
 from vrx_mj.resources import root
 
 __all__ = ["PREFIX", "Geom", "Mesh", "Piece", "geoms", "meshes", "render"]
 
 PREFIX = "@prefix@/"
 """What names in a piece start with until it has a place in a world."""
+MESH = "vrx_mj/mesh"
+"""Name of a mesh that is tried alone."""
 MUJOCO_SUFFIXES = (".obj", ".stl")
 """Of the meshes that MuJoCo reads as they are."""
 
@@ -120,11 +125,40 @@ def meshes(shapes: Iterable[Shape]) -> list[Mesh]:
 def mesh(shape: Shape) -> Mesh:
     """The mesh of a shape of type `mesh`, read from its file; what MuJoCo cannot read becomes OBJ."""
     path = contained(str(shape.file), shape.folder)
-    suffix = PurePosixPath(path.name).suffix.lower()
-    content = path.read_bytes() if suffix in MUJOCO_SUFFIXES else obj_text(read_mesh(path)).encode()
+    if not path.resolve().is_relative_to(root() / "assets"):
+        stat = path.stat()
+        _check(path, shape.scale, not isinstance(shape, Visual), stat.st_mtime_ns, stat.st_size)
+    return _mesh(path, shape.scale)
+
+
+def _mesh(path: Path, scale: tuple[float, ...]) -> Mesh:
+    content, suffix = mesh_bytes(path), path.suffix.lower()
+    if suffix not in MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
+        content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
-    scaled = "" if shape.scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, shape.scale))
-    return Mesh(stem + scaled, stem + (suffix if suffix in MUJOCO_SUFFIXES else ".obj"), shape.scale, content)
+    scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
+    return Mesh(stem + scaled, stem + suffix, scale, content)
+
+
+@lru_cache(maxsize=256)
+def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, _size: int) -> None:
+    """Try a mesh of a user's alone in MuJoCo, whose errors name ours in its place."""
+    import mujoco
+
+    read_mesh(path)
+    made = _mesh(path, scale)
+    try:
+        spec = mujoco.MjSpec()
+        spec.assets = {made.file: made.content}
+        spec.add_mesh(name=MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        solid = int(collides)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH, contype=solid, conaffinity=solid)
+        spec.compile()
+    except ValueError as error:
+        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{MESH}'", MESH)
+        words = words.removesuffix(f": {MESH}").removeprefix(f"mesh {MESH} ")
+        words = re.sub(rf"'?(assets/)?{re.escape(made.file)}'?", "it", words)
+        raise CompileError(f"MuJoCo cannot use the mesh {display(path)}: {words}") from error
 
 
 def _size(shape: Shape) -> tuple[float, ...]:

@@ -15,13 +15,19 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.land import land_meshes
 from vrx_mj.compiler.templates import Piece
+from vrx_mj.config.base import MAX_COORDINATE
+from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.search import find_terrain
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, shortened
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
 
 FloatArray = npt.NDArray[np.float64]
 
+MAX_BYTES = 4_000_000
+"""Longest file that is read."""
+MAX_POINTS = 5000
+"""Most points of a shoreline; each edge is compared with every other."""
 SLOPE = 0.25
 """Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
 CREST = 6.0
@@ -54,8 +60,13 @@ def terrain_piece(name: str, near: Path | None = None) -> Piece:
 
 @functools.lru_cache(maxsize=4)
 def _build(path: Path, _changed: int) -> Piece:
+    import shapely
+
     polygons = _read(path)
-    meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
+    try:
+        meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
+    except (shapely.errors.GEOSException, ValueError) as error:
+        raise _invalid(path, f"its rings bound no land: {error}") from error
     values = {"blocks": bank_blocks(_rings(polygons)).round(2).tolist(), "meshes": meshes}
     return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes})
 
@@ -185,20 +196,35 @@ def _find(name: str, near: Path | None) -> Path:
 def _read(path: Path) -> list[dict[str, Any]]:
     """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
     try:
-        land = json.loads(path.read_text(encoding="utf-8-sig"))["land"]
-        return [
+        land = json.loads(read_limited(path, MAX_BYTES).decode("utf-8-sig"))["land"]
+        polygons = [
             {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]}
             for item in land
         ]
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        message = f"invalid shoreline: {error}; expected {{land: [{{exterior: [[x, y], ...], holes: [...]}}]}}"
-        raise ConfigError([Problem(str(path), None, None, "land", message)]) from error
+    except ReadingError as error:
+        raise ConfigError([Problem(str(path), None, None, "", str(error))]) from None
+    except RecursionError:
+        raise _invalid(path, "nested too deeply") from None
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise _invalid(path, str(error)) from error
+    points = sum(map(len, _rings(polygons)))
+    if not 0 < points <= MAX_POINTS:
+        raise _invalid(path, f"{points} points; 3 to {MAX_POINTS} are allowed")
+    return polygons
+
+
+def _invalid(path: Path, reason: str) -> ConfigError:
+    wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
+    message = f"invalid shoreline: {shortened(reason, 200)}; {wanted}"
+    return ConfigError([Problem(str(path), None, None, "land", message)])
 
 
 def _ring(points: object) -> FloatArray:
     ring = np.asarray(points, dtype=np.float64)
     if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
         raise ValueError("a ring must be a list of points [x, y] in m")
+    if np.abs(ring).max() > MAX_COORDINATE:
+        raise ValueError(f"a coordinate of {np.abs(ring).max():g} m; at most {MAX_COORDINATE:g} m is allowed")
     keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # in its file a ring may be closed
     if np.count_nonzero(keep) < 3:
         raise ValueError("a ring must have at least three points")

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from vrx_mj.errors import nearest
+from vrx_mj.errors import nearest, shortened
 
 __all__ = ["choice", "one_of", "shown", "unknown_key"]
 
@@ -48,5 +48,4 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
 
 
 def _short(text: str) -> str:
-    line = text.replace("\n", "\\n")
-    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
+    return shortened(text, _LONGEST)

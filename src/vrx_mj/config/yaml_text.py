@@ -12,6 +12,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from vrx_mj.config.characters import find_controls, find_lookalikes
+from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Place, Section, key_path
 from vrx_mj.config.wording import shown
@@ -63,12 +64,9 @@ def read_lines(path: Path) -> tuple[str, ...]:
     """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
     name = display(path)
     try:
-        data = path.read_bytes()[: MAX_BYTES + 1] if path.stat().st_size <= MAX_BYTES else b"x" * (MAX_BYTES + 1)
-    except OSError as error:
-        raise ConfigError([Problem(name, None, None, "", f"cannot be read: {error.strerror}")]) from None
-    if len(data) > MAX_BYTES:
-        message = f"more than {MAX_BYTES / 1e6:g} MB, the largest size that is read"
-        raise ConfigError([Problem(name, None, None, "", message)])
+        data = read_limited(path, MAX_BYTES)
+    except ReadingError as error:
+        raise ConfigError([Problem(name, None, None, "", str(error))]) from None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -1,5 +1,6 @@
 import json
 import math
+from contextlib import suppress
 
 import mujoco
 import numpy as np
@@ -184,6 +185,9 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
     assert mujoco.MjModel.from_xml_string(text, assets=assets).ngeom == 6
 
 
+BEYOND = "a coordinate of 2.5e+07 m; at most 1e+06 m is allowed"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -193,8 +197,13 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
         ('{"land": [{"exterior": [[0, 0], [1, 0]]}]}', "a ring must have at least three points"),
         ('{"land": [{"exterior": [[0, 0], [1, NaN], [2, 1]]}]}', "a ring must be a list of points [x, y] in m"),
         ('{"land": [{"exterior": [0, 1, 2]}]}', "a ring must be a list of points [x, y] in m"),
+        ('{"land": []}', "0 points; 3 to 5000 are allowed"),
+        (f'{{"land": [{{"exterior": {[[n, n * n] for n in range(5001)]}}}]}}', BEYOND),
+        (f'{{"land": [{{"exterior": {[[n, n % 2] for n in range(5001)]}}}]}}', "5001 points; 3 to 5000 are allowed"),
+        (f'{{"land": [{{"exterior": [[1, 0], [0, {10**400}], [0, 0]]}}]}}', "int too large to convert to float"),
+        ('{"land": ' + "[" * 100_000, "nested too deeply"),
     ],
-)
+)  # fmt: skip
 def test_a_broken_shoreline_is_named(tmp_path, text, reason):
     (tmp_path / "terrain").mkdir()
     path = tmp_path / "terrain" / "bad.json"
@@ -203,3 +212,14 @@ def test_a_broken_shoreline_is_named(tmp_path, text, reason):
         shoreline("bad", tmp_path)
     wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
     assert str(caught.value) == f"{path}: land: invalid shoreline: {reason}; {wanted}"
+
+
+def test_rings_that_cross_themselves_are_told_or_drawn(tmp_path):
+    """Shapely mends some and refuses others."""
+    (tmp_path / "terrain").mkdir()
+    path = tmp_path / "terrain" / "bad.json"
+    rings = [[[0, 0], [9, 9], [9, 0], [0, 9]], [[0, 0], [9, 0], [0, 0], [9, 0], [3, 0]], [[0, 0], [1, 0], [2, 0]]]
+    for ring in rings:
+        path.write_text(f'{{"land": [{{"exterior": {ring}}}, {{"exterior": {rings[0]}}}]}}', encoding="utf-8")
+        with suppress(ConfigError):
+            terrain_piece("bad", tmp_path)

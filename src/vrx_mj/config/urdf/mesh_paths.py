@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 from xml.sax.saxutils import quoteattr, unescape
 
+from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.search import display
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError
@@ -20,6 +21,7 @@ _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")
 _PACKAGE_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
+_PACKAGE_BYTES = 100_000
 _QUOTES = {"&quot;": '"', "&apos;": "'"}
 
 
@@ -130,8 +132,7 @@ def _inside(file: Path, base: Path) -> str:
 def _named(folder: Path) -> str:
     """What a folder's `package.xml` calls the package; empty if it has none."""
     try:
-        with (folder / "package.xml").open("rb") as stream:
-            found = _PACKAGE_NAME.search(stream.read(10_000))
-    except OSError:
+        found = _PACKAGE_NAME.search(read_limited(folder / "package.xml", _PACKAGE_BYTES))
+    except ReadingError:
         return ""
     return found[1].decode("utf-8", "replace") if found else ""

@@ -1,8 +1,9 @@
 """Mesh files of any common format as points, triangles and a colour; what is too large or degenerate is refused."""
 
 import io
+import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -11,18 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vrx_mj.errors import VrxError
+from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.config.urdf.collada_sizes import sized_dae
+from vrx_mj.config.urdf.gltf_sizes import sized_glb
+from vrx_mj.config.urdf.mesh_sizes import check_counts, refuse, sized_obj, sized_ply, sized_stl
+from vrx_mj.errors import VrxError, shortened
 
-__all__ = ["MeshData", "check_mesh", "obj_text", "read_mesh"]
+__all__ = ["MeshData", "check_mesh", "mesh_bytes", "obj_text", "read_mesh"]
 
 MAX_BYTES = 50_000_000
 """Largest mesh file that is read."""
-MAX_TRIANGLES = 200_000
-"""Most triangles of a mesh; MuJoCo's own limit for STL files."""
 LARGEST = 1e5
 """Farthest point [m] that makes sense in a mesh."""
 FLAT = 1e-6
 """Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
+
+SIZED: Mapping[str, Callable[[str, bytes], bytes]] = {
+    ".obj": sized_obj, ".stl": sized_stl, ".dae": sized_dae, ".ply": sized_ply, ".glb": sized_glb,
+}  # fmt: skip
+"""By suffix, what looks at the sizes of a file and gives what the library is to read. No other file reaches it."""
 
 _UNIT = re.compile(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]+)\s*[\"']")
 
@@ -51,12 +59,7 @@ def read_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> MeshData:
 
     Collada's unit is honoured; its up axis is not, as in Gazebo, which draws such meshes with their own axes.
     """
-    try:
-        stat = path.stat()
-    except OSError as error:
-        raise VrxError(f"mesh {path.name} cannot be read: {error.strerror}") from None
-    if stat.st_size > MAX_BYTES:
-        raise VrxError(f"mesh {path.name} has {stat.st_size / 1e6:.1f} MB; at most {MAX_BYTES / 1e6:g} MB are read")
+    stat = _stat(path)
     mesh = _read(path.absolute(), stat.st_mtime_ns, stat.st_size)
     if tuple(scale) == (1.0, 1.0, 1.0):
         return mesh
@@ -82,28 +85,47 @@ def obj_text(mesh: MeshData) -> str:
     return "\n".join(lines) + "\n"
 
 
+def mesh_bytes(path: Path) -> bytes:
+    """The content of a mesh file as it is. The same errors as of `read_mesh`, but it is not looked into."""
+    _stat(path)
+    try:
+        return read_limited(path, MAX_BYTES)
+    except ReadingError as error:
+        raise VrxError(f"mesh {shortened(path.name)} {error}") from None
+
+
+def _stat(path: Path) -> os.stat_result:
+    """Of a mesh file that is small enough."""
+    try:
+        stat = path.stat()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
+        raise VrxError(f"mesh {shortened(path.name)} cannot be read: {reason}") from None
+    if stat.st_size > MAX_BYTES:
+        size = f"{stat.st_size / 1e6:.1f} MB"
+        raise VrxError(f"mesh {shortened(path.name)} has {size}; at most {MAX_BYTES / 1e6:g} MB are read")
+    return stat
+
+
 @lru_cache(maxsize=64)
 def _read(path: Path, _changed: int, _size: int) -> MeshData:
-    content = path.read_bytes()
-    suffix = path.suffix.lower().removeprefix(".")
-    unit = _unit(path.name, content) if suffix == "dae" else 1.0
-    scene = _scene(path.name, content, suffix)
+    name, suffix = shortened(path.name), path.suffix.lower()
+    if suffix not in SIZED:
+        raise VrxError(f"expected a mesh that ends in {', '.join(SIZED)}, got '{name}'")
+    content = mesh_bytes(path)
+    unit = _unit(name, content) if suffix == ".dae" else 1.0
+    scene = _scene(name, SIZED[suffix](name, content), suffix.removeprefix("."))
     parts = [(geometry, matrix) for geometry, matrix in _parts(scene) if len(geometry.faces)]
-    triangles = sum(len(geometry.faces) for geometry, _ in parts)
     if not parts:
-        raise VrxError(f"mesh {path.name} is empty: it has no triangles")
-    if triangles > MAX_TRIANGLES:
-        raise VrxError(f"mesh {path.name} has {triangles:,} triangles; at most {MAX_TRIANGLES:,} are allowed: "
-                       "simplify it, for example with Blender's Decimate")  # fmt: skip
-    return _checked(path.name, _merged(parts, unit))
+        refuse(name, "is empty: it has no triangles")
+    check_counts(name, triangles=sum(len(geometry.faces) for geometry, _ in parts))
+    return _checked(name, _merged(parts, unit))
 
 
 def _scene(name: str, content: bytes, suffix: str) -> Any:
     """The file as a scene of trimesh; nothing else is opened, whatever it refers to."""
     import trimesh
 
-    if suffix == "dae":
-        _check_collada(name, content)
     try:
         return trimesh.load_scene(
             io.BytesIO(content), file_type=suffix, process=False, resolver=None, skip_materials=suffix == "obj"
@@ -119,8 +141,6 @@ def _parts(scene: Any) -> list[tuple[Any, Any]]:
         matrix, name = scene.graph[node]
         if hasattr(scene.geometry[name], "faces"):
             found.append((scene.geometry[name], matrix))
-        if len(found) > MAX_TRIANGLES:
-            break
     return found
 
 
@@ -185,14 +205,4 @@ def _unit(name: str, content: bytes) -> float:
 
 
 def _shown(found: re.Match[bytes] | None) -> str:
-    return found[1].decode("ascii", "replace") if found else ""
-
-
-def _check_collada(name: str, content: bytes) -> None:
-    """Collada is XML, in which a short text can stand for a huge one."""
-    if re.search(rb"<!(DOCTYPE|ENTITY)", content, re.IGNORECASE):
-        raise VrxError(f"mesh {name} has a document type or entities, which are not allowed")
-    instances = content.count(b"<instance_node")
-    if instances > 20:
-        raise VrxError(f"mesh {name} repeats nodes {instances} times; at most 20 are allowed: "
-                       "export it as one mesh")  # fmt: skip
+    return found[1].decode("ascii", "replace")[:60] if found else ""

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.search import display
 from vrx_mj.config.urdf.xacro_limits import ExpressionError
 from vrx_mj.errors import UnknownNameError, nearest
@@ -116,14 +117,9 @@ class Files:
 def read_bytes(file: Path) -> bytes:
     """A file's bytes, up to the limit."""
     try:
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "its name is not valid"
-        raise ExpressionError(f"cannot be read: {reason}") from None
-    if len(data) > MAX_BYTES:
-        raise ExpressionError(f"more than {MAX_BYTES / 1e6:g} MB, the largest size that is read")
-    return data
+        return read_limited(file, MAX_BYTES)
+    except ReadingError as error:
+        raise ExpressionError(str(error)) from None
 
 
 def _package_of(folder: Path) -> dict[str, Path]:
@@ -138,9 +134,8 @@ def _package_of(folder: Path) -> dict[str, Path]:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        with (folder / "package.xml").open("rb") as stream:
-            text = stream.read(_PACKAGE_BYTES).decode("utf-8", errors="replace")
-    except OSError:
+        text = read_limited(folder / "package.xml", _PACKAGE_BYTES).decode("utf-8", errors="replace")
+    except ReadingError:
         return None
     found = _PACKAGE_NAME.search(text)
     return found[1] if found else None

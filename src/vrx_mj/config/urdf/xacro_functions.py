@@ -57,8 +57,9 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
 def _product(values: Iterable[Any], *, start: Any = 1) -> Any:
     result: Any = 1
     for value in (start, *values):
-        result = result * value if isinstance(value, int | float) else None
-        if result is None or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
+        if isinstance(value, int | float):
+            result *= value
+        if not isinstance(value, int | float) or (isinstance(result, int) and result.bit_length() > LONGEST_TEXT):
             raise ExpressionError("prod: the product is not a number, or too large")
     return result
 
