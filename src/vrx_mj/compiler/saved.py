@@ -12,8 +12,9 @@ from vrx_mj.compiler.mjcf_form import Contents, contents_of
 from vrx_mj.config.displays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.sensors import sensor_config
+from vrx_mj.config.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import StateError
+from vrx_mj.errors import StateError, VrxError
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
@@ -76,6 +77,10 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: ob
         digits = _HASH.search(name)
         if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
             raise StateError(f"{source} is damaged: '{name}' has another content than its name says")
+        try:
+            (sized_obj if name.endswith(".obj") else sized_stl)(name, content)
+        except VrxError as error:
+            raise StateError(f"{source} is damaged: {error}") from None
     return found
 
 

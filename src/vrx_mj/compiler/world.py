@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from vrx_mj.compiler.saved import checked
+from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.model.world import FORMAT
 
@@ -123,14 +124,9 @@ def _read(path: Path) -> bytes:
         StateError: it is not there, is no plain file, or is too large.
     """
     try:
-        if not path.is_file() and path.exists():
-            raise StateError(f"{path} is not a file")
-        if (size := path.stat().st_size) > LARGEST_FILE:
-            raise StateError(f"{path} has {size:,} bytes; at most {LARGEST_FILE:,} are read")
-        with path.open("rb") as file:
-            return file.read(LARGEST_FILE)
-    except OSError as error:
-        raise StateError(f"{path} cannot be read: {error.strerror or error}") from None
+        return read_limited(path, LARGEST_FILE)
+    except ReadingError as error:
+        raise StateError(f"{path} {error}") from None
 
 
 def _scene(target: Path) -> Path:

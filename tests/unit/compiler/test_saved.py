@@ -225,6 +225,16 @@ def test_an_asset_has_the_content_that_its_name_says(worlds):
     assert hashlib.sha256(world.assets[name]).hexdigest().startswith(digits)
 
 
+def test_a_mesh_is_as_large_as_its_header_says(worlds):
+    """An STL file of 84 bytes that says it has four thousand million triangles."""
+    world = worlds["docking"]
+    name = next(name for name in sorted(world.assets) if name.endswith(".stl"))
+    content = b"\0" * 80 + b"\xff" * 4
+    evil = f"land_sand_{hashlib.sha256(content).hexdigest()[:12]}.stl"
+    said = refusal(world, mjcf=world.mjcf.replace(name, evil), assets={**world.assets, evil: content})
+    assert said.startswith(f"scene.xml is damaged: mesh {evil} cannot be read: its header says 4,294,967,295 triangles")
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names on this system")
 def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(worlds, tmp_path):
     worlds["gates"].save(tmp_path)
@@ -233,7 +243,7 @@ def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(worlds, tmp_path):
     os.mkfifo(tmp_path / "assets" / name)
     with pytest.raises(StateError) as refused:
         World.load(tmp_path)
-    assert str(refused.value) == f"{tmp_path / 'assets' / name} is not a file"
+    assert str(refused.value) == f"{tmp_path / 'assets' / name} cannot be read: it is a pipe, not a file"
 
 
 def test_a_missing_asset_is_named(worlds, tmp_path):
