@@ -18,6 +18,7 @@ from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.crew import Crew
+from vrx_mj.runtime.divergence import told_rows
 from vrx_mj.runtime.durations import whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
@@ -25,6 +26,7 @@ from vrx_mj.runtime.row_arguments import Rows, channels_of, row_numbers, row_see
 from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
+from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.warmup import announced
 
 __all__ = ["Batch"]
@@ -43,6 +45,8 @@ class Batch:
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
     has no tasks, sensors or recordings; a `Simulation` has them, and can continue from the state that `get_state(row)`
     returns. A row with parameters that `vary` has changed belongs to a different world.
+
+    Threads that share a batch take turns; while one advances, the methods of all others raise a CommandError.
     """
 
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
@@ -76,7 +80,7 @@ class Batch:
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
         self._build()
-        self._pace = 1e-5
+        self._pace, self._turn = 1e-5, Turn("batch")
         with announced(advance_rows):
             self.reset(seed=seed)
             self.advance(0)
@@ -149,6 +153,7 @@ class Batch:
 
     # Running
 
+    @in_turn
     def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | npt.NDArray[np.integer] | None = None) -> None:
         """Reset rows to their start; parameters changed by `vary` are kept.
 
@@ -171,6 +176,7 @@ class Batch:
         reset_rows(which, self._rows, self._qpos, self._qvel)
         self._observe()
 
+    @in_turn
     def command(self, values: npt.ArrayLike, rows: Rows = None) -> None:
         """Set thrusts and steering angles of rows, (rows, channels), in the order of `channels`.
 
@@ -186,11 +192,13 @@ class Batch:
 
         A command holds for the whole duration. Errors are those of `command` and `advance`.
         """
+        self._turn.check("step")
         steps = whole_steps(duration, self.timestep)
         if values is not None:
             self._give(which_rows(self.n, rows), values, hold=(steps + 0.5) * self.timestep)
         self.advance(steps, rows)
 
+    @advancing
     def advance(self, steps: int, rows: Rows = None) -> None:
         """Advance rows, by default all, by a number of physics steps under their last commands.
 
@@ -215,12 +223,9 @@ class Batch:
                 break
         new = np.flatnonzero(self.diverged & ~before)
         if len(new):
-            more = f" and {len(new) - 5} more" if len(new) > 5 else ""
-            raise DivergedError(
-                f"rows {', '.join(map(str, new[:5]))}{more} have a state that is not finite, or huge, at about t = "
-                f"{self._time[new[0]]:g} s; they do not move until reset(rows)"
-            )
+            raise DivergedError(told_rows(new, float(self._time[new[0]])))
 
+    @in_turn
     def set_boat(
         self,
         boat: str,
@@ -257,6 +262,7 @@ class Batch:
         write_rows(which, self._rows, self._qpos, self._qvel)
         self._observe()
 
+    @in_turn
     def vary(
         self,
         rows: Rows = None,
@@ -306,6 +312,7 @@ class Batch:
         if "mass" in given:
             self._weigh(which, given["mass"])
 
+    @in_turn
     def get_state(self, row: int) -> State:
         """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does."""
         (row,) = which_rows(self.n, [row])

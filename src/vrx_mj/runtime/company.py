@@ -14,6 +14,7 @@ from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.turns import Turn, in_turn
 
 __all__ = ["Company", "rig_of"]
 
@@ -26,8 +27,9 @@ class Company:
     _stepping: Stepping
     _seed: int
     _subscriptions: Subscriptions
-    _advancing: bool
+    _turn: Turn
 
+    @in_turn
     def spawn(
         self,
         name: str,
@@ -73,6 +75,7 @@ class Company:
         _check_place(rig, world, name)
         self._inhabit(world, rig, f"{name} joins")
 
+    @in_turn
     def remove(self, name: str) -> None:
         """Remove a boat from the run. The others move exactly as before; subscriptions to its sensors end.
 
@@ -85,11 +88,9 @@ class Company:
         self._inhabit(world, self._moved(world, left=name), f"{name} leaves")
 
     def _check_standing(self, what: str) -> None:
+        self._turn.check(what)
         self._subscriptions.check_idle(what)
-        if self._advancing:
-            raise CommandError(
-                f"{what} cannot be called while the run advances, as from a recorder: call it afterwards"
-            )
+        self._turn.check_own(what)
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""

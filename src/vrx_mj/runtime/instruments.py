@@ -11,6 +11,7 @@ from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Readings, Sensing
 from vrx_mj.runtime.shooter import fire
 from vrx_mj.runtime.subscriptions import Subscription, Subscriptions
+from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.weather import Sea
 from vrx_mj.sensors.readings import Reading
 
@@ -25,6 +26,7 @@ class Instruments:
     _subscriptions: Subscriptions
     _rig: Rig
     _sea: Sea
+    _turn: Turn
 
     def sensors(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's sensors; UnknownNameError if no boat has that name."""
@@ -46,6 +48,7 @@ class Instruments:
         """
         return self._sensing.readings(boat)
 
+    @in_turn
     def subscribe(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
     ) -> Subscription:
@@ -61,10 +64,12 @@ class Instruments:
         check_name("boat", boat, self._sensing.boats)
         return self._subscriptions.add(boat, sensor, callback, rate, float(self._rig.data.time))
 
+    @in_turn
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription that `subscribe` returned."""
         self._subscriptions.remove(subscription)
 
+    @in_turn
     def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
         """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the largest force.
 
@@ -76,6 +81,7 @@ class Instruments:
         self._subscriptions.watch(watch)
         return watch
 
+    @in_turn
     def unwatch_contacts(self, watch: ContactWatch) -> None:
         """End what `watch_contacts` began."""
         self._subscriptions.unwatch(watch)
@@ -97,6 +103,7 @@ class Instruments:
         """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
         return tuple(self._sensing.of_kind(boat, "pinger"))
 
+    @in_turn
     def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
         """Move the beacon that a receiver hears to (x, y, z) [m, ENU]; it starts at the world's origin.
 
@@ -114,6 +121,7 @@ class Instruments:
         """
         return self._sensing.beacon(boat, sensor)
 
+    @in_turn
     def fire(self, boat: str, sensor: str | None = None) -> bool:
         """Shoot a ball and return whether a shot was left; `name` may be left out if the boat has one shooter.
 
@@ -126,9 +134,10 @@ class Instruments:
         return fired
 
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
-        check_name("boat", boat, self._sensing.boats)
-        values = self._rig.thruster_state[column]
-        return {name: float(values[row]) for name, row in self._helm.thrusters[boat].items()}
+        with self._turn.crew:
+            check_name("boat", boat, self._sensing.boats)
+            values = self._rig.thruster_state[column]
+            return {name: float(values[row]) for name, row in self._helm.thrusters[boat].items()}
 
     def _derive(self) -> None:
         """Make what follows from the state follow it."""

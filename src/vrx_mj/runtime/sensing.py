@@ -19,6 +19,7 @@ from vrx_mj.runtime.moments import Moment
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sights import Sights
+from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.gps import fix
 from vrx_mj.sensors.imu import inertia
@@ -63,7 +64,12 @@ class Sensing:
     """The sensors of all boats of a run."""
 
     def __init__(
-        self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel], rebound: Callable[[], None]
+        self,
+        world: World,
+        rig: Rig,
+        drawing: Callable[[], mujoco.MjModel],
+        rebound: Callable[[], None],
+        turn: Turn,
     ) -> None:
         """Sensors of a rig.
 
@@ -72,8 +78,9 @@ class Sensing:
             rig: whose moments they see.
             drawing: gives the model that cameras and lidars see.
             rebound: is called when the rig's arrays of moments are new ones.
+            turn: of whom, with the run; a reading is of one moment.
         """
-        self._rebound = rebound
+        self._rebound, self._turn = rebound, turn
         self._seed = 0
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, rig, drawing)
@@ -118,7 +125,12 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        return Readings(self.names(boat), lambda name: self.read(boat, name))
+        return Readings(self.names(boat), lambda name: self.sense(boat, name))
+
+    @in_turn
+    def sense(self, boat: str, name: str) -> Reading:
+        """What a sensor last measured, for any thread; CommandError while another advances, else as `read`."""
+        return self.read(boat, name)
 
     def read(self, boat: str, name: str) -> Reading:
         """What a sensor last measured; the same object until it measures again.

@@ -9,6 +9,7 @@ from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.sights import painted
+from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
 __all__ = ["Signals"]
@@ -19,6 +20,7 @@ class Signals:
 
     _rig: Rig
     _sensing: Sensing
+    _turn: Turn
 
     @property
     def lights(self) -> tuple[str, ...]:
@@ -39,6 +41,7 @@ class Signals:
         display = self._display("light or placard", name, ("light", "placard"))
         return display.shows(self._rig.display_marks, float(self._rig.data.time))
 
+    @in_turn
     def set_light(self, name: str, colors: Sequence[str]) -> None:
         """Make a light show three colours in turn, each for one second, beginning in one second.
 
@@ -53,6 +56,7 @@ class Signals:
         new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
         self._sensing.renew()
 
+    @in_turn
     def set_placard(self, name: str, symbol: str) -> None:
         """Make a placard show a symbol, such as `red_circle`.
 
@@ -65,6 +69,7 @@ class Signals:
         self._rig.display_marks[display.marks] = symbol_mark(symbol)
         self._sensing.renew()
 
+    @in_turn
     def shuffle(self, name: str) -> None:
         """Make a light or a placard show the next pattern in VRX's order; UnknownNameError if unknown."""
         display = self._display("light or placard", name, ("light", "placard"))

@@ -6,7 +6,7 @@ import weakref
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from threading import get_ident
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ from vrx_mj.runtime.durations import steps_to_second, whole, whole_steps
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import Observation
-from vrx_mj.runtime.officiating import Officiating, TaskObservation
+from vrx_mj.runtime.officiating import Officiating
 from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Listener, Sampler
 from vrx_mj.runtime.sensing import Sensing
@@ -32,7 +32,9 @@ from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.tasked import Tasked
 from vrx_mj.runtime.thrusters import Thruster, thrusters
+from vrx_mj.runtime.turns import HOLDER, Turn, in_turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.runtime.whereabouts import Whereabouts
@@ -46,24 +48,28 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Company, Instruments, Signals, Whereabouts):
+class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
     """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
     same versions of MuJoCo, numba and vrx_mj.
+
+    Threads that share one take turns: a call waits for the short calls of others. While one thread advances, whatever
+    changes the run, `get_state`, `forces` and sensors' readings raise a CommandError in all others; they may command,
+    and look at the time, the sea, the wind, the task, and poses by `observe`, which may be of the middle of a step.
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
-        self._stepping = Stepping()
+        self._stepping, self._turn = Stepping(), Turn("simulation")
         self._take(world, rig_of(world, self._stepping))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
-        self._pace, self._drained, self._advancing = 1e-5, 0.0, False
+        self._pace, self._drained = 1e-5, 0.0
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
-        self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments())  # noqa: PLW0108
+        self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments(), self._turn)  # noqa: PLW0108
         self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
         self._officiating = Officiating(world, self._rig, self._bodies.stand)
         self._deeds = Deeds(self, self._sampler)
@@ -134,6 +140,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     # Running
 
+    @in_turn
     def reset(self, seed: int | None = None) -> Observation:
         """Restart the run with the world's seed or the given one, and return the first observation.
 
@@ -175,7 +182,8 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
             UnknownNameError: a boat or thruster does not exist.
             CommandError: a command is not a finite number.
         """
-        self._helm.give(self._rig, commands, self.time, hold=0.0)
+        with self._turn.crew:
+            self._helm.give(self._rig, commands, self.time, hold=0.0)
 
     def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
         """Advance by `duration` [s] of simulated time, one physics step by default, under the given commands.
@@ -188,7 +196,10 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
             DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
         steps = 1 if duration is None else self.steps_in(duration)
-        self._helm.give(self._rig, commands or {}, self.time, hold=(steps + 0.5) * self.timestep)
+        if self._turn.claim or self._subscriptions.busy:
+            self._check_standing("step")
+        with self._turn.crew:
+            self._helm.give(self._rig, commands or {}, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
 
@@ -203,12 +214,20 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
             CommandError: `steps` is not a whole number.
             DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
-        self._subscriptions.check_idle("advance")
-        self._advancing = True
+        claim, thread = self._turn.claim, get_ident()
         try:
+            if claim.setdefault(HOLDER, thread) is not thread or self._subscriptions.busy:
+                self._wait(thread)
             self._advance(whole("number of steps", steps))
-        finally:
-            self._advancing = False
+        finally:  # with no call, in which Ctrl-C could come first
+            if claim and claim[HOLDER] is thread:
+                del claim[HOLDER]
+
+    def _wait(self, thread: int) -> None:
+        """Refuse to advance in the midst of another call, or wait for the short one of another thread."""
+        self._turn.check("advance")
+        self._subscriptions.check_idle("advance")
+        self._turn.take("advance", thread)
 
     def _advance(self, left: int) -> None:
         self._officiating.look(self.time, self._deeds)
@@ -237,12 +256,14 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     def observe(self) -> Observation:
         """Observation of every boat by name, and of the task as `obs["task"]` if the world has one."""
-        boats = (
-            (boat, self._bodies.observe(boat, sensors=self.sense(boat), thrusters=self._thrusters[boat]))
-            for boat in self.boats
-        )
-        return Observation(boats, self.task)
+        with self._turn.crew:
+            boats = (
+                (boat, self._bodies.observe(boat, sensors=self.sense(boat), thrusters=self._thrusters[boat]))
+                for boat in self.boats
+            )
+            return Observation(boats, self.task)
 
+    @in_turn
     def get_state(self) -> State:
         """Complete state of the run; a run continued from it equals the uninterrupted one bit for bit."""
         return dataclasses.replace(self._moment(), world=self._world.sha256)
@@ -255,6 +276,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         ours, moving, task = self._rig.pack(), self._rig.moving, self._officiating.dump()
         return State(STATE_VERSION, "", self._seed, self.time, flat, ours, moving, task)
 
+    @in_turn
     def set_state(self, state: State) -> Observation:
         """Set the state to one that `get_state` returned, here or in another process.
 
@@ -285,39 +307,16 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         self._settle()
         return self.observe()
 
-    # Its task
-
-    @property
-    def task(self) -> TaskObservation | None:
-        """Phase, times, score and outputs of the world's task; None if it has none."""
-        return self._officiating.observe() if self._officiating.referee else None
-
-    @property
-    def task_is_over(self) -> bool:
-        """Whether the world's task is finished; False if it has none."""
-        return self._officiating.referee is not None and self._officiating.over
-
-    @property
-    def task_events(self) -> tuple[tuple[float, str, str], ...]:
-        """Messages of the referee so far: simulated time [s], text and level."""
-        return self._officiating.events
-
-    def send(self, topic: str, content: Any) -> None:
-        """Send a message to the task, such as a landmark that was found; the referee reads it at its next update.
-
-        Raises:
-            CommandError: the world has no task, or the task takes no such message.
-        """
-        self._officiating.send(topic, content)
-
     # Recorders
 
+    @in_turn
     def attach(self, listener: Listener, *, rate: float) -> None:
         """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events."""
         self._sampler.add(listener, rate)
         self._renew_arguments()
         self._keep()
 
+    @in_turn
     def detach(self, listener: Listener) -> None:
         """Deliver the remaining rows to a listener and detach it."""
         self._keep()
@@ -329,6 +328,7 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
         """Row of the current time, as listeners get it."""
         return self._rig.row(self.time)
 
+    @in_turn
     def event(self, text: str, level: str = "INFO") -> None:
         """Write a log line to the recordings at the current time."""
         for listener in self._sampler.listeners:
@@ -348,13 +348,14 @@ class Simulation(Company, Instruments, Signals, Whereabouts):
 
     def _bind(self, world: World, rig: Rig) -> None:
         """Go over to a world that has other boats, with everything that users may hold."""
-        self._take(world, rig)
-        self._sea.bind(rig)
-        self._wind.bind(rig)
-        self._sensing.bind(world, rig, self._drawing)
-        self._subscriptions.bind(rig.sensors)
-        self._officiating.bind(world, rig, self._bodies.stand)
-        self._sampler.resize(rig.columns)
+        with self._turn.crew:
+            self._take(world, rig)
+            self._sea.bind(rig)
+            self._wind.bind(rig)
+            self._sensing.bind(world, rig, self._drawing)
+            self._subscriptions.bind(rig.sensors)
+            self._officiating.bind(world, rig, self._bodies.stand)
+            self._sampler.resize(rig.columns)
 
     def _inhabit(self, world: World, rig: Rig, told: str) -> None:
         """Go on in a world that has other boats, from the moment that its rig is at."""

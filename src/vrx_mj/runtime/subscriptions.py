@@ -65,7 +65,8 @@ class Subscriptions:
         self._read, self._timestep = read, timestep
         self._all: tuple[Subscription, ...] = ()
         self._watches: tuple[ContactWatch, ...] = ()
-        self._busy = False
+        self.busy = False
+        """Whether a reading is being handed over."""
         self.times: dict[tuple[str, str], float] = {}
         """Wall time [s] that the readings of each boat's sensors took, with what their subscribers made of them."""
         self.bind(sensors)
@@ -131,7 +132,7 @@ class Subscriptions:
         Raises:
             CommandError: a reading is being handed over.
         """
-        if self._busy:
+        if self.busy:
             raise CommandError(f"{what} cannot be called from the callback of a subscription: call it afterwards")
 
     def steps(self, time: float) -> int:
@@ -158,8 +159,8 @@ class Subscriptions:
     @contextmanager
     def _handing_over(self) -> Iterator[None]:
         """Around what calls users' functions, during which the run may not be changed."""
-        before, self._busy = self._busy, True
+        before, self.busy = self.busy, True
         try:
             yield
         finally:
-            self._busy = before
+            self.busy = before

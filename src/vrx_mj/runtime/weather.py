@@ -1,6 +1,7 @@
 """The sea and the wind as users ask for them: the same functions that make the forces."""
 
 import math
+import threading
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +40,7 @@ class Wind:
 
     def __init__(self, rig: Rig) -> None:
         self.bind(rig)
+        self._lock = threading.Lock()
         self._replayed = np.zeros(0)
         self._replay = np.zeros(1, rig.wind_state.dtype)
 
@@ -66,8 +68,9 @@ class Wind:
         """
         times = np.asarray(t, np.float64)
         steps = np.floor(times / self._rig.timestep + 1e-6).astype(np.int64)
-        self._replay_to(int(steps.max(initial=0)))
-        speeds = np.concatenate(([self._rig.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
+        with self._lock:
+            self._replay_to(int(steps.max(initial=0)))
+            speeds = np.concatenate(([self._rig.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
         out = np.zeros((*times.shape, 3))
         out[..., 0] = speeds * self._rig.wind["direction"][0, 0]
         out[..., 1] = speeds * self._rig.wind["direction"][0, 1]

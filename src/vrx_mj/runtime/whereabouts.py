@@ -7,6 +7,7 @@ from vrx_mj.runtime.bodies import FreeBodies, check_name
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.weather import Sea
 
 __all__ = ["Whereabouts"]
@@ -19,7 +20,9 @@ class Whereabouts:
     _rig: Rig
     _sea: Sea
     _bodies: FreeBodies
+    _turn: Turn
 
+    @in_turn
     def set_boat(
         self,
         name: str,
@@ -44,11 +47,13 @@ class Whereabouts:
         self._bodies.put(name, pose, velocity)
         self._derive()
 
+    @in_turn
     def release(self, boat: str) -> None:
         """Release a boat that its task holds, as `set_boat` with a pose does; a free boat is not changed."""
         check_name("boat", boat, self._world.boats)
         self._rig.release(boat)
 
+    @in_turn
     def set_object(
         self,
         name: str,
@@ -72,9 +77,11 @@ class Whereabouts:
 
         UnknownNameError if no floating object or dock has that name.
         """
-        check_name("floating object", name, self._bodies.afloat)
-        return self._bodies.observe(name)
+        with self._turn.crew:
+            check_name("floating object", name, self._bodies.afloat)
+            return self._bodies.observe(name)
 
+    @in_turn
     def forces(self, boat: str) -> Forces:
         """Forces on a boat in the next step, by name of the effect: force and torque, (6,).
 

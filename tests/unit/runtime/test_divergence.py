@@ -1,7 +1,9 @@
 """A state that is NaN or huge stops the run, with a file to go on from."""
 
 import math
+import os
 import re
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,14 @@ import pytest
 import vrx_mj
 from integration.sailing import AHEAD, boats, simulation
 from vrx_mj.errors import DivergedError
+from vrx_mj.runtime import divergence
+from vrx_mj.runtime.state import State
 
 BUOY = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [20, 3, 0, 0, 0, 0]}
 MESSAGE = re.compile(
     r"(?P<name>\S+) has a state that is not finite, or huge, at step (?P<step>\d+) \(t = (?P<time>\S+) s\)\. "
-    r"The state at t = (?P<good>\S+) s is in (?P<file>.+): State\.load reads it"
+    r"The state at t = (?P<good>\S+) s is in (?P<file>.+): State\.load reads it; "
+    r"the last 10 such states are kept"
 )
 
 
@@ -131,3 +136,57 @@ def test_mujoco_writes_no_log(value, tmp_path):
     spoil_velocity(sim, value)
     stopped(sim, 10)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """An empty temporary folder."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def diverge(time, size=1):
+    """What is told of a run that diverges after `time` [s] with a state of so many numbers."""
+    text = divergence.told("b", time + 1.0, 0.01, State(3, "", 1, time, np.zeros(size), b"", 0))
+    folder = Path(MESSAGE.fullmatch(text)["file"]).parent
+    os.utime(folder, (time, time))
+    return folder
+
+
+def test_the_last_ten_states_are_kept(temporary):
+    folders = [diverge(float(time)) for time in range(1, 26)]
+    assert sorted(temporary.iterdir()) == sorted(folders[-divergence.KEPT :])
+    assert all(folder.stat().st_mode & 0o777 == 0o700 for folder in temporary.iterdir())
+
+
+def test_they_hold_no_more_than_their_share(temporary, monkeypatch):
+    monkeypatch.setattr(divergence, "KEPT_BYTES", 20_000)
+    folders = [diverge(float(time), size=1000) for time in range(1, 6)]  # of 8 kB each
+    assert sorted(temporary.iterdir()) == sorted(folders[-2:])
+    assert diverge(9.0, size=10_000).is_dir()
+    assert len(list(temporary.iterdir())) == 1
+
+
+def test_what_looks_alike_but_is_not_ours_is_left_alone(temporary, tmp_path_factory):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "precious").touch()
+    (temporary / "vrx_mj-diverged-link").symlink_to(elsewhere)
+    (temporary / "vrx_mj-diverged-file").touch()
+    (temporary / "vrx_mj-diverged-My Folder").mkdir()
+    if os.getuid() == 0:
+        (temporary / "vrx_mj-diverged-theirs").mkdir()
+        os.chown(temporary / "vrx_mj-diverged-theirs", 65534, 65534)
+    before = set(temporary.iterdir())
+    for time in range(1, 26):
+        diverge(float(time))
+    assert before < set(temporary.iterdir())
+    assert (elsewhere / "precious").exists()
+
+
+def test_where_nothing_can_be_saved_the_message_says_so(temporary, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary / "none"))
+    told = divergence.told("b", 2.0, 0.01, State(3, "", 1, 1.0, np.zeros(1), b"", 0))
+    assert told == (
+        "b has a state that is not finite, or huge, at step 200 (t = 2 s). "
+        "The state at t = 1 s could not be saved: No such file or directory"
+    )

@@ -170,7 +170,7 @@ def test_a_callback_may_command_and_fire(sim):
     ("call", "name"),
     [
         (lambda sim, state: sim.advance(1), "advance"),
-        (lambda sim, state: sim.step(), "advance"),
+        (lambda sim, state: sim.step(), "step"),
         (lambda sim, state: sim.reset(), "reset"),
         (lambda sim, state: sim.set_state(state), "set_state"),
     ],
