@@ -42,10 +42,15 @@ SIMULATION = """
 sim = vrx_mj.Simulation(world)
 state = sim.get_state()
 boat = sim.boats[0]
+numbers = iter(range(10**6))
 def come_and_go():
-    name = f"guest{threading.get_ident()}"
-    sim.spawn(name, pose=[500.0 + threading.get_ident() % 9973, 500.0, 0.1, 0, 0, 0])
-    sim.remove(name)
+    number = next(numbers)
+    sim.spawn(f"guest{number}", pose=[500.0 + 20.0 * number, 500.0, 0.1, 0, 0, 0])
+    while True:
+        try:
+            return sim.remove(f"guest{number}")
+        except CommandError:
+            seen["waited"] += 1
 hammer([
     lambda: sim.advance(50), lambda: sim.step({boat: {"left": 0.5}}, duration=0.1), lambda: sim.reset(3), sim.get_state,
     sim.observe, lambda: sim.set_boat(boat, velocity=(1, 0, 0, 0, 0, 0)), lambda: sim.forces(boat),
@@ -55,7 +60,7 @@ hammer([
 hammer([
     come_and_go, sim.observe, lambda: sim.advance(200), lambda: sim.command(boat, left=0.4), lambda: sim.thrust(boat),
 ])
-assert set(seen) <= {"done", refused("simulation")}, seen
+assert set(seen) <= {"done", "waited", refused("simulation")}, seen
 fresh = vrx_mj.Simulation(world)
 for run in (sim, fresh):
     run.reset(7)

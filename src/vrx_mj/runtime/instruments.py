@@ -49,6 +49,14 @@ class Instruments:
         return self._sensing.readings(boat)
 
     @in_turn
+    def prepare_sensors(self) -> None:
+        """Compile now what the boats' cameras and lidars need on this machine, rather than in their first reading.
+
+        Nothing is measured, and the run stays as it is.
+        """
+        self._sensing.compile()
+
+    @in_turn
     def subscribe(
         self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
     ) -> Subscription:

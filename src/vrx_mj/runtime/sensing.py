@@ -132,6 +132,11 @@ class Sensing:
         """What a sensor last measured, for any thread; CommandError while another advances, else as `read`."""
         return self.read(boat, name)
 
+    def compile(self) -> None:
+        """Have the kernels compiled that the boats' cameras and lidars need; nothing is measured."""
+        data, marks = self._rig.data, self._rig.moments.marks
+        self._sights.compile(self._rig.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
+
     def read(self, boat: str, name: str) -> Reading:
         """What a sensor last measured; the same object until it measures again.
 

@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
+from vrx_mj.physics.kernel import cached
+from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.moments import Moment
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
@@ -14,11 +16,15 @@ from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import Display
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.lidar import Lidar, Water
+from vrx_mj.sensors.lidar import Lidar, Water, noisy
 from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
+from vrx_mj.sensors.sea_returns import cast_at_sea
 
 __all__ = ["Sights", "painted"]
+
+SEA = ("the sea's pictures", 8)
+"""What cameras compile, and for how long, about [s]."""
 
 
 class Sights:
@@ -39,7 +45,9 @@ class Sights:
         data = self._scene(model, now)
         if self._rig.displays:
             self._cameras.paint(painted(model, self._rig.displays, self._rig.shown(now.marks), now.time))
-        return self._cameras.image(sensor.config, data, place.position, place.rotation, now.time, draw.key, draw.index)
+        at = place.position, place.rotation, now.time
+        with announced(draw_surface, *SEA):
+            return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
 
     def scan(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> PointCloud | Scan:
         """The scan of a lidar."""
@@ -52,6 +60,19 @@ class Sights:
         water = Water(self._rig.waves, self._rig.sea, now.time) if sensor.config.sea_returns else None
         with announced(cast, "the lidar", 8):
             return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
+
+    def compile(self, sensors: Sequence[Mounted], now: Moment) -> None:
+        """Have the kernels that cameras and lidars need compiled, if they are not; `now` is any moment.
+
+        What is cached is left for the first reading to load, in a fraction of a second.
+        """
+        if any(sensor.config.type == "camera" for sensor in sensors) and not cached(draw_surface):
+            with announced(draw_surface, *SEA):
+                Cameras(self._drawing(), self._world.parameters).compile()
+        lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
+        for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
+            if not (cached(cast) and cached(noisy) and (cached(cast_at_sea) or not sea)):
+                self.scan(sensor, now, None, Draw(0, sensor.boat, sensor.name, 0, sensor.config.rate))
 
     def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:
         """Where everything was at a moment."""

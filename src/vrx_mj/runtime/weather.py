@@ -78,8 +78,9 @@ class Wind:
 
     def forget(self) -> None:
         """Start the replay again: the noise stream has changed."""
-        self._replayed = np.zeros(0)
-        self._replay[:] = np.zeros(1, self._replay.dtype)
+        with self._lock:
+            self._replayed = np.zeros(0)
+            self._replay[:] = np.zeros(1, self._replay.dtype)
 
     def _replay_to(self, steps: int) -> None:
         missing = steps - len(self._replayed)

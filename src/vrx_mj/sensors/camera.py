@@ -1,6 +1,7 @@
 """Cameras: pictures of a moment of the world, drawn without a screen."""
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -84,6 +85,12 @@ class Cameras:
     def swell(self, factor: float) -> None:
         """Draw waves `factor` times as high as the world's from now on, 0 for none."""
         self._sea.swell(factor)
+
+    def compile(self) -> None:
+        """Have the kernels that pictures need compiled; nothing is drawn."""
+        dot = np.zeros((1, 1, 3), np.uint8)
+        self._sea.move(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.0, math.pi, 0.0)
+        with_grain(dot, grain_table(0.01), np.uint64(0), dot.copy())
 
     def close(self) -> None:
         """Free the drawing context; the next picture makes a new one."""

@@ -84,6 +84,7 @@ def serve(
     """
     if wanted.rate is not None and not wanted.rate > 0.0:
         raise CommandError(f"invalid --rate {wanted.rate:g}: a number above 0 (1 for real time) or max is needed")
+    sim.prepare_sensors()  # compiling holds the clock up for seconds: now, and not when somebody subscribes
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
