@@ -11,6 +11,7 @@ of the input's folder are bad, and so is a refusal without the file's name. File
 """
 
 import argparse
+import itertools
 import os
 import signal
 import sys
@@ -33,13 +34,18 @@ KEPT_OF_A_CAUSE = 3
 """Inputs that are kept of one cause."""
 
 
+BLOCK = 25
+"""Inputs of each kind that come in a row: those of files, and those of servers, which are tried by other processes."""
+
+
 def drawn(kinds: Sequence[str], seed: int, inputs: int | None, minutes: float | None) -> Iterator[Job]:
     """Inputs of the kinds in turn, until there are enough or time is over."""
     until = time.monotonic() + 60.0 * minutes if minutes else None
-    number = 0
-    while (inputs is None or number < inputs) and (until is None or time.monotonic() < until):
-        yield kinds[number % len(kinds)], seed, number
-        number += 1
+    groups = [group for calls in (False, True) if (group := [name for name in kinds if KINDS[name].calls is calls])]
+    for number, name in enumerate(itertools.chain.from_iterable(group * BLOCK for group in itertools.cycle(groups))):
+        if (inputs is not None and number >= inputs) or (until is not None and time.monotonic() >= until):
+            return
+        yield name, seed, number
 
 
 class Keeper:

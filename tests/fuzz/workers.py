@@ -104,12 +104,17 @@ class Pool:
                     continue
                 yield result
                 job = next(todo, None)
-                if not worker.process.is_alive() or (worker.done >= RENEWED and job):
+                if not worker.process.is_alive() or (job and self._is_used_up(worker, job)):
                     worker.end()
                     worker = self.workers[number] = self._started(folder / str(number))  # noqa: PLW2901
                 worker.job = None
                 if job is not None:
                     worker.give(job)
+
+    def _is_used_up(self, worker: Worker, job: Job) -> bool:
+        """Whether another process is to try the next input: servers go on beside what comes after them."""
+        assert worker.job is not None
+        return worker.done >= RENEWED or self.kinds[job[0]].calls != self.kinds[worker.job[0]].calls
 
     def _heard(self, worker: Worker) -> Result | None:
         """A worker's result, or what its death or its end by us says."""
@@ -177,8 +182,8 @@ def _work(kinds: dict[str, Kind], pipe: Connection, others: Sequence[Connection]
 
 
 def told_place(said: str) -> str:
-    """The innermost frame of ours in a stack that faulthandler has written."""
-    for line in said.splitlines():
+    """The innermost frame of ours in the main thread's stack, as faulthandler has written it."""
+    for line in said.rpartition("Current thread")[2].splitlines():
         if line.lstrip().startswith("File") and "/vrx_mj/" in line:
             name = line.split('"')[1].rpartition("/vrx_mj/")[2]
             return f" at vrx_mj/{name}:{line.rpartition('line ')[2]}"

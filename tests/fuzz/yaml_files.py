@@ -3,6 +3,7 @@
 import functools
 import json
 import random
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -94,9 +95,12 @@ def seeds_in(*folders: Path, named: str = "*.yaml") -> list[tuple[bytes, Any]]:
 
 
 def _tree(file: Path) -> Any:
+    """The tree of a file; None if it has none, or aliases, which can make it endless."""
     try:
         text = file.read_text("utf-8")
-        return json.loads(text) if file.suffix == ".json" else yaml.safe_load(text)
+        if file.suffix == ".json":
+            return json.loads(text)
+        return None if re.search(r"(?<!\w)\*\w", text) else yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError):
         return None
 

@@ -210,7 +210,18 @@ def _read(path: Path) -> list[dict[str, Any]]:
     points = sum(map(len, _rings(polygons)))
     if not 0 < points <= MAX_POINTS:
         raise _invalid(path, f"{points} points; 3 to {MAX_POINTS} are allowed")
+    for index, item in enumerate(polygons):
+        if fault := _polygon_fault(item):
+            raise _invalid(path, f"land[{index}] is no polygon: {fault}")
     return polygons
+
+
+def _polygon_fault(item: dict[str, Any]) -> str:
+    """Where a ring crosses or touches itself or another, in Shapely's words; empty if none does."""
+    import shapely
+
+    polygon = shapely.Polygon(item["exterior"], item["holes"])
+    return "" if polygon.is_valid else str(shapely.is_valid_reason(polygon))
 
 
 def _invalid(path: Path, reason: str) -> ConfigError:

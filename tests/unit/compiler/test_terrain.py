@@ -1,6 +1,5 @@
 import json
 import math
-from contextlib import suppress
 
 import mujoco
 import numpy as np
@@ -214,12 +213,33 @@ def test_a_broken_shoreline_is_named(tmp_path, text, reason):
     assert str(caught.value) == f"{path}: land: invalid shoreline: {reason}; {wanted}"
 
 
-def test_rings_that_cross_themselves_are_told_or_drawn(tmp_path):
-    """Shapely mends some and refuses others."""
+CROSSING, TWICE, FLAT = (
+    [[0, 0], [9, 9], [9, 0], [0, 9]],
+    [[0, 0], [9, 0], [0, 0], [9, 0], [3, 0]],
+    [[0, 0], [1, 0], [2, 0]],
+)
+ISLAND = [[0, 0], [9, 0], [9, 9], [0, 9]]
+
+
+@pytest.mark.parametrize(
+    ("land", "reason"),
+    [
+        ([{"exterior": ISLAND}, {"exterior": CROSSING}], "land[1] is no polygon: Self-intersection[4.5 4.5]"),
+        ([{"exterior": TWICE}], "land[0] is no polygon: Self-intersection[3 0]"),
+        ([{"exterior": FLAT}], "land[0] is no polygon: Self-intersection[1 0]"),
+        (
+            [{"exterior": ISLAND, "holes": [[[20, 20], [21, 20], [21, 21]]]}],
+            "land[0] is no polygon: Hole lies outside shell[20 20]",
+        ),
+        ([{"exterior": ISLAND, "holes": [CROSSING]}], "land[0] is no polygon: Self-intersection[4.5 4.5]"),
+    ],
+)
+@pytest.mark.parametrize("use", [shoreline, terrain_piece])
+def test_rings_that_cross_themselves_are_refused_wherever_they_are_read(tmp_path, land, reason, use):
     (tmp_path / "terrain").mkdir()
     path = tmp_path / "terrain" / "bad.json"
-    rings = [[[0, 0], [9, 9], [9, 0], [0, 9]], [[0, 0], [9, 0], [0, 0], [9, 0], [3, 0]], [[0, 0], [1, 0], [2, 0]]]
-    for ring in rings:
-        path.write_text(f'{{"land": [{{"exterior": {ring}}}, {{"exterior": {rings[0]}}}]}}', encoding="utf-8")
-        with suppress(ConfigError):
-            terrain_piece("bad", tmp_path)
+    path.write_text(json.dumps({"land": land}), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        use("bad", tmp_path)
+    wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
+    assert str(caught.value) == f"{path}: land: invalid shoreline: {reason}; {wanted}"
