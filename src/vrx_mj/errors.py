@@ -19,12 +19,17 @@ __all__ = [
     "VideoError",
     "VrxError",
     "VrxWarning",
-    "check_kind",
     "nearest",
+    "printable",
+    "shown",
 ]
 
 _SHOWN_NAMES = 12
 _SHOWN_PROBLEMS = 40
+_LONGEST = 60
+"""Characters of a value in a message."""
+_LONGEST_NAME = 120
+"""Characters of a name in a message."""
 
 
 class VrxError(Exception):
@@ -33,6 +38,27 @@ class VrxError(Exception):
 
 class VrxWarning(UserWarning):
     """Warning about legal but suspicious input, with its numbers and the threshold."""
+
+
+def shown(value: object) -> str:
+    """A value as Python writes it, in one line and shortened; a large object by its type."""
+    try:
+        text = repr(value)
+    except Exception:  # anybody's `__repr__`; and Python writes no number of more than 4300 digits
+        return f"a value of type {type(value).__name__}"
+    text = printable(" ".join(text.split()))
+    if len(text) > _LONGEST and text.startswith("<"):
+        return type(value).__name__
+    return _cut(text, _LONGEST)
+
+
+def printable(text: str) -> str:
+    """Text without line breaks and other characters that a terminal does not print."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _cut(text: str, longest: int) -> str:
+    return text if len(text) <= longest else f"{text[:longest]}..."
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -45,24 +71,25 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 class UnknownNameError(VrxError):
     """An unknown name: "no thruster named 'left'; known: port, starboard"."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"no {kind} named '{name}'; {self._hint()}")
+        text = name if isinstance(name, str) else shown(name)
+        self._close = nearest(text, self.known) if len(text) <= _LONGEST_NAME else None
+        super().__init__(f"no {kind} named '{printable(_cut(text, _LONGEST_NAME))}'; {self._hint()}")
 
-    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, str, tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, object, tuple[str, ...]]]:
         return type(self), (self.kind, self.name, self.known)
 
     @property
     def left_out(self) -> int:
         """How many of the known names the message does not show, for a name that resembles none of them."""
-        return 0 if nearest(str(self.name), self.known) else max(0, len(self.known) - _SHOWN_NAMES)
+        return 0 if self._close else max(0, len(self.known) - _SHOWN_NAMES)
 
     def _hint(self) -> str:
-        close = nearest(str(self.name), self.known)
-        if close is not None:
-            return f"did you mean '{close}'?"
+        if self._close is not None:
+            return f"did you mean '{self._close}'?"
         names = ", ".join(self.known[:_SHOWN_NAMES]) or "none"
         rest = len(self.known) - _SHOWN_NAMES
         return f"known: {names}" + (f" and {rest} more" if rest > 0 else "")
@@ -135,14 +162,3 @@ class RenderError(VrxError):
 
 class VideoError(VrxError):
     """A video that cannot be made: an unknown kind of file, an invalid size, an encoder that is not installed."""
-
-
-def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
-    """Tell whether what a function takes is of a kind; `wanted` says where to get one.
-
-    Raises:
-        VrxError: it is not; of the class `error`.
-    """
-    if not isinstance(given, kind):
-        text = repr(given)
-        raise error(f"{taker} takes {wanted}, not {text if len(text) <= 60 else type(given).__name__}")

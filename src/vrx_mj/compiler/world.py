@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from vrx_mj.arguments import as_path
 from vrx_mj.errors import StateError
 
 WORLD_FORMAT = 3
@@ -30,6 +31,10 @@ class World:
     parameters: Mapping[str, Any]
     """Parameters as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
     `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
+
+    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], dict[str, Any]]]:
+        """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
+        return _read_only, (self.mjcf, dict(self.assets), dict(self.parameters))
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
@@ -67,7 +72,7 @@ class World:
         Args:
             target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
         """
-        scene = _scene(Path(target))
+        scene = _scene(as_path("target", target))
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
             (scene.parent / "assets" / name).write_bytes(content)
@@ -82,7 +87,7 @@ class World:
         Raises:
             StateError: there is no saved world, or it is damaged or of another version.
         """
-        scene = _scene(Path(source))
+        scene = _scene(as_path("source", source))
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
@@ -110,7 +115,11 @@ def world_of(mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source
     for name in names:
         if name in {".", ".."} or re.search(r"[/\\:]", name):
             raise StateError(f"{source} is damaged: invalid asset name '{name}': a file name without folders is needed")
-    return World(mjcf, MappingProxyType({name: asset(name) for name in names}), MappingProxyType(tree))
+    return _read_only(mjcf, {name: asset(name) for name in names}, tree)
+
+
+def _read_only(mjcf: str, assets: dict[str, bytes], parameters: dict[str, Any]) -> World:
+    return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
 
 
 def _scene(target: Path) -> Path:
@@ -121,7 +130,7 @@ def _scene(target: Path) -> Path:
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
     """A `World` whose parameters went through JSON, as those of a loaded one did."""
     tree = json.loads(_dump({"format": WORLD_FORMAT, **parameters}))
-    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), MappingProxyType(tree))
+    return _read_only(mjcf, dict(sorted(assets.items())), tree)
 
 
 def _dump(parameters: Mapping[str, Any]) -> str:

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.errors import StateError
+from vrx_mj.arguments import as_path, check_kind
+from vrx_mj.errors import StateError, printable
+from vrx_mj.outputs import written
 
 STATE_VERSION = 3
 
@@ -54,8 +56,11 @@ class State:
             StateError: the state belongs to another world or another version, or is not finite.
         """
         check_version(self.version)
+        check_kind("check", world, str, "the sha256 of a world", StateError)
         if self.world != world:
-            raise StateError(f"the state belongs to the world {self.world[:12]}, not to this one, {world[:12]}")
+            raise StateError(
+                f"the state belongs to the world {self.world[:12]}, not to this one, {printable(world[:12])}"
+            )
         if not np.isfinite(self.mujoco).all():
             raise StateError(f"the state at t = {self.time:g} s is not finite")
 
@@ -79,6 +84,7 @@ class State:
         Raises:
             StateError: the bytes are not a state, or one of another version.
         """
+        check_kind("from_bytes", block, bytes, "the bytes of a saved state, as to_bytes() returns them", StateError)
         head, _, body = block.partition(b"\n")
         try:
             header = json.loads(head)
@@ -94,8 +100,14 @@ class State:
         return State(version, *fields, np.frombuffer(body[:size], "<f8").copy(), body[size:], moving, task)
 
     def save(self, path: str | Path) -> None:
-        """Write the state to a file."""
-        Path(path).write_bytes(self.to_bytes())
+        """Write the state to a file, as a whole or not at all.
+
+        Raises:
+            CommandError: `path` is no path.
+            StateError: the file cannot be written.
+        """
+        with written(as_path("path", path), "the state", StateError) as file:
+            file.write_bytes(self.to_bytes())
 
     @staticmethod
     def load(path: str | Path) -> "State":
@@ -104,7 +116,12 @@ class State:
         Raises:
             StateError: the file is not a state, or one of another version.
         """
-        return State.from_bytes(Path(path).read_bytes())
+        file = as_path("path", path)
+        try:
+            block = file.read_bytes()
+        except OSError as error:
+            raise StateError(f"cannot read the state '{file}': {error.strerror}") from None
+        return State.from_bytes(block)
 
 
 def check_version(version: int) -> None:

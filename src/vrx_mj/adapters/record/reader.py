@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import struct
 import tempfile
 import warnings
@@ -19,7 +20,8 @@ from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint
 from vrx_mj.adapters.record.officiated import FRAMES, Found, read_frames
 from vrx_mj.adapters.record.readings import RecordedReadings
 from vrx_mj.adapters.record.scene import FORMAT, MovingBody, RecordedSensor, RowLayout
-from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.arguments import as_number, as_path, as_text
+from vrx_mj.errors import RecordError, UnknownNameError, shown
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_record"]
 
@@ -118,10 +120,13 @@ class Record:
 
     def state_at(self, time: float) -> SavedState:
         """The last state saved at or before `time` [s]."""
-        before = [state for state in self.states if state.time <= time + 1e-9]
+        moment = as_number(time)
+        if math.isnan(moment):
+            raise RecordError(f"invalid time {shown(time)}: a number of seconds is needed")
+        before = [state for state in self.states if state.time <= moment + 1e-9]
         if not before:
             first = f"; the first is at {self.states[0].time:g} s" if self.states else ""
-            raise RecordError(f"'{self.path}' has no state at or before {time:g} s{first}")
+            raise RecordError(f"'{self.path}' has no state at or before {moment:g} s{first}")
         return before[-1]
 
     def readings(self, boat: str, sensor: str) -> RecordedReadings:
@@ -131,14 +136,21 @@ class Record:
             UnknownNameError: nothing of such a sensor was recorded.
         """
         known = {f"{one.boat}:{one.name}": one for one in self.sensors}
+        for name in (boat, sensor):
+            as_text("recorded sensor", name)
         if f"{boat}:{sensor}" not in known:
             raise UnknownNameError("recorded sensor", f"{boat}:{sensor}", known)
         return read_readings(self.path, known[f"{boat}:{sensor}"])
 
 
 def read_record(path: str | Path) -> Record:
-    """The recording in a file."""
-    file = Path(path)
+    """The recording in a file.
+
+    Raises:
+        RecordError: it is no recording, or cannot be read.
+        CommandError: `path` is no path.
+    """
+    file = as_path("path", path)
     parts, complete = read_parts(file)
     if "/record/run" not in parts:
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
