@@ -19,16 +19,17 @@ __all__ = [
     "VideoError",
     "VrxError",
     "VrxWarning",
-    "check_kind",
     "nearest",
     "shortened",
+    "shown",
 ]
 
 LONGEST_NAME = 80
-"""Characters that a message shows of a name or value of a user's."""
+"""Characters of a name in a message."""
 LONGEST_LINE = 1500
 """Characters of a line of a message."""
-_LONGEST_REPR = 60
+_LONGEST = 60
+"""Characters of a value in a message."""
 _LONGEST_PATH = 300
 _LONGEST_GUESS = 200
 _MOST_LINES = 100
@@ -76,6 +77,17 @@ class VrxWarning(UserWarning):
         super().__init__(*_bounded(arguments))
 
 
+def shown(value: object) -> str:
+    """A value as Python writes it, in one line and shortened; a large object by its type."""
+    try:
+        text = repr(value)
+    except Exception:  # anybody's `__repr__`; and Python writes no number of more than 4300 digits
+        return f"a value of type {type(value).__name__}"
+    if len(text) > _LONGEST and text.startswith("<"):
+        return type(value).__name__
+    return shortened(" ".join(text.split()), _LONGEST)
+
+
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that `name` most likely means, or None if none is close."""
     if len(name) > _LONGEST_GUESS:
@@ -88,24 +100,25 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 class UnknownNameError(VrxError):
     """An unknown name: "no thruster named 'left'; known: port, starboard"."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"no {kind} named '{shortened(name)}'; {self._hint()}")
+        text = name if isinstance(name, str) else shown(name)
+        self._close = nearest(text, self.known)
+        super().__init__(f"no {kind} named '{shortened(text)}'; {self._hint()}")
 
-    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, str, tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, object, tuple[str, ...]]]:
         return type(self), (self.kind, self.name, self.known)
 
     @property
     def left_out(self) -> int:
         """How many of the known names the message does not show, for a name that resembles none of them."""
-        return 0 if nearest(str(self.name), self.known) else max(0, len(self.known) - _SHOWN_NAMES)
+        return 0 if self._close else max(0, len(self.known) - _SHOWN_NAMES)
 
     def _hint(self) -> str:
-        close = nearest(str(self.name), self.known)
-        if close is not None:
-            return f"did you mean '{shortened(close)}'?"
+        if self._close is not None:
+            return f"did you mean '{shortened(self._close)}'?"
         names = ", ".join(map(shortened, self.known[:_SHOWN_NAMES])) or "none"
         rest = len(self.known) - _SHOWN_NAMES
         return f"known: {names}" + (f" and {rest} more" if rest > 0 else "")
@@ -180,14 +193,3 @@ class RenderError(VrxError):
 
 class VideoError(VrxError):
     """A video that cannot be made: an unknown kind of file, an invalid size, an encoder that is not installed."""
-
-
-def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
-    """Tell whether what a function takes is of a kind; `wanted` says where to get one.
-
-    Raises:
-        VrxError: it is not; of the class `error`.
-    """
-    if not isinstance(given, kind):
-        text = repr(given)
-        raise error(f"{taker} takes {wanted}, not {text if len(text) <= _LONGEST_REPR else type(given).__name__}")

@@ -3,7 +3,7 @@
 import colorsys
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.course import Course, course_of, symbols_of
+from vrx_mj.arguments import as_path, check_kind, whole
 from vrx_mj.compiler.shooters import BALL
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import CommandError, VrxError, shown
+from vrx_mj.outputs import written
 
 __all__ = [
     "MapBoat",
@@ -39,6 +41,8 @@ NO_FLEET = "single"
 """What the compiler calls the one boat of a world without a fleet."""
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m] (VRX's dock_block)."""
+LARGEST = 16384
+"""Width and height of a map, at most [px]."""
 EMPTY = Course()
 
 
@@ -129,12 +133,16 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
         scene: what to draw.
         path: the picture to write; its folder is made if need be.
         size: width and height [px].
+
+    Raises:
+        VrxError: an argument is invalid, or the file cannot be written.
     """
-    file = Path(path)
+    file = as_path("path", path)
     if file.suffix.lower() not in FORMATS:
-        raise VrxError(f"invalid file name '{file.name}' for a map: it must end in {', '.join(FORMATS)}")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    _save(scene, size, file, file.suffix.lower())
+        raise VrxError(f"invalid file name {shown(file.name)} for a map: it must end in {', '.join(FORMATS)}")
+    with written(file, "the map") as target:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        _save(scene, size, target, file.suffix.lower())
 
 
 def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
@@ -148,12 +156,22 @@ def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suf
     from vrx_mj.adapters.chart import chart
     from vrx_mj.adapters.chart.labels import quiet_fonts
 
+    check_kind("a map", scene, MapScene, "a MapScene, as map_of(world)")
     with quiet_fonts():
-        chart(scene, size).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
+        chart(scene, _pixels(size)).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
+
+
+def _pixels(size: Any) -> tuple[int, int]:
+    """Width and height of a picture."""
+    if not isinstance(size, Sequence) or len(size) != 2:
+        raise CommandError(f"invalid size {shown(size)}: width and height are needed")
+    width, height = (whole("size", value, 1, LARGEST) for value in size)
+    return width, height
 
 
 def map_of(world: World) -> MapScene:
-    """The map of a compiled world at its start."""
+    """The map of a compiled world at its start; CommandError if it is none."""
+    check_kind("map_of", world, World, "a World, as compile_world returns it")
     values = world.parameters
     fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
     wind, sea = values["wind"], values["sea"]

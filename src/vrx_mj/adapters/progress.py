@@ -1,13 +1,16 @@
 """How far a run has come: `vrx_mj.bar` or a notebook's bar, with what the task's referee says."""
 
 import html
+import math
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.adapters.notebook import in_notebook
+from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
+from vrx_mj.errors import CommandError, shown
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.simulation import Simulation
@@ -27,10 +30,17 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]
     Args:
         sim: the simulation that is run.
         duration: duration of the run [s]; by default the longest that `vrx_mj.run` lasts.
+
+    Raises:
+        CommandError: `sim` is not a Simulation, or the duration is not above 0.
     """
     from vrx_mj.runtime.run import planned
+    from vrx_mj.runtime.simulation import Simulation
 
-    total = planned(sim) if duration is None else duration
+    check_kind("progress", sim, Simulation, "a simulation, as Simulation(world)")
+    total = planned(sim) if duration is None else as_number(duration)
+    if not 0.0 < total < math.inf:
+        raise CommandError(f"invalid duration {shown(duration)}: a number of seconds above 0 is needed")
     with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total) as tick:
         yield tick
 

@@ -10,6 +10,7 @@ from typing import Any
 import mujoco
 from markupsafe import Markup, escape
 
+from vrx_mj.arguments import as_seed
 from vrx_mj.compiler.afloat import boats_afloat
 from vrx_mj.compiler.dock_checks import check_docks
 from vrx_mj.compiler.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
@@ -56,10 +57,12 @@ def compile_world(world: Source, *, fleet: Source | None = None, seed: int | Non
     Raises:
         ConfigError: a file is invalid; the error lists every mistake with file, line and key.
         CompileError: MuJoCo cannot compile what the files describe.
+        CommandError: the seed is not a whole number from 0 to 2^63 - 1.
     """
+    own = None if seed is None else as_seed(seed)
     config = load_world(world)
     assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
-    return assembly.world(config.seed if seed is None else seed)
+    return assembly.world(config.seed if own is None else own)
 
 
 class _Assembly:

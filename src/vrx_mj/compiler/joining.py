@@ -15,6 +15,7 @@ from typing import Any
 import mujoco
 from markupsafe import Markup, escape
 
+from vrx_mj.arguments import check_name
 from vrx_mj.compiler.afloat import depth_in_land
 from vrx_mj.compiler.compile import boat_entry, object_entry
 from vrx_mj.compiler.fitting import boat_rows, fitted
@@ -66,8 +67,7 @@ def without_boat(world: World, name: str) -> World:
         UnknownNameError: no boat has that name.
         CommandError: it is the boat that the world's task scores.
     """
-    if name not in world.boats:
-        raise UnknownNameError("boat", name, world.boats)
+    check_name("boat", name, world.boats)
     task = world.parameters.get("task")
     if task and task["boat"] == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{task['name']}' scores")

@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any
 
+from vrx_mj.arguments import as_path
 from vrx_mj.compiler.saved import checked
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.errors import StateError
@@ -32,6 +33,10 @@ class World:
     parameters: Mapping[str, Any]
     """Parameters as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
     `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
+
+    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], dict[str, Any]]]:
+        """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
+        return _read_only, (self.mjcf, dict(self.assets), dict(self.parameters))
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
@@ -75,7 +80,7 @@ class World:
         for name in self.assets:
             if name != PurePosixPath(name).name or "\\" in name or ":" in name:
                 raise StateError(f"invalid asset name '{name}': a file name without folders is needed")
-        scene = _scene(Path(target))
+        scene = _scene(as_path("target", target))
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
             (scene.parent / "assets" / name).write_bytes(content)
@@ -92,7 +97,7 @@ class World:
         Raises:
             StateError: there is no saved world, or it is damaged or of another version.
         """
-        scene = _scene(Path(source))
+        scene = _scene(as_path("source", source))
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
@@ -114,7 +119,7 @@ def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], sour
     except UnicodeDecodeError as error:
         raise StateError(f"{source} is damaged: the MJCF beside it is not UTF-8: {error}") from None
     tree, assets = checked(text, parameters, asset, source)
-    return World(text, MappingProxyType(assets), MappingProxyType(tree))
+    return _read_only(text, assets, tree)
 
 
 def _read(path: Path) -> bytes:
@@ -129,6 +134,10 @@ def _read(path: Path) -> bytes:
         raise StateError(f"{path} {error}") from None
 
 
+def _read_only(mjcf: str, assets: dict[str, bytes], parameters: dict[str, Any]) -> World:
+    return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
+
+
 def _scene(target: Path) -> Path:
     """The MJCF's path, from it or from its folder."""
     return target if target.suffix == ".xml" else target / "scene.xml"
@@ -137,7 +146,7 @@ def _scene(target: Path) -> Path:
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
     """A `World` whose parameters went through JSON, as those of a loaded one did."""
     tree = json.loads(_dump({"format": FORMAT, **parameters}))
-    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), MappingProxyType(tree))
+    return _read_only(mjcf, dict(sorted(assets.items())), tree)
 
 
 def _dump(parameters: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import UnknownNameError, VrxError, shortened
 from vrx_mj.resources import root
 
 __all__ = [
@@ -96,9 +96,9 @@ def contained(text: str, folder: Path | None) -> Path:
         if not file.is_relative_to(base):
             raise VrxError(f"path '{text}' leaves the folder of the file that names it")
         if not file.is_file():
-            raise VrxError(f"no file '{text}' in {display(base)}")
+            raise VrxError(f"no file '{shortened(text)}' in {display(base)}")
     except (OSError, ValueError, RuntimeError):
-        raise VrxError(f"no file '{text}' in {display(base)}") from None
+        raise VrxError(f"no file '{shortened(text)}' in {display(base)}") from None
     return (folder or Path.cwd()) / text
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.errors import nearest, shortened
+from vrx_mj.errors import shown as in_python
 
 __all__ = ["choice", "one_of", "shown", "unknown_key"]
 
@@ -22,7 +23,7 @@ def shown(value: Any) -> str:
     if isinstance(value, list | tuple):
         return _short(f"[{', '.join(map(shown, value[:_LONGEST]))}]")
     huge = isinstance(value, int) and abs(value) >= 10**_LONGEST
-    return f"a number of more than {_LONGEST} digits" if huge else _short(repr(value).removesuffix(".0"))
+    return f"a number of more than {_LONGEST} digits" if huge else in_python(value).removesuffix(".0")
 
 
 def choice(value: Any, allowed: Sequence[str]) -> str:

@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
-from vrx_mj.errors import CommandError, DivergedError, UnknownNameError, check_kind
+from vrx_mj.errors import CommandError, DivergedError, shown
 from vrx_mj.libmujoco import untimed
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
@@ -19,10 +20,10 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.divergence import told_rows
-from vrx_mj.runtime.durations import whole_steps
+from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.runtime.row_arguments import Rows, channels_of, row_numbers, row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, channels_of, row_seeds, row_values, row_vectors, which_rows
 from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
@@ -35,8 +36,17 @@ Floats = npt.NDArray[np.float64]
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
+MOST = 10**6
+"""Rows, or threads, of a batch."""
 STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
 """Tables that change from step to step, in the order in which a state has them."""
+
+
+CARRIED = (
+    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_hulls",
+    "_thrusters",
+)  # fmt: skip
+"""What a copy of a batch has besides its world and MuJoCo's states."""
 
 
 class Batch:
@@ -47,6 +57,8 @@ class Batch:
     returns. A row with parameters that `vary` has changed belongs to a different world.
 
     Threads that share a batch take turns; while one advances, the methods of all others raise a CommandError.
+
+    A copy, also one that was pickled, continues as the original does, bit for bit.
     """
 
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
@@ -64,8 +76,11 @@ class Batch:
         check_kind("Batch", world, World, "a World, as compile_world returns it")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
         for name, count in counts.items():
-            if not isinstance(count, Real) or count < 1 or count % 1 != 0:
-                raise CommandError(f"invalid {name} {count!r}: a whole number above 0 is needed")
+            value = as_number(count)
+            if not isinstance(count, Real) or not value >= 1 or value % 1 != 0:
+                raise CommandError(f"invalid {name} {shown(count)}: a whole number above 0 is needed")
+            if value > MOST:
+                raise CommandError(f"invalid {name} {shown(count)}: at most {MOST} are possible")
         if world.parameters.get("task"):
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
@@ -203,13 +218,15 @@ class Batch:
         """Advance rows, by default all, by a number of physics steps under their last commands.
 
         Raises:
+            CommandError: `steps` is not a whole number of 0 or more, or a row does not exist.
             DivergedError: the state of some rows is not finite or too large; they stop until they are reset, and the
                 others have been advanced.
         """
+        left = whole("number of steps", steps, 0, MOST_STEPS)
         self._going[:] = rows is None
         if rows is not None:
             self._going[which_rows(self.n, rows)] = True
-        before, left = self.diverged, int(steps)
+        before = self.diverged
         while True:
             count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
@@ -246,8 +263,7 @@ class Batch:
             UnknownNameError: no boat has that name.
             CommandError: the shape is wrong, or a number is not finite or too large.
         """
-        if boat not in self.boats:
-            raise UnknownNameError("boat", boat, self.boats)
+        check_name("boat", boat, self.boats)
         which = which_rows(self.n, rows)
         hull = self._rig.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
@@ -314,16 +330,44 @@ class Batch:
 
     @in_turn
     def get_state(self, row: int) -> State:
-        """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does."""
-        (row,) = which_rows(self.n, [row])
-        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
-        model = self._own_models.get(int(row), (self._model,))[0]
-        mujoco.mj_getState(model, self._data[row], flat, SIGNATURE)
+        """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does.
+
+        Raises:
+            CommandError: the row does not exist.
+        """
+        row = whole("row", row, 0, self.n - 1)
         moving = b"".join(self._stacks[name][row].tobytes() for name in STACKED) + self._rig.touches.tobytes()
         ours, seed = moving + self._rig.moments.pack(), int(self._seeds[row])
-        return State(STATE_VERSION, self._world_id, seed, float(self._time[row]), flat, ours, self._rig.moving)
+        return State(
+            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        flats = [self._flat(row) for row in range(self.n)]
+        return {"world": self.world, "n": self.n, "threads": self.threads, "masses": self._masses, "mujoco": flats} | {
+            name: getattr(self, name) for name in CARRIED
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        Batch.__init__(self, state["world"], state["n"], threads=state["threads"])
+        heavy = np.flatnonzero(state["masses"] != 1.0)
+        self._weigh(heavy, state["masses"][heavy])
+        for name in CARRIED:
+            setattr(self, name, state[name])
+        for row, flat in enumerate(state["mujoco"]):
+            mujoco.mj_setState(self._model_of(row), self._data[row], flat, SIGNATURE)
+        self._observe()
 
     # Inside
+
+    def _model_of(self, row: int) -> mujoco.MjModel:
+        return self._own_models.get(row, (self._model,))[0]
+
+    def _flat(self, row: int) -> Floats:
+        """MuJoCo's state of a row."""
+        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
+        mujoco.mj_getState(self._model_of(row), self._data[row], flat, SIGNATURE)
+        return flat
 
     def _build(self) -> None:
         """Data and stacks of all rows."""
@@ -371,7 +415,7 @@ class Batch:
 
     def _give(self, which: npt.NDArray[np.int64], values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
-        given = row_numbers("commands", values)
+        given = as_numbers("commands", values)
         if given.shape != (len(which), len(self._channels)):
             needed = (len(which), len(self._channels))
             raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
@@ -392,6 +436,7 @@ class Batch:
     def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
         self._hulls = self._spread(self._hulls)
+        self._masses[which] = factors
         boats = self._rig.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
             pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)

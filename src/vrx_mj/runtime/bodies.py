@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import several
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
-from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation
@@ -54,8 +54,8 @@ class FreeBodies:
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
-        place = None if pose is None else _six(f"pose of {name}", pose)
-        motion = None if velocity is None else _six(f"velocity of {name}", velocity)
+        place = None if pose is None else several(f"pose of {name}", pose, 6, HUGE)
+        motion = None if velocity is None else several(f"velocity of {name}", velocity, 6, HUGE)
         if place is not None:
             self._data.qpos[qpos : qpos + 3] = place[:3]
             self._data.qpos[qpos + 3 : qpos + 7] = quaternion(*place[3:])
@@ -84,19 +84,3 @@ class FreeBodies:
             if (size := float(np.abs(values).max())) > worst:
                 worst, name = size, candidate
         return name
-
-
-def check_name(kind: str, name: str, known: Sequence[str]) -> None:
-    """Raise an UnknownNameError unless the name is known."""
-    if name not in known:
-        raise UnknownNameError(kind, name, known)
-
-
-def _six(what: str, values: Sequence[float]) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != 6 or not all(abs(number) < HUGE for number in numbers):
-        raise CommandError(f"invalid {what} {values!r}: six numbers below {HUGE:g} are needed")
-    return numbers

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.arguments import as_number, check_name
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.tables import RUDDER
 from vrx_mj.runtime.rig import Rig, Row
 
@@ -33,10 +34,8 @@ class Helm:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        try:
-            return tuple(self._channels[boat])
-        except (KeyError, TypeError):  # what is no name may have no hash
-            raise UnknownNameError("boat", boat, self._channels) from None
+        check_name("boat", boat, self._channels)
+        return tuple(self._channels[boat])
 
     def refuse(self, boat: str, given: tuple[object, ...]) -> None:
         """Tell who gave a boat commands without names that they have names.
@@ -48,7 +47,7 @@ class Helm:
         names = self.names(boat)
         example = f"command({boat!r}, {names[0]}=0.5)" if names else f"command({boat!r})"
         raise CommandError(
-            f"invalid commands {', '.join(map(repr, given))} for {boat}: each needs its name, as in {example}; known: "
+            f"invalid commands {', '.join(map(shown, given))} for {boat}: each needs its name, as in {example}; known: "
             f"{', '.join(names) or 'none'}"
         )
 
@@ -70,17 +69,16 @@ class Helm:
 
     def _checked(self, commands: Commands) -> list[tuple[int, str, float]]:
         if not isinstance(commands, Mapping):
-            raise CommandError(f"invalid commands {commands!r}: a mapping by boat is needed, " + EXAMPLE)
+            raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + EXAMPLE)
         checked = []
         for boat, values in commands.items():
             names = self.names(boat)
             if not isinstance(values, Mapping):
                 raise CommandError(
-                    f"invalid commands {values!r} for {boat}: a mapping by thruster is needed, {EXAMPLE}"
+                    f"invalid commands {shown(values)} for {boat}: a mapping by thruster is needed, {EXAMPLE}"
                 )
             for name, value in values.items():
-                if name not in names:
-                    raise UnknownNameError(f"thruster of {boat}", name, names)
+                check_name(f"thruster of {boat}", name, names)
                 checked.append((*self._channels[boat][name], _number(boat, name, value)))
         return checked
 
@@ -89,10 +87,7 @@ EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
 
 
 def _number(boat: str, name: str, value: object) -> float:
-    try:
-        number = math.nan if isinstance(value, str | bytes) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise CommandError(f"invalid command {value!r} for {name} of {boat}: a finite number is needed")
-    return number
+    given = as_number(value)
+    if not math.isfinite(given):
+        raise CommandError(f"invalid command {shown(value)} for {name} of {boat}: a finite number is needed")
+    return given

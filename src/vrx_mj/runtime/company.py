@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from vrx_mj.arguments import as_path
 from vrx_mj.compiler.joining import with_boat, without_boat
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
@@ -68,6 +69,9 @@ class Company:
         folder = robot.parent if isinstance(robot, Path) and robot.is_absolute() else None
         robot = f"./{robot.name}" if folder and isinstance(robot, Path) else robot
         files = {"robot": robot, "thrusters": thrusters, "components": components}
+        for key, value in files.items():
+            if value is not None:
+                as_path(key, value)
         said: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
         said |= {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
         world = with_boat(self._world, said, folder)

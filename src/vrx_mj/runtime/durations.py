@@ -1,23 +1,16 @@
 """Durations as whole numbers of physics steps."""
 
 import math
-import operator
 
-from vrx_mj.errors import CommandError
+from vrx_mj.arguments import as_number
+from vrx_mj.errors import CommandError, shown
 
-__all__ = ["steps_to_second", "whole", "whole_steps"]
+__all__ = ["MOST_STEPS", "steps_to_second", "whole_steps"]
 
-
-def whole(what: str, value: object) -> int:
-    """The value as an int.
-
-    Raises:
-        CommandError: it is no whole number.
-    """
-    try:
-        return operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        raise CommandError(f"invalid {what} {value!r}: a whole number is needed") from None
+LONGEST = 1e9
+"""Duration of a run [s], at most: 30 years."""
+MOST_STEPS = 10**13
+"""Physics steps of a run, at most."""
 
 
 def whole_steps(duration: float, timestep: float) -> int:
@@ -26,17 +19,18 @@ def whole_steps(duration: float, timestep: float) -> int:
     Raises:
         CommandError: it is not a whole number.
     """
-    try:
-        enough = duration >= timestep * (1.0 - 1e-6)
-    except TypeError:
-        raise CommandError(f"invalid duration {duration!r}: a number of seconds is needed") from None
-    if not enough or math.isinf(duration):
-        raise CommandError(f"invalid duration {duration:g} s: at least one timestep, {timestep:g} s, is needed")
-    steps = round(duration / timestep)
-    if abs(steps * timestep - duration) > 1e-4 * timestep:
-        below = math.floor(duration / timestep)
+    given = as_number(duration)
+    if math.isnan(given) and not isinstance(duration, float):
+        raise CommandError(f"invalid duration {shown(duration)}: a number of seconds is needed")
+    if not given >= timestep * (1.0 - 1e-6) or math.isinf(given):
+        raise CommandError(f"invalid duration {given:g} s: at least one timestep, {timestep:g} s, is needed")
+    if given > LONGEST:
+        raise CommandError(f"invalid duration {given:g} s: at most {LONGEST:g} s")
+    steps = round(given / timestep)
+    if abs(steps * timestep - given) > 1e-4 * timestep:
+        below = math.floor(given / timestep)
         raise CommandError(
-            f"invalid duration {duration:g} s: a multiple of the timestep {timestep:g} s is needed, "
+            f"invalid duration {given:g} s: a multiple of the timestep {timestep:g} s is needed, "
             f"such as {below * timestep:g} or {(below + 1) * timestep:g} s"
         )
     return steps

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.run import Controller, load_controller
 from vrx_mj.runtime.simulation import Simulation
@@ -66,5 +66,5 @@ def _commands(name: str, returned: Any) -> Mapping[str, Any]:
     if returned is None:
         return {}
     if not isinstance(returned, Mapping):
-        raise CommandError(f"the controller {name} returned {returned!r}: a mapping by boat, or None, is needed")
+        raise CommandError(f"the controller {name} returned {shown(returned)}: a mapping by boat, or None, is needed")
     return returned

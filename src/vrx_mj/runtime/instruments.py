@@ -3,7 +3,8 @@
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 
-from vrx_mj.runtime.bodies import check_name
+from vrx_mj.arguments import check_name
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.commands import Helm
 from vrx_mj.runtime.contacts import ContactWatch, Touch
 from vrx_mj.runtime.mounted import Mounted
@@ -83,7 +84,12 @@ class Instruments:
 
         The call comes from within `advance`, up to half a second after the touch began, and must not advance, reset or
         set the state. A touch of less than 0.25 s may be missed.
+
+        Raises:
+            CommandError: `tell` cannot be called.
         """
+        if not callable(tell):
+            raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
         own = weakref.proxy(self)
         watch = ContactWatch(lambda: own.boats, lambda: own._rig, tell)
         self._subscriptions.watch(watch)

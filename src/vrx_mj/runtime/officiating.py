@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
+from vrx_mj.arguments import as_text
 from vrx_mj.compiler.world import World
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import CommandError, StateError
+from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.tasks.actions import Action
 from vrx_mj.tasks.frame import Message
@@ -123,13 +124,14 @@ class Officiating:
         Raises:
             CommandError: there is no task, or it takes no such message.
         """
+        as_text("topic", topic)
         if self.referee is None:
-            raise CommandError(f"'{topic}' cannot be sent: this world has no task")
+            raise CommandError(f"{shown(topic)} cannot be sent: this world has no task")
         try:
             plain = json.loads(json.dumps(content, allow_nan=False))
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise CommandError(
-                f"invalid message '{topic}': plain data with finite numbers is needed: {error}"
+                f"invalid message {shown(topic)}: plain data with finite numbers is needed: {error}"
             ) from None
         self._sent.append(self.referee.accept(topic, self._in_world(plain)))
 

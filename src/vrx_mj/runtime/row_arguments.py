@@ -5,17 +5,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import MOST_SEED
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.tables import RUDDER, Record, Table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE
 
-__all__ = ["Channel", "Rows", "channels_of", "row_numbers", "row_seeds", "row_values", "row_vectors", "which_rows"]
+__all__ = ["Channel", "Rows", "as_numbers", "channels_of", "row_seeds", "row_values", "row_vectors", "which_rows"]
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
+
+
+LARGEST = 1e6
+"""What `Batch.vary` takes, at most, in its unit."""
 
 
 class Channel(NamedTuple):
@@ -57,14 +62,22 @@ def which_rows(n: int, rows: Rows) -> npt.NDArray[np.int64]:
     """
     if rows is None:
         return np.arange(n)
-    given = np.asarray(rows)
+    given = _array(rows)
     if given.dtype == bool and given.shape == (n,):
         return np.flatnonzero(given)
     if given.size == 0:
         return np.zeros(0, np.int64)
     if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < n).all():
         return given.astype(np.int64)
-    raise CommandError(f"invalid rows {rows!r}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
+    raise CommandError(f"invalid rows {shown(rows)}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
+
+
+def _array(values: Any) -> npt.NDArray[Any]:
+    """The values as an array; one of no dimensions if they are none."""
+    try:
+        return np.asarray(values)
+    except ValueError:  # lists of several lengths
+        return np.array(None)
 
 
 def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
@@ -73,26 +86,28 @@ def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
     Raises:
         CommandError: neither one whole number nor as many as there are rows.
     """
-    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+    one = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+    if one and 0 <= seed <= MOST_SEED - int(which.max(initial=0)):
         return int(seed) + which
-    given = np.asarray(seed)
-    if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer):
-        raise CommandError(f"invalid seed {seed!r}: one whole number, or {len(which)} of them, is needed")
+    given = _array(seed)
+    if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer) or (given < 0).any():
+        raise CommandError(f"invalid seed {shown(seed)}: one whole number, or {len(which)} of them, is needed")
     return given.astype(np.int64)
 
 
-def row_numbers(what: str, values: npt.ArrayLike) -> Floats:
+def as_numbers(what: str, values: npt.ArrayLike) -> Floats:
     """Return the values as an array.
 
     Raises:
         CommandError: they are none of numbers.
     """
     try:
-        return np.asarray(values, np.float64)
-    except (TypeError, ValueError):
-        text = repr(values)
-        given = text if len(text) <= 60 else f"a {type(values).__name__}"
-        raise CommandError(f"invalid {what} {given}: an array of numbers is needed") from None
+        given = np.asarray(values)
+        if given.dtype.kind in "biuf" or (given.dtype.kind == "O" and values is not None):
+            return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise CommandError(f"invalid {what} {shown(values)}: an array of numbers is needed")
 
 
 def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
@@ -101,7 +116,7 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
     Raises:
         CommandError: another shape, or numbers that no state may have.
     """
-    given = row_numbers(what, values)
+    given = as_numbers(what, values)
     if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
         raise CommandError(
             f"invalid {what} of shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
@@ -115,8 +130,10 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     Raises:
         CommandError: another shape, or numbers that are not finite, or below `least`.
     """
-    given = row_numbers(what, value)
+    given = as_numbers(what, value)
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
-        raise CommandError(f"invalid {what} {value!r}: one finite number{at_least}, or {count} of them, is needed")
+        raise CommandError(f"invalid {what} {shown(value)}: one finite number{at_least}, or {count} of them, is needed")
+    if (np.abs(given) > LARGEST).any():
+        raise CommandError(f"invalid {what} {shown(value)}: at most {LARGEST:g}")
     return np.broadcast_to(given, (count,)).copy()

@@ -12,7 +12,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, check_kind
+from vrx_mj.arguments import as_number, check_kind
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -128,7 +129,7 @@ def run(
         DivergedError: the state became NaN or too large.
     """
     check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
-    _check_control(controller, control_rate)
+    _check_control(controller, control_rate, progress, advance)
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
@@ -199,12 +200,15 @@ def split_name(name: str) -> tuple[str, str]:
     return module, attribute
 
 
-def _check_control(controller: Any, rate: Any) -> None:
-    """Whether there is a controller, or none, to be called at such a rate."""
+def _check_control(controller: Any, rate: Any, progress: Any, advance: Any) -> None:
+    """Whether there is a controller, or none, to be called at such a rate, and the other functions can be called."""
     if controller is not None:
-        _check_callable(getattr(controller, "__name__", repr(controller).strip("'")), controller)
-    if not isinstance(rate, int | float | np.number) or not 0.0 < rate < math.inf:
-        raise CommandError(f"invalid control_rate {rate!r}: a number of calls per second above 0 is needed")
+        _check_callable(getattr(controller, "__name__", shown(controller).strip("'")), controller)
+    for name, given in (("progress", progress), ("advance", advance)):
+        if given is not None and not callable(given):
+            raise CommandError(f"invalid {name} {shown(given)}: a function is needed")
+    if not 0.0 < as_number(rate) < math.inf:
+        raise CommandError(f"invalid control_rate {shown(rate)}: a number of calls per second above 0 is needed")
 
 
 def _check_callable(name: str, controller: Any) -> None:
@@ -268,7 +272,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
     if commands is None:
         return
     if not isinstance(commands, Mapping):
-        raise CommandError(f"the controller returned {commands!r}: a mapping by boat, or None, is needed")
+        raise CommandError(f"the controller returned {shown(commands)}: a mapping by boat, or None, is needed")
     for boat, values in commands.items():
         if boat == TASK:
             _send(sim, values)
@@ -283,7 +287,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
 def _send(sim: Simulation, messages: Any) -> None:
     """Send a controller's messages to the task, each topic with a content or a list of them."""
     if not isinstance(messages, Mapping):
-        raise CommandError(f"the controller sent {messages!r} to the task: a mapping by topic is needed")
+        raise CommandError(f"the controller sent {shown(messages)} to the task: a mapping by topic is needed")
     for topic, content in messages.items():
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:

@@ -7,8 +7,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.tasks.frame import Message
+
+__all__ = ["Listener", "Sampler", "check_listener"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -35,6 +37,22 @@ class Listener(Protocol):
 
     def boats_changed(self) -> None:
         """Boats have come or gone: later rows, states and frames are of the world as it is now."""
+
+
+METHODS = ("rows", "state", "event", "frame", "boats_changed")
+
+
+def check_listener(listener: object) -> None:
+    """Tell whether something can be attached to a simulation.
+
+    Raises:
+        CommandError: it lacks a method of `Listener`, or is a class.
+    """
+    lacks = [name for name in METHODS if not callable(getattr(listener, name, None))]
+    if lacks or isinstance(listener, type):
+        raise CommandError(
+            f"invalid listener {shown(listener)}: an object with the methods {', '.join(METHODS)} is needed"
+        )
 
 
 class Sampler:

@@ -11,9 +11,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from vrx_mj.arguments import check_name, several
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import CommandError, SensorError, UnknownNameError
+from vrx_mj.errors import SensorError
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.moments import Moment
 from vrx_mj.runtime.mounted import Mounted
@@ -37,11 +38,20 @@ BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1
 
 
 class Readings(Mapping[str, Reading]):
-    """The readings of a boat by sensor, each made when it is looked up: what is not asked for costs nothing."""
+    """The readings of a boat by sensor, each made when it is looked up: what is not asked for costs nothing.
 
-    def __init__(self, names: Sequence[str], read: Callable[[str], Reading]) -> None:
+    A copy, also one that was pickled, holds the readings that the run had made by then, and makes none.
+    """
+
+    def __init__(
+        self, names: Sequence[str], read: Callable[[str], Reading], made: Callable[[], Mapping[str, Reading]]
+    ) -> None:
+        """Readings of these sensors, by `read`; `made` gives those that there are."""
         self._names = tuple(names)
-        self._read = read
+        self._read, self._made = read, made
+
+    def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[tuple[str, ...], dict[str, Reading]]]:
+        return _copied, (self._names, dict(self._made()))
 
     def __getitem__(self, name: str) -> Reading:
         return self._read(name)
@@ -58,6 +68,18 @@ class Readings(Mapping[str, Reading]):
     def get(self, name: str, default: Any = None) -> Any:
         """The reading of a sensor, or `default` where there is no such sensor."""
         return self._read(name) if name in self._names else default
+
+
+def _copied(names: tuple[str, ...], made: dict[str, Reading]) -> Readings:
+    """Readings that were copied."""
+
+    def read(name: str) -> Reading:
+        check_name("sensor", name, names)
+        if name not in made:
+            raise SensorError(f"no reading of {name} in a copied observation: look it up before the copy is made")
+        return made[name]
+
+    return Readings(names, read, lambda: made)
 
 
 class Sensing:
@@ -125,7 +147,11 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        return Readings(self.names(boat), lambda name: self.sense(boat, name))
+
+        def made() -> dict[str, Reading]:
+            return {name: reading for (owner, name), reading in self._kept.items() if owner == boat}
+
+        return Readings(self.names(boat), lambda name: self.sense(boat, name), made)
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -143,7 +169,8 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such sensor on it.
         """
-        sensor = _find(f"sensor of {boat}", name, self._of(boat))
+        known = self._of(boat)
+        sensor = _find(f"sensor of {boat}", name, known)
         now, before = self._caught(sensor.config.rate)
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
@@ -168,7 +195,8 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such receiver on it.
         """
-        sensor = _find(f"pinger of {boat}", name, self.of_kind(boat, "pinger"))
+        known = self.of_kind(boat, "pinger")
+        sensor = _find(f"pinger of {boat}", name, known)
         x, y, z = self._rig.moments.marks[sensor.marks]
         return float(x), float(y), float(z)
 
@@ -179,8 +207,9 @@ class Sensing:
             UnknownNameError: no such boat, or no such receiver on it.
             CommandError: not three finite numbers.
         """
-        sensor = _find(f"pinger of {boat}", name, self.of_kind(boat, "pinger"))
-        self._rig.moments.marks[sensor.marks] = _three(f"position of {name}'s beacon", position)
+        known = self.of_kind(boat, "pinger")
+        sensor = _find(f"pinger of {boat}", name, known)
+        self._rig.moments.marks[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
         self.renew()
 
     @property
@@ -191,8 +220,7 @@ class Sensing:
     # Inside
 
     def _of(self, boat: str) -> dict[str, Mounted]:
-        if boat not in self._boats:
-            raise UnknownNameError("boat", boat, self._boats)
+        check_name("boat", boat, self._boats)
         return self._boats[boat]
 
     def _maker(self, kind: str) -> Callable[[Mounted, Moment, Moment | None, Draw], Any]:
@@ -248,8 +276,7 @@ class Sensing:
 
 
 def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
-    if name not in known:
-        raise UnknownNameError(kind, name, known)
+    check_name(kind, name, known)
     return known[name]
 
 
@@ -257,13 +284,3 @@ def _earth(world: World) -> Georeference | None:
     """Where on Earth a world is; a saved one has the values without their file."""
     values = world.parameters["georeference"]
     return None if values is None else Georeference(**values)
-
-
-def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != 3 or not all(abs(number) < HUGE for number in numbers):
-        raise CommandError(f"invalid {what} {values!r}: three numbers below {HUGE:g} are needed")
-    return numbers

@@ -1,6 +1,7 @@
 """Ball shooters: a shot puts the shooter's ball to the muzzle and gives it a velocity, as VRX's plugin does."""
 
-from vrx_mj.errors import CommandError, SensorError, UnknownNameError
+from vrx_mj.arguments import check_name
+from vrx_mj.errors import CommandError, SensorError
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing
@@ -50,6 +51,5 @@ def _chosen(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounte
     if name is None and len(shooters) > 1:
         raise CommandError(f"{boat} has {len(shooters)} ball shooters: name one of {', '.join(shooters)}")
     chosen = next(iter(shooters)) if name is None else name
-    if chosen not in shooters:
-        raise UnknownNameError(f"ball shooter of {boat}", chosen, shooters)
+    check_name(f"ball shooter of {boat}", chosen, shooters)
     return shooters[chosen]

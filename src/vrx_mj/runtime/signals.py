@@ -1,11 +1,13 @@
 """What a `Simulation` offers of its world's lights and placards."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 
+from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.config.displays import LIGHT_COLORS, OFF, SYMBOLS
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.sights import painted
@@ -50,9 +52,11 @@ class Signals:
             CommandError: the colours are not three valid ones.
         """
         display = self._display("light", name, ("light",))
-        if isinstance(colors, str) or len(colors) != 3 or not {*colors} <= {*LIGHT_COLORS, OFF}:
-            known = ", ".join((*LIGHT_COLORS, OFF))
-            raise CommandError(f"invalid colours {colors!r} of {name}: three of {known} are needed")
+        known = (*LIGHT_COLORS, OFF)
+        given: Any = colors
+        three = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 3
+        if not three or not all(isinstance(color, str) and color in known for color in given):
+            raise CommandError(f"invalid colours {shown(colors)} of {name}: three of {', '.join(known)} are needed")
         new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
         self._sensing.renew()
 
@@ -64,8 +68,7 @@ class Signals:
             UnknownNameError: the placard or the symbol does not exist.
         """
         display = self._display("placard", name, ("placard",))
-        if symbol not in SYMBOLS:
-            raise UnknownNameError("symbol", symbol, SYMBOLS)
+        check_name("symbol", symbol, SYMBOLS)
         self._rig.display_marks[display.marks] = symbol_mark(symbol)
         self._sensing.renew()
 
@@ -81,13 +84,17 @@ class Signals:
         self._sensing.renew()
 
     def paint(self, model: mujoco.MjModel) -> None:
-        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
+        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`.
+
+        Raises:
+            CommandError: it is no model.
+        """
+        check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
         marks, time = self._rig.display_marks, float(self._rig.data.time)
         for geom, rgba in painted(model, self._rig.displays, marks, time).items():
             model.geom_rgba[geom] = rgba
 
     def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:
         known = {display.name: display for display in self._rig.displays if display.kind in kinds}
-        if name not in known:
-            raise UnknownNameError(what, name, known)
+        check_name(what, name, known)
         return known[name]

@@ -1,6 +1,7 @@
 """A world that runs."""
 
 import dataclasses
+import math
 import time as clock
 import weakref
 from collections.abc import Callable
@@ -12,21 +13,22 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import as_number, as_seed, as_text, check_kind, whole
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import DivergedError, StateError, check_kind
+from vrx_mj.errors import CommandError, DivergedError, StateError, shown
 from vrx_mj.libmujoco import untimed
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
-from vrx_mj.runtime.durations import steps_to_second, whole, whole_steps
+from vrx_mj.runtime.durations import MOST_STEPS, steps_to_second, whole_steps
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.officiating import Officiating
 from vrx_mj.runtime.rig import Rig, drawing_model
-from vrx_mj.runtime.sampling import Listener, Sampler
+from vrx_mj.runtime.sampling import Listener, Sampler, check_listener
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
@@ -57,6 +59,9 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
     Threads that share one take turns: a call waits for the short calls of others. While one thread advances, whatever
     changes the run, `get_state`, `forces` and sensors' readings raise a CommandError in all others; they may command,
     and look at the time, the sea, the wind, the task, and poses by `observe`, which may be of the middle of a step.
+
+    A copy, also one that was pickled, continues as the original does, bit for bit. Recorders, subscriptions, watches
+    and changes of `model` are not copied.
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
@@ -76,6 +81,9 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
+
+    def __reduce__(self) -> tuple[Callable[..., "Simulation"], tuple[World, World, State]]:
+        return _continued, (self._first, self._world, self.get_state())
 
     @classmethod
     def load(cls, source: str | Path) -> "Simulation":
@@ -147,11 +155,11 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         The boats are those of the world that was given to the simulation: spawning and removing is undone.
 
         Raises:
-            CommandError: the seed is not a whole number, or the run is being recorded.
+            CommandError: the seed is not a whole number from 0 to 2^63 - 1, or the run is being recorded.
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._first.seed if seed is None else whole("seed", seed)
+        self._seed = self._first.seed if seed is None else as_seed(seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
             self._bind(self._first, rig_of(self._first, self._stepping))
@@ -196,10 +204,11 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
             DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
         steps = 1 if duration is None else self.steps_in(duration)
+        given = {} if commands is None else commands
         if self._turn.claim or self._subscriptions.busy:
             self._check_standing("step")
         with self._turn.crew:
-            self._helm.give(self._rig, commands or {}, self.time, hold=(steps + 0.5) * self.timestep)
+            self._helm.give(self._rig, given, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
 
@@ -211,14 +220,14 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         """Advance by a number of physics steps under the last commands.
 
         Raises:
-            CommandError: `steps` is not a whole number.
+            CommandError: `steps` is not a whole number of 0 or more.
             DivergedError: the state became NaN or too large; the message names a file with an earlier state.
         """
         claim, thread = self._turn.claim, get_ident()
         try:
             if claim.setdefault(HOLDER, thread) is not thread or self._subscriptions.busy:
                 self._wait(thread)
-            self._advance(whole("number of steps", steps))
+            self._advance(whole("number of steps", steps, 0, MOST_STEPS))
         finally:  # with no call, in which Ctrl-C could come first
             if claim and claim[HOLDER] is thread:
                 del claim[HOLDER]
@@ -311,14 +320,28 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
 
     @in_turn
     def attach(self, listener: Listener, *, rate: float) -> None:
-        """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events."""
-        self._sampler.add(listener, rate)
+        """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events.
+
+        Raises:
+            CommandError: it has not the methods of a listener, is attached already, or the rate is not above 0.
+        """
+        check_listener(listener)
+        if not 0.0 < as_number(rate) < math.inf:
+            raise CommandError(f"invalid rate {shown(rate)}: a number of rows per second above 0 is needed")
+        self._sampler.add(listener, as_number(rate))
         self._renew_arguments()
-        self._keep()
+        try:
+            self._keep()
+        except BaseException:
+            self._sampler.remove(listener)
+            self._renew_arguments()
+            raise
 
     @in_turn
     def detach(self, listener: Listener) -> None:
-        """Deliver the remaining rows to a listener and detach it."""
+        """Deliver the remaining rows to a listener and detach it; CommandError if it is not attached."""
+        if not any(one is listener for one in self._sampler.listeners):
+            raise CommandError(f"invalid listener {shown(listener)}: one that is attached is needed")
         self._keep()
         self._sampler.remove(listener)
         listener.rows(self.row()[None])
@@ -330,7 +353,8 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
 
     @in_turn
     def event(self, text: str, level: str = "INFO") -> None:
-        """Write a log line to the recordings at the current time."""
+        """Write a log line to the recordings at the current time; CommandError if it is no text."""
+        text, level = as_text("text", text), as_text("level", level)
         for listener in self._sampler.listeners:
             listener.event(self.time, text, level)
 
@@ -396,3 +420,12 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         message = told(self._bodies.broken(), self.time, self.timestep, good)
         self.event(message, "ERROR")
         raise DivergedError(message)
+
+
+def _continued(first: World, world: World, state: State) -> Simulation:
+    """A copy of a simulation that was given `first`, which boats have made `world`."""
+    sim = Simulation(first)
+    if world.sha256 != first.sha256:
+        sim._bind(world, rig_of(world, sim._stepping))
+    sim.set_state(state)
+    return sim

@@ -11,9 +11,11 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
+from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import StateError, check_kind
+from vrx_mj.errors import StateError, shortened
+from vrx_mj.outputs import written
 
 STATE_VERSION = 3
 LONGEST = 1e9
@@ -86,6 +88,7 @@ class State:
             StateError: the state belongs to another world or another version, or is not finite.
         """
         check_version(self.version)
+        check_kind("check", world, str, "the sha256 of a world", StateError)
         for name, kind in KINDS.items():
             value = getattr(self, name)
             if not isinstance(value, kind) or isinstance(value, bool):
@@ -93,7 +96,9 @@ class State:
                     f"invalid {name} of a state: a {kind.__name__} is needed, not a {type(value).__name__}"
                 )
         if self.world != world:
-            raise StateError(f"the state belongs to the world {self.world[:12]}, not to this one, {world[:12]}")
+            raise StateError(
+                f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world, 12)}"
+            )
         check_time(self.time)
         if not 0 <= self.moving <= len(self.ours):
             raise StateError(f"invalid moving {self.moving} of a state: from 0 to {len(self.ours)} is needed")
@@ -144,8 +149,14 @@ class State:
         return State(version, header.world, header.seed, time, numbers, ours, header.moving, header.task)
 
     def save(self, path: str | Path) -> None:
-        """Write the state to a file."""
-        Path(path).write_bytes(self.to_bytes())
+        """Write the state to a file, as a whole or not at all.
+
+        Raises:
+            CommandError: `path` is no path.
+            StateError: the file cannot be written.
+        """
+        with written(as_path("path", path), "the state", StateError) as file:
+            file.write_bytes(self.to_bytes())
 
     @staticmethod
     def load(path: str | Path) -> "State":
@@ -154,7 +165,7 @@ class State:
         Raises:
             StateError: there is no such file, or it is not a state, or one of another version.
         """
-        file = Path(path)
+        file = as_path("path", path)
         if not file.is_file():
             raise StateError(f"no saved state '{file}'")
         try:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from itertools import chain
 from time import perf_counter
 
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.arguments import as_number, check_kind, check_name
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.contacts import ContactWatch
 from vrx_mj.runtime.moments import DUE
 from vrx_mj.runtime.mounted import Mounted
@@ -89,15 +90,15 @@ class Subscriptions:
             CommandError: a rate above the sensor's own, or none; nothing that can be called.
         """
         rates = self._rates.get(boat, {})
-        if sensor not in rates:
-            raise UnknownNameError(f"sensor of {boat}", sensor, rates)
+        check_name(f"sensor of {boat}", sensor, rates)
         if not callable(callback):
-            raise CommandError(f"invalid callback {callback!r}: a function that takes a reading is needed")
+            raise CommandError(f"invalid callback {shown(callback)}: a function that takes a reading is needed")
         own = rates[sensor]
-        wanted = own if rate is None else float(rate)
+        wanted = own if rate is None else as_number(rate)
         if not 0.0 < wanted <= own:
+            given = f"{wanted:g}" if math.isfinite(wanted) else shown(rate)
             raise CommandError(
-                f"invalid rate {wanted:g} Hz for {sensor} of {boat}: above 0, and at most the sensor's {own:g} Hz"
+                f"invalid rate {given} Hz for {sensor} of {boat}: above 0, and at most the sensor's {own:g} Hz"
             )
         subscription = Subscription(boat, sensor, wanted, callback, own)
         subscription.taken = subscription.number(time - self._timestep)
@@ -113,7 +114,12 @@ class Subscriptions:
         self._watches = (*self._watches, watch)
 
     def unwatch(self, watch: ContactWatch) -> None:
-        """End what `watch` began; nothing happens if it has ended."""
+        """End what `watch` began; nothing happens if it has ended.
+
+        Raises:
+            CommandError: it is no watch.
+        """
+        check_kind("unwatch_contacts", watch, ContactWatch, "a watch, as watch_contacts returned it")
         self._watches = tuple(one for one in self._watches if one is not watch)
         with self._handing_over():
             watch.end()

@@ -6,11 +6,15 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import gust_step
 from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.row_arguments import as_numbers
 
 FloatArray = npt.NDArray[np.float64]
+FORESEEN = 1e5
+"""Time up to which gusts can be asked for at any time [s]: each is drawn after the one before."""
 
 
 class Sea:
@@ -27,8 +31,17 @@ class Sea:
         """Height [m] of the surface over z = 0 at (x, y) [m, ENU] and simulated time t [s].
 
         Vectorised: the arguments are broadcast against each other, and the result has their shape.
+
+        Raises:
+            CommandError: they are not numbers, or cannot be broadcast.
         """
-        grid = np.broadcast_arrays(*(np.asarray(value, np.float64) for value in (x, y, t)))
+        given = {"x": x, "y": y, "t": t}
+        arrays = [as_numbers(name, value) for name, value in given.items()]
+        try:
+            grid = np.broadcast_arrays(*arrays)
+        except ValueError:
+            shapes = ", ".join(str(array.shape) for array in arrays)
+            raise CommandError(f"invalid x, y and t of shapes {shapes}: they cannot be broadcast") from None
         east, north, when = (np.ascontiguousarray(values).reshape(-1) for values in grid)
         out = np.empty(east.shape)
         surface_heights(self._rig.waves, self._rig.sea[0], east, north, when, out)
@@ -65,8 +78,14 @@ class Wind:
 
         Gusts come from a numbered stream, so any time can be asked for, past or future; between
         steps the gust of the last one holds, and at t = 0 there is none yet.
+
+        Raises:
+            CommandError: a time is not a number, or more than 1e5 s and twice the simulated time so far.
         """
-        times = np.asarray(t, np.float64)
+        times = as_numbers("t", t)
+        latest = max(FORESEEN, 2.0 * float(self._rig.data.time))
+        if not (np.abs(times) <= latest).all():
+            raise CommandError(f"invalid t {shown(t)}: times up to {latest:g} s are needed")
         steps = np.floor(times / self._rig.timestep + 1e-6).astype(np.int64)
         with self._lock:
             self._replay_to(int(steps.max(initial=0)))

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from vrx_mj.arguments import check_name
 from vrx_mj.compiler.world import World
-from vrx_mj.runtime.bodies import FreeBodies, check_name
+from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
@@ -42,9 +43,9 @@ class Whereabouts:
             CommandError: the pose or the velocity is not six finite numbers.
         """
         check_name("boat", name, self._world.boats)
+        self._bodies.put(name, pose, velocity)
         if pose is not None:
             self.release(name)
-        self._bodies.put(name, pose, velocity)
         self._derive()
 
     @in_turn

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vrx_mj.config.displays import LIGHT_COLORS
-from vrx_mj.errors import CommandError, StateError
+from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.tasks.actions import LightUp, ShowSymbol
 from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.kinds import Place
@@ -169,7 +169,7 @@ class Docking(PlainRules):
         """
         if topic != TOPIC or not self._asks_colors:
             known = TOPIC if self._asks_colors else "none"
-            raise CommandError(f"{self.title} takes no message '{topic}'; known: {known}")
+            raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {known}")
         return _colors(content)
 
     # Inside
@@ -249,7 +249,7 @@ def _colors(content: Any) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
-        raise CommandError(f"invalid {TOPIC} {content!r}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
+        raise CommandError(f"invalid {TOPIC} {shown(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
     return colors
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.tasks.actions import PlaceObject
 from vrx_mj.tasks.frame import EARLY, Frame, Stand
 from vrx_mj.tasks.kinds import Count
@@ -86,10 +86,10 @@ class Perception(PlainRules):
     def accept(self, topic: str, content: Any) -> Any:
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != "landmark":
-            raise CommandError(f"perception takes no message '{topic}'; known: landmark")
+            raise CommandError(f"perception takes no message {shown(topic)}; known: landmark")
         if not isinstance(content, Mapping) or set(content) != LANDMARK:
             what = (
-                f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else repr(content)
+                f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else shown(content)
             )
             needs = "type, and x and y [m] or latitude and longitude [degrees]"
             raise CommandError(f"invalid landmark: the keys {needs} are needed, got {what}")
@@ -151,5 +151,5 @@ class Perception(PlainRules):
 
 def _metres(key: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise CommandError(f"invalid {key} {value!r} of a landmark: a number of metres is needed")
+        raise CommandError(f"invalid {key} {shown(value)} of a landmark: a number of metres is needed")
     return float(value)

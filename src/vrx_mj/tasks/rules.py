@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, shown
 from vrx_mj.tasks.actions import Action
 from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.sheet import Phase, Sheet
@@ -112,4 +112,4 @@ class PlainRules:
 
     def accept(self, topic: str, content: Any) -> Any:
         """It takes no messages."""
-        raise CommandError(f"{self.title} takes no message '{topic}'; known: none")
+        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: none")

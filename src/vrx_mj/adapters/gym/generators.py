@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.utils import seeding
 
+from vrx_mj.errors import shown
+
 __all__ = ["Generators", "Seeds"]
 
 Seeds = int | Sequence[int | None] | None
@@ -54,15 +56,15 @@ def _each(seed: Any, n: int) -> list[int | None]:
     """The seed of each row."""
     if seed is None or isinstance(seed, int | np.integer):
         given: list[Any] = [None if seed is None else int(seed) + row for row in range(n)]
-    elif np.ndim(seed) == 1:
+    elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes) and np.ndim(seed[:0]) == 1:
         given = list(seed)
     else:
         text = f"a whole number of 0 or more is needed, or one for each of {n} rows"
-        raise gymnasium.error.Error(f"invalid seed {seed!r}: {text}")
+        raise gymnasium.error.Error(f"invalid seed {shown(seed)}: {text}")
     if len(given) != n:
         raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one seed, or one for each row, is needed")
     for row, own in enumerate(given):
         if own is not None and (not isinstance(own, int | np.integer) or own < 0):
             text = "a whole number of 0 or more is needed"
-            raise gymnasium.error.Error(f"invalid seed {own!r} of row {row}: {text}")
+            raise gymnasium.error.Error(f"invalid seed {shown(own)} of row {row}: {text}")
     return [None if own is None else int(own) for own in given]

@@ -6,12 +6,18 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
-__all__ = ["PERIOD", "check_count", "check_picture", "episode_steps", "is_number", "reset_mode"]
+from vrx_mj.arguments import as_number
+from vrx_mj.errors import shown
+
+__all__ = ["PERIOD", "as_floats", "check_count", "check_picture", "episode_steps", "is_number", "reset_mode"]
 
 PERIOD = 0.1
 """Of an action [s]: 10 physics steps."""
+LONGEST = 1e9
+"""Episode, at most [s]."""
 LARGEST = 8192
 """Width and height of a picture, at most [pixels]."""
 
@@ -19,36 +25,47 @@ LARGEST = 8192
 def episode_steps(duration: Any) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
     if not is_number(duration) or duration < PERIOD:
-        raise gymnasium.error.Error(f"invalid duration {duration!r}: a number of {PERIOD:g} s or more is needed")
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
+    if duration > LONGEST:
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {LONGEST:g} s")
     return round(float(duration) / PERIOD)
 
 
 def check_count(name: str, value: Any) -> None:
     """gymnasium.error.Error: the option of that name is no whole number above 0."""
-    if not isinstance(value, int | np.integer) or value < 1:
-        raise gymnasium.error.Error(f"invalid {name} {value!r}: a whole number above 0 is needed")
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
 
 
 def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
     """gymnasium.error.Error: `mode` is none of the ways to draw, or pictures have no such size [pixels]."""
-    if mode not in (None, *modes):
+    if mode is not None and not (isinstance(mode, str) and mode in modes):
         possible = ", ".join(["None", *map(repr, modes[:-1])])
-        raise gymnasium.error.Error(f"invalid render_mode {mode!r}: {possible} or {modes[-1]!r} is needed")
+        raise gymnasium.error.Error(f"invalid render_mode {shown(mode)}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
-        if not isinstance(size, int | np.integer) or not 1 <= size <= LARGEST:
+        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= LARGEST:
             text = f"a whole number of pixels from 1 to {LARGEST} is needed"
-            raise gymnasium.error.Error(f"invalid {name} {size!r}: {text}")
+            raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
 
 
 def reset_mode(mode: Any) -> AutoresetMode:
     """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
     try:
         return AutoresetMode(mode)
-    except ValueError:
+    except (TypeError, ValueError):
         known = ", ".join(repr(one.value) for one in AutoresetMode)
-        raise gymnasium.error.Error(f"invalid autoreset_mode {mode!r}: one of {known} is needed") from None
+        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
 def is_number(value: Any) -> bool:
     """Whether it is a finite number."""
-    return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(value)
+    return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(as_number(value))
+
+
+def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
+    """An action as an array; gymnasium.error.InvalidAction: it is none of numbers."""
+    try:
+        with np.errstate(over="ignore"):  # an infinity is out of range like the number
+            return np.asarray(np.asarray(action), np.float32)
+    except (TypeError, ValueError, OverflowError):
+        raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None

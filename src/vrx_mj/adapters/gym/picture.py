@@ -1,5 +1,7 @@
 """Pictures of rows."""
 
+from typing import Any
+
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +26,10 @@ class Picture:
         self._world = world
         self._lens = CameraConfig(name="picture", link="base_link", width=width, height=height, noise=0.0)
         self._model: mujoco.MjModel | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is made for the first picture."""
+        return {"_world": self._world, "_lens": self._lens, "_model": None}
 
     def draw(self, batch: Batch, row: int, waves: float) -> npt.NDArray[np.uint8]:
         """The picture (height, width, 3) of a row, from behind and above its first boat; `waves` is as in `take`."""

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from vrx_mj.adapters.gym.features import Floats32
+from vrx_mj.adapters.gym.options import as_floats
 from vrx_mj.adapters.gym.vector import VectorEnv
 
 __all__ = ["Env"]
@@ -48,10 +49,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
         if self._ended and not self._rows.closed:
             raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
-        try:
-            given = np.asarray(action, np.float32)
-        except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("invalid action: an array of numbers is needed") from None
+        given = as_floats(action)
         if given.shape != self.action_space.shape:
             text = f"invalid action of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)

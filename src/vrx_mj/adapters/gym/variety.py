@@ -8,12 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.gym.options import is_number
+from vrx_mj.errors import shown
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["Range", "Variety"]
 
 Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
+
+
+LARGEST = 1e6
+"""What is varied, at most, in its unit."""
 
 
 class Variety:
@@ -41,7 +46,7 @@ class Variety:
 def _range(name: str, value: Any) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
     least = 1e-3 if name == "mass" else 0.0
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1]:
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= LARGEST:
         text = f"a number of {least:g} or more, or a pair (least, greatest), is needed"
-        raise gymnasium.error.Error(f"invalid {name} {value!r}: {text}")
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {text}")
     return float(pair[0]), float(pair[1])

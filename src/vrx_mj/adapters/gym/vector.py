@@ -1,6 +1,7 @@
 """Many worlds as one `gymnasium.vector.VectorEnv`, advanced together by all cores."""
 
 import contextlib
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -11,15 +12,16 @@ from gymnasium.vector.utils import batch_space
 
 from vrx_mj.adapters.gym.features import BOUND, Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
-from vrx_mj.adapters.gym.options import PERIOD, check_count, check_picture, episode_steps, reset_mode
+from vrx_mj.adapters.gym.options import PERIOD, as_floats, check_count, check_picture, episode_steps, reset_mode
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Problem
 from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.seen import Seen, seen_of
 from vrx_mj.adapters.gym.variety import Range, Variety
+from vrx_mj.arguments import check_name
 from vrx_mj.compiler.compile import Source, compile_world
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import DivergedError, UnknownNameError
+from vrx_mj.errors import DivergedError, shown
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["HEIGHT", "VectorEnv", "commanded"]
@@ -89,8 +91,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.error.Error: an option is invalid.
             VrxError: the world or the fleet is invalid, as for `compile_world`.
         """
-        if problem not in PROBLEMS:
-            raise UnknownNameError("problem", problem, PROBLEMS)
+        check_name("problem", problem, PROBLEMS)
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
         kind = PROBLEMS[problem]
@@ -128,6 +129,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.error.Error: the seeds or the mask are invalid.
         """
         self._check_open()
+        if options is not None and not isinstance(options, Mapping):
+            raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
         rows = self._masked((options or {}).get("reset_mask"))
         self._random.seed(rows, seed)
         self._begin(rows)
@@ -231,10 +234,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             raise gymnasium.error.ResetNeeded(
                 f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
             )
-        try:
-            given = np.asarray(actions, np.float32)
-        except (TypeError, ValueError):
-            raise gymnasium.error.InvalidAction("invalid actions: an array of numbers is needed") from None
+        given = as_floats(actions, "actions")
         if given.shape != self.action_space.shape:
             text = f"invalid actions of shape {given.shape}: {self.action_space.shape} is needed"
             raise gymnasium.error.InvalidAction(text)

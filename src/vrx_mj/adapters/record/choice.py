@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError, shown
 
 __all__ = ["ALL", "Choice", "chosen"]
 
@@ -50,7 +51,12 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
 
 
 def _list(words: str | Sequence[str]) -> Sequence[str]:
-    return [words] if isinstance(words, str) else words
+    given: Any = [words] if isinstance(words, str) else words
+    if not isinstance(given, Sequence) or not all(isinstance(word, str) for word in given):
+        raise CommandError(
+            f"invalid sensors {shown(words)}: text, or a list of it, is needed, as in wamv1:lidar_wamv@5"
+        )
+    return given
 
 
 def _split(word: str) -> tuple[str, float | None]:

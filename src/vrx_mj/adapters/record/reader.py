@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,8 @@ from vrx_mj.adapters.record.officiated import FRAMES, Found, read_frames
 from vrx_mj.adapters.record.parsed import Part, allowance, parsed_file
 from vrx_mj.adapters.record.readings import READING_COLUMNS, RecordedReadings
 from vrx_mj.adapters.record.scene import MovingBody, RecordedSensor, RowLayout
-from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.arguments import as_number, as_path, as_text
+from vrx_mj.errors import RecordError, UnknownNameError, shown
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_readings", "read_record"]
 
@@ -119,10 +121,13 @@ class Record:
 
     def state_at(self, time: float) -> SavedState:
         """The last state saved at or before `time` [s]."""
-        before = [state for state in self.states if state.time <= time + 1e-9]
+        moment = as_number(time)
+        if math.isnan(moment):
+            raise RecordError(f"invalid time {shown(time)}: a number of seconds is needed")
+        before = [state for state in self.states if state.time <= moment + 1e-9]
         if not before:
             first = f"; the first is at {self.states[0].time:g} s" if self.states else ""
-            raise RecordError(f"'{self.path}' has no state at or before {time:g} s{first}")
+            raise RecordError(f"'{self.path}' has no state at or before {moment:g} s{first}")
         return before[-1]
 
     def readings(self, boat: str, sensor: str) -> RecordedReadings:
@@ -133,6 +138,8 @@ class Record:
             RecordError: the file is damaged.
         """
         known = {f"{one.boat}:{one.name}": one for one in self.sensors}
+        for name in (boat, sensor):
+            as_text("recorded sensor", name)
         if f"{boat}:{sensor}" not in known:
             raise UnknownNameError("recorded sensor", f"{boat}:{sensor}", known)
         (found,) = read_readings(self.path, [known[f"{boat}:{sensor}"]])
@@ -146,8 +153,9 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
 
     Raises:
         RecordError: there is no such file, or it is no recording, or damaged, or of another version.
+        CommandError: `path` is no path.
     """
-    file = Path(path)
+    file = as_path("path", path)
     parsed = parsed_file(file, COLUMNS, OURS, whole=whole)
     if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")

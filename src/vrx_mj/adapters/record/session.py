@@ -29,13 +29,12 @@ from vrx_mj.adapters.record.scene import (
     Waypoint,
 )
 from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.compiler.joining import boat_alone
 from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
-from vrx_mj.errors import RecordError, check_kind
-from vrx_mj.runtime.bodies import check_name
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
@@ -77,22 +76,19 @@ def record(
         CommandError: `sim` is no simulation, or a sensor's rate is not above 0, or above its own.
     """
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
-    choices = chosen(sensors, sensor_rates(sim)) if sensors else ()
+    choices = chosen(sensors, sensor_rates(sim)) if not isinstance(sensors, str) or sensors else ()
     if follow is not None:
         check_name("boat", follow, sim.boats)
-    with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer:
+    with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
         sim.attach(writer, rate=POSE_RATE)
+        stack.callback(sim.detach, writer)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters['fleet']}, seed {sim.seed}: recording starts")
-        watch = sim.watch_contacts(writer.touch)
-        taken = [sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate) for one in choices]
-        try:
-            yield writer
-        finally:
-            sim.unwatch_contacts(watch)
-            for subscription in taken:
-                sim.unsubscribe(subscription)
-            sim.detach(writer)
+        for one in choices:
+            taken = sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate)
+            stack.callback(sim.unsubscribe, taken)
+        stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch))
+        yield writer
 
 
 class RunWriter(RecordWriter):
@@ -124,10 +120,7 @@ def resume(path: str | Path, time: float) -> Simulation:
         RecordError: the file is no recording, or has no state that early.
     """
     recorded = read_record(path)
-    found = [saved.blob for saved in recorded.states if saved.time <= time + 1e-9]
-    if not found:
-        raise RecordError(f"'{path}' has no state at or before {time:g} s")
-    state = State.from_bytes(found[-1])
+    state = State.from_bytes(recorded.state_at(time).blob)
     own = (one for one in recorded.companies if one.world_sha256 == state.world)
     company = next(own, recorded.companies[0])
     sim = Simulation(company.world)

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from vrx_mj.adapters.record.parsed import copy_without_views
 from vrx_mj.adapters.record.reader import Record, read_record
-from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.arguments import check_name
+from vrx_mj.errors import RecordError
 
 __all__ = ["join_views", "open_viewer", "viewer_binary"]
 
@@ -92,8 +93,7 @@ def views_following(record: Record, boat: str) -> bytes:
     from vrx_mj.adapters.record.writer import APPLICATION
     from vrx_mj.runtime.simulation import Simulation
 
-    if boat not in record.boats:
-        raise UnknownNameError("boat", boat, record.boats)
+    check_name("boat", boat, record.boats)
     sim = Simulation(record.companies[0].world)
     scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
     scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat)

@@ -27,6 +27,7 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.record.rows import pack_rows
 from vrx_mj.adapters.record.scene import RecordScene
+from vrx_mj.arguments import as_path
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 from vrx_mj.runtime.contacts import Touch
 from vrx_mj.sensors.readings import Reading
@@ -53,7 +54,7 @@ class RecordWriter:
     """A recording being written. `close` it, or use it in a `with` statement."""
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
-        self._path = Path(path)
+        self._path = as_path("path", path)
         self._scene, self._width = scene, scene.layout().width
         check_writable(self._path)
         self._work = Work(self._path, scene)

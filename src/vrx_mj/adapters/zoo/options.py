@@ -9,6 +9,7 @@ import numpy as np
 
 from vrx_mj.adapters.gym.options import PERIOD, is_number
 from vrx_mj.adapters.zoo.neighbours import Eyes
+from vrx_mj.errors import shown
 
 __all__ = ["RENDER_MODES", "chance", "eyes_of", "team_share"]
 
@@ -18,15 +19,15 @@ RENDER_MODES = ["human", "rgb_array"]
 def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
     """How boats see each other; gymnasium.error.Error: an option is none."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
-        raise gymnasium.error.Error(f"invalid neighbours {neighbours!r}: a whole number of 0 or more is needed")
+        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
     if not is_number(reach) or reach <= 0.0:
-        raise gymnasium.error.Error(f"invalid range {reach!r}: a number of metres above 0 is needed")
+        raise gymnasium.error.Error(f"invalid range {shown(reach)}: a number of metres above 0 is needed")
     given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
     if len(given) != 3 or not all(is_number(one) and one >= 0.0 for one in given):
         text = "three numbers of 0 or more are needed, of places [m], velocities [m/s] and headings [rad]"
-        raise gymnasium.error.Error(f"invalid noise {noise!r}: {text}")
+        raise gymnasium.error.Error(f"invalid noise {shown(noise)}: {text}")
     if not is_number(delay) or delay < 0.0 or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6):
-        raise gymnasium.error.Error(f"invalid delay {delay!r}: a multiple of {PERIOD:g} s is needed")
+        raise gymnasium.error.Error(f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s is needed")
     return Eyes(
         int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
     )
@@ -35,7 +36,7 @@ def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
 def chance(name: str, value: Any) -> float:
     """A share of boats; gymnasium.error.Error: not from 0 to 1."""
     if not is_number(value) or not 0.0 <= value <= 1.0:
-        raise gymnasium.error.Error(f"invalid {name} {value!r}: a share from 0 to 1 is needed")
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a share from 0 to 1 is needed")
     return float(value)
 
 
@@ -45,5 +46,5 @@ def team_share(reward: Any) -> float:
         return float(reward == "team")
     if not is_number(reward) or not 0.0 <= reward <= 1.0:
         text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
-        raise gymnasium.error.Error(f"invalid reward {reward!r}: {text}")
+        raise gymnasium.error.Error(f"invalid reward {shown(reward)}: {text}")
     return float(reward)

@@ -10,7 +10,7 @@ import pettingzoo
 from pettingzoo.utils.env_logger import EnvLogger
 
 from vrx_mj.adapters.gym.features import BOUND, Floats32
-from vrx_mj.adapters.gym.options import PERIOD
+from vrx_mj.adapters.gym.options import PERIOD, as_floats
 from vrx_mj.adapters.zoo.actions import ActionError
 from vrx_mj.adapters.zoo.options import RENDER_MODES
 from vrx_mj.adapters.zoo.picture import show
@@ -164,8 +164,8 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def _one(self, boat: str, action: npt.ArrayLike) -> Floats32:
         names = self._rows.action_names[boat]
         try:
-            given = np.asarray(action, np.float32)
-        except (TypeError, ValueError):
+            given = as_floats(action)
+        except gymnasium.error.InvalidAction:
             raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
         if given.shape != (len(names),):
             raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")

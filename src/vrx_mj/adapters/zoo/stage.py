@@ -9,9 +9,9 @@ from vrx_mj.adapters.zoo.problems import PROBLEMS
 from vrx_mj.adapters.zoo.refereed import RefereedRow
 from vrx_mj.adapters.zoo.score import Score
 from vrx_mj.adapters.zoo.team import TeamProblem
+from vrx_mj.arguments import check_name
 from vrx_mj.compiler.compile import Source, compile_world
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import UnknownNameError
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["SCORE", "Stage", "staged"]
@@ -34,8 +34,7 @@ def staged(
         gymnasium.error.Error: it is not for such a world, or not for so many rows or boats.
         VrxError: the world or the fleet is wrong.
     """
-    if name not in {*PROBLEMS, SCORE}:
-        raise UnknownNameError("problem", name, (*PROBLEMS, SCORE))
+    check_name("problem", name, (*PROBLEMS, SCORE))
     kind: type[TeamProblem] = PROBLEMS.get(name, Score)
     if name == SCORE and (n != 1 or world is None):
         needs = f"invalid num_envs {n}: a referee watches one world" if n != 1 else "give a world with a task"

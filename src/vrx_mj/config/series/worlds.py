@@ -50,7 +50,8 @@ def world_source(source: Source) -> tuple[Section, str]:
     """
     if isinstance(source, Mapping):
         return read_source("worlds", source), "world"
-    text, mark, number = str(source).rpartition(MARK)
+    given: Any = source
+    text, mark, number = (str(given) if isinstance(given, str | Path) else "").rpartition(MARK)
     if mark and not is_path(source) and (is_path(text) or number.isdigit()):
         world = _numbered(read_series(file_of("worlds", text)), number)
         return read_source("worlds", world.section), world.name

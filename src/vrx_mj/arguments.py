@@ -1,0 +1,123 @@
+"""Arguments of public functions: checked once, where they come in, or refused in a line that names them."""
+
+import errno
+import math
+import numbers
+import operator
+import os
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
+
+__all__ = ["MOST_SEED", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several", "whole"]
+
+MOST_SEED = 2**63 - 1
+
+
+def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
+    """Tell whether what a function takes is of a kind; `wanted` says where to get one.
+
+    Raises:
+        VrxError: it is not; of the class `error`.
+    """
+    if not isinstance(given, kind):
+        raise error(f"{taker} takes {wanted}, not {shown(given)}")
+
+
+def check_name(kind: str, name: object, known: Collection[str]) -> None:
+    """Tell whether the name is among those that are known.
+
+    Raises:
+        UnknownNameError: it is not, or is no name at all.
+    """
+    if not isinstance(name, str) or name not in known:
+        raise UnknownNameError(kind, name, known)
+
+
+def as_path(name: str, given: object, error: type[VrxError] = CommandError) -> Path:
+    """The path that is given as text or as a path.
+
+    Raises:
+        VrxError: it is neither, or no file can be called so; of the class `error`.
+    """
+    wanted = "a path is needed"
+    if isinstance(given, str | os.PathLike):
+        try:
+            path = Path(given)
+            os.lstat(path)
+        except OSError as problem:
+            if problem.errno != errno.ENAMETOOLONG:
+                return path
+            wanted = "the name is too long"
+        except (TypeError, ValueError):  # of bytes; with a null character, or one that no encoding has
+            pass
+        else:
+            return path
+    raise error(f"invalid {name} {shown(given)}: {wanted}")
+
+
+def as_text(name: str, given: object) -> str:
+    """The text, which UTF-8 can hold.
+
+    Raises:
+        CommandError: it is none.
+    """
+    if isinstance(given, str) and given.encode(errors="replace").decode() == given:
+        return given
+    raise CommandError(f"invalid {name} {shown(given)}: text is needed")
+
+
+def whole(name: str, given: object, least: float = -math.inf, most: float = math.inf) -> int:
+    """The value as an int.
+
+    Raises:
+        CommandError: it is no whole number from `least` to `most`.
+    """
+    try:
+        value = operator.index(given)  # type: ignore[arg-type]
+    except TypeError:
+        raise CommandError(f"invalid {name} {shown(given)}: a whole number is needed") from None
+    if not least <= value <= most:
+        limits = f"from {least:g} to {most:.15g}" if math.isfinite(most) else f"of {least:g} or more"
+        raise CommandError(f"invalid {name} {shown(given)}: a whole number {limits} is needed")
+    return value
+
+
+def as_seed(given: object) -> int:
+    """The value as a seed.
+
+    Raises:
+        CommandError: it is no whole number from 0 to 2^63 - 1.
+    """
+    value = whole("seed", given)
+    if not 0 <= value <= MOST_SEED:
+        raise CommandError(f"invalid seed {shown(given)}: a whole number from 0 to 2^63 - 1 is needed")
+    return value
+
+
+def as_number(given: object) -> float:
+    """The value as a float; NaN if it is none."""
+    value: Any = given
+    text = isinstance(value, str | bytes | bytearray)
+    imaginary = isinstance(value, numbers.Complex) and not isinstance(value, numbers.Real)
+    if text or imaginary or (hasattr(value, "ndim") and value.ndim):
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def several(name: str, given: object, count: int, most: float) -> tuple[float, ...]:
+    """The values as so many floats.
+
+    Raises:
+        CommandError: they are not so many numbers below `most`.
+    """
+    values = tuple(map(as_number, given)) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else ()
+    if len(values) != count or not all(abs(value) < most for value in values):
+        words = {3: "three", 6: "six"}[count]
+        raise CommandError(f"invalid {name} {shown(given)}: {words} numbers below {most:g} are needed")
+    return values

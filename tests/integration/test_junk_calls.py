@@ -1,0 +1,421 @@
+"""Every public function, with every argument in turn replaced by junk: it works, or says in a line what is wrong.
+
+No other exception than ours comes out, no warning, and what follows is as if nothing had been asked.
+"""
+
+import contextlib
+import inspect
+import math
+import pathlib
+import signal
+
+import gymnasium
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj import control
+from vrx_mj.adapters import record as recordings
+from vrx_mj.adapters.gym import Env, VectorEnv
+from vrx_mj.adapters.map import draw_map, map_of, map_png
+from vrx_mj.adapters.zoo import ActionError, ParallelEnv, TeamVectorEnv
+from vrx_mj.errors import ConfigError, DivergedError, VrxError
+
+JUNK = {
+    "None": None,
+    "list": [],
+    "dict": {},
+    "empty": "",
+    "text": "x",
+    "bytes": b"",
+    "10**400": 10**400,
+    "10**5000": 10**5000,
+    "-1": -1,
+    "0": 0,
+    "1.5": 1.5,
+    "nan": math.nan,
+    "inf": math.inf,
+    "1e308": 1e308,
+    "True": True,
+    "object": object(),
+    "class": int,
+    "function": lambda: None,
+    "strings": ["a", "b"],
+    "nested": [[1.0, [2.0]], 3.0],
+    "matrix": np.zeros((2, 3)),
+    "nans": np.full(6, np.nan),
+    "huge": [1e308] * 6,
+    "words": np.array(["a", "b"]),
+    "objects": np.array([None, {}], object),
+    "complex": 1j,
+    "path": pathlib.Path("no/such/file"),
+    "folder": pathlib.Path(),
+    "long": "y" * 100_000,
+    "nul": "a\0b",
+    "surrogate": "\ud800",
+    "lines": "a\nb",
+    "set": {1, 2},
+    "tuple of None": (None, None, None),
+    "big array": np.array([10**400, 1], object),
+}
+NAMED = {
+    "world": ("world", "World"), "fleet": ("fleet",), "target": ("path",), "source": ("path", "saved world"),
+    "path": ("path", "file name", "recording", "state"), "first": ("path", "recording", "first"),
+    "recording": ("path",), "second": ("path", "recording", "second"), "commands": ("command", "boat", "thruster"),
+    "values": ("commands", "command"),
+    "state": ("State",), "row": ("row",), "sensors": ("sensor",), "sensor": ("pinger", "shooter"),
+    "name": ("name", "boat", "object", "light", "placard", "place"), "symbol": ("symbol",), "colors": ("colour",),
+    "block": ("saved state",), "listener": ("attach",), "callback": ("callback",), "sim": ("simulation",),
+    "problem": ("problem",),
+    "pose": ("pose", "place"), "options": ("option",), "action": ("action",), "actions": ("action",),
+    "steps": ("steps",), "left": ("command", "left"), "topic": ("message",), "content": ("message", "color_sequence"),
+    "follow": ("boat",), "time": ("no state",), "seed": ("Seed", "seeds"), "rows": ("of shape",), "agent": ("boat",),
+
+    "text": ("text",), "scene": ("scene", "MapScene"), "neighbours": ("neighbours",), "render_mode": ("render_mode",),
+}  # fmt: skip
+"""Words of which a message has one, for an argument that it does not call by its name."""
+HANGS = 60.0
+"""Processor time after which a call is ended [s]."""
+CALLED = {"callback", "tell", "controller", "progress", "advance"}
+"""Functions of the caller's own, whose errors are his."""
+OURS = (VrxError, gymnasium.error.Error, ActionError)
+
+WORLD = {
+    "extends": "ocean",
+    "sea": {"model": "pms", "gain": 0.2},
+    "wind": {"mean_velocity": 3.0, "var_gain": 1.0},
+    "georeference": {"latitude": 1.0, "longitude": 2.0},
+    "objects": [
+        {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [20, 5, 0, 0, 0, 0]},
+        {"name": "lamp", "model": "robotx_light_buoy", "pose": [30, 5, 0.25, 0, 0, 0]},
+    ],
+}
+TASK = {"task": {"type": "stationkeeping", "goal": [10.0, 0.0, 0.0]}}
+FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "thrusters": "T", "sensors": ["gps_wamv", "imu_wamv"]}]}
+
+
+LANDMARK = "landmark"
+
+
+class Junk:
+    """Calls with junk, and what came of them."""
+
+    def __init__(self):
+        self.calls, self.wrong = 0, []
+
+    def try_all(self, label, call, known, mend=None):
+        """Replace each argument of `call(**known)` in turn; `mend` is called after each."""
+        call(**known)
+        for name in known:
+            for kind, value in JUNK.items():
+                if name in CALLED and callable(value):
+                    continue
+                self.calls += 1
+                try:
+                    with guarded():
+                        call(**{**known, name: value})
+                except OURS as error:
+                    if problem := _badly_said(name, error):
+                        self.wrong.append(f"{label}({name}={kind}): {problem}")
+                except BaseException as error:
+                    self.wrong.append(f"{label}({name}={kind}): {type(error).__name__}: {str(error)[:160]}")
+                if mend is not None:
+                    mend()
+
+
+@contextlib.contextmanager
+def guarded():
+    """End a call that would never end."""
+    signal.setitimer(signal.ITIMER_PROF, HANGS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def hung(*_):
+    raise TimeoutError(f"it still runs after {HANGS:g} s of processor time")
+
+
+def _badly_said(name, error):
+    text = str(error)
+    if isinstance(error, DivergedError):
+        return ""
+    lines = text.split("\n")
+    if len(text) > 1000 or not all(line and line.isprintable() for line in lines):
+        return f"{len(text)} characters: {text[:160]!r}"
+    if len(lines) > (len(error.problems) if isinstance(error, ConfigError) else 1):
+        return f"{len(text)} characters: {text[:160]!r}"
+    words = NAMED.get(name, (name,))
+    return "" if any(word in text for word in (name, *words)) else f"does not name it: {text[:200]}"
+
+
+@pytest.fixture
+def junk(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    before = signal.signal(signal.SIGPROF, hung)
+    found = Junk()
+    yield found
+    signal.signal(signal.SIGPROF, before)
+    print(f"{found.calls} calls, {len(found.wrong)} wrong")
+    assert not found.wrong, "\n".join(found.wrong)
+
+
+@pytest.fixture(scope="module")
+def world():
+    return vrx_mj.compile_world(WORLD, fleet=FLEET)
+
+
+@pytest.fixture(scope="module")
+def sim(world):
+    return vrx_mj.Simulation(world)
+
+
+def dropped(made):
+    """Close what can be closed."""
+    with contextlib.suppress(AttributeError):
+        made.close()
+
+
+def test_worlds(junk, world):
+    known = {"world": "ocean", "fleet": FLEET, "seed": 1, "nudge": False}
+    junk.try_all("compile_world", vrx_mj.compile_world, known)
+    junk.try_all("World.save", world.save, {"target": "saved"})
+    junk.try_all("World.load", vrx_mj.World.load, {"source": "saved"})
+    junk.try_all("Simulation.load", vrx_mj.Simulation.load, {"source": "saved"})
+    junk.try_all("Simulation", vrx_mj.Simulation, {"world": world, "seed": 3})
+
+
+SIMULATED = {
+    "command_names": {"boat": "a"},
+    "reset": {"seed": 1},
+    "command": {"boat": "a", "left": 0.5},
+    "command_all": {"commands": {"a": {"left": 0.5}}},
+    "step": {"commands": {"a": {"left": 0.5}}, "duration": 0.1},
+    "steps_in": {"duration": 0.1},
+    "advance": {"steps": 1},
+    "event": {"text": "a", "level": "INFO"},
+    "sensors": {"boat": "a"},
+    "mounted": {"boat": "a"},
+    "sense": {"boat": "a"},
+    "steering": {"boat": "a"},
+    "thrust": {"boat": "a"},
+    "receivers": {"boat": "a"},
+    "forces": {"boat": "a"},
+    "release": {"boat": "a"},
+    "set_boat": {"name": "a", "pose": (0, 0, 0, 0, 0, 0), "velocity": (0, 0, 0, 0, 0, 0)},
+    "set_object": {"name": "buoy", "pose": (20, 0, 0, 0, 0, 0), "velocity": (0, 0, 0, 0, 0, 0)},
+    "observe_object": {"name": "buoy"},
+    "showing": {"name": "lamp"},
+    "set_light": {"name": "lamp", "colors": ("red", "off", "blue")},
+    "shuffle": {"name": "lamp"},
+    "subscribe": {"boat": "a", "sensor": "gps_wamv", "callback": print, "rate": 1.0},
+    "watch_contacts": {"tell": print},
+}
+NEEDING_MORE = {"attach", "detach", "fire", "paint", "pinger", "set_pinger", "set_placard", "set_state", "send",
+                "spawn", "remove", "unsubscribe", "unwatch_contacts", "load"}  # fmt: skip
+"""Methods of a simulation that other tests here call."""
+
+
+@pytest.mark.parametrize("method", SIMULATED)
+def test_simulations(junk, sim, method):
+    def mend():
+        sim._subscriptions._all, sim._subscriptions._watches = (), ()
+        sim.reset()
+
+    junk.try_all(method, getattr(sim, method), SIMULATED[method], mend)
+    mend()
+
+
+def test_all_methods_of_a_simulation_are_called():
+    methods = {
+        name
+        for name, one in inspect.getmembers(vrx_mj.Simulation, inspect.isroutine)
+        if not name.startswith("_") and len(inspect.signature(one).parameters) > (name != "load")
+    }
+    assert methods == {*SIMULATED, *NEEDING_MORE}
+
+
+def test_what_a_simulation_holds(junk, sim):
+    class Quiet:
+        def __getattr__(self, _):
+            return lambda *_: None
+
+    def attached(**known):
+        sim.attach(**known)
+        sim.detach(known["listener"])
+
+    junk.try_all("attach", attached, {"listener": Quiet(), "rate": 10.0})
+    assert sim._sampler.listeners == ()
+    for value in JUNK.values():
+        with pytest.raises(VrxError):
+            sim.detach(value)
+    junk.try_all("unsubscribe", sim.unsubscribe, {"subscription": None})
+    junk.try_all("unwatch_contacts", sim.unwatch_contacts, {"watch": sim.watch_contacts(print)})
+    junk.try_all("paint", sim.paint, {"model": sim.visual_model})
+    junk.try_all("set_state", sim.set_state, {"state": sim.get_state()})
+    junk.try_all("Sea.height", sim.sea.height, {"x": 1.0, "y": 2.0, "t": 3.0})
+    junk.try_all("Wind.velocity", sim.wind.velocity, {"t": 1.0})
+
+
+def test_boats_that_come_and_go(junk, world):
+    sim = vrx_mj.Simulation(world)
+    known = {"name": "b", "pose": (0, 20, 0.1, 0, 0, 0), "robot": "wamv", "thrusters": "H", "components": None,
+             "sensors": "none", "engines": "fixed", "color": (1, 0, 0, 1)}  # fmt: skip
+
+    junk.try_all("spawn", sim.spawn, known, sim.reset)
+
+    def removed(name):
+        sim.spawn("b", pose=(0, 20, 0.1, 0, 0, 0), sensors="none")
+        sim.remove(name)
+
+    junk.try_all("remove", removed, {"name": "b"}, sim.reset)
+
+
+def test_instruments_and_tasks(junk):
+    fleet = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "vrx"}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world({**WORLD, **TASK}, fleet=fleet))
+    receiver = sim.receivers("a")[0]
+    junk.try_all("pinger", sim.pinger, {"boat": "a", "sensor": receiver})
+    junk.try_all("set_pinger", sim.set_pinger, {"boat": "a", "sensor": receiver, "position": (1.0, 2.0, -3.0)})
+    junk.try_all("fire", sim.fire, {"boat": "a", "sensor": None})
+    junk.try_all("sense", lambda sensor: sim.sense("a")[sensor], {"sensor": "gps_wamv"})
+    junk.try_all("send", lambda topic: None if topic is LANDMARK else sim.send(topic, {}), {"topic": LANDMARK})
+    docked = vrx_mj.Simulation(vrx_mj.compile_world("scan_dock_deliver"))
+    name = docked.placards[0]
+    junk.try_all("set_placard", docked.set_placard, {"name": name, "symbol": "red_circle"})
+    junk.try_all("send", lambda content: docked.send("color_sequence", content), {"content": ["red", "green", "blue"]})
+
+
+def test_states(junk, sim):
+    state = sim.get_state()
+    junk.try_all("State.save", state.save, {"path": "some.state"})
+    junk.try_all("State.load", vrx_mj.State.load, {"path": "some.state"})
+    junk.try_all("State.from_bytes", vrx_mj.State.from_bytes, {"block": state.to_bytes()})
+    junk.try_all("State.check", state.check, {"world": state.world})
+
+
+def test_runs(junk, sim):
+    known = {"duration": 0.2, "control_rate": 10.0, "controller": lambda obs, t: None, "progress": lambda t: None}
+    junk.try_all("run", lambda **known: vrx_mj.run(sim, **{"duration": 0.2} | known), known, sim.reset)
+    junk.try_all("run", lambda **known: vrx_mj.run(sim, 0.2, **known), {"advance": sim.advance}, sim.reset)
+    junk.try_all("run", lambda sim: vrx_mj.run(sim, 0.2), {"sim": sim}, sim.reset)
+    junk.try_all("run", lambda returned: vrx_mj.run(sim, 0.2, controller=lambda *_: returned), {"returned": None})
+
+    def shown(**known):
+        with vrx_mj.progress(**known) as tick:
+            tick(0.1)
+
+    junk.try_all("progress", shown, {"sim": sim, "duration": 1.0})
+
+
+def test_recordings(junk, sim):
+    def recorded(**known):
+        with vrx_mj.record(**{"sim": sim, "path": "run.rrd", "sea": False} | known):
+            sim.advance(1)
+
+    recorded()
+    junk.try_all("record", recorded, {"sim": sim, "path": "run.rrd"}, sim.reset)
+    junk.try_all("record", recorded, {"sensors": "a:gps_wamv", "follow": "a"}, sim.reset)
+    junk.try_all("read_record", vrx_mj.read_record, {"path": "run.rrd"})
+    junk.try_all("resume", vrx_mj.resume, {"path": "run.rrd", "time": 0.0})
+    junk.try_all("compare", vrx_mj.compare, {"first": "run.rrd", "second": "run.rrd"})
+    read = vrx_mj.read_record("run.rrd")
+    junk.try_all("Record.state_at", read.state_at, {"time": 1.0})
+    with contextlib.suppress(VrxError):
+        junk.try_all("Record.readings", read.readings, {"boat": "a", "sensor": "gps_wamv"})
+    for value in JUNK.values():
+        with pytest.raises(VrxError):
+            vrx_mj.show(value)
+        with pytest.raises(VrxError):
+            recordings.open_viewer(value)
+
+
+def test_batches(junk, world):
+    made = vrx_mj.Batch(world, 3, threads=1)
+    junk.try_all("Batch", vrx_mj.Batch, {"world": world, "n": 2, "seed": 1, "threads": 1})
+    junk.try_all("advance", made.advance, {"steps": 1, "rows": [0, 1]}, made.reset)
+    values = np.zeros((3, len(made.channels)))
+    junk.try_all("command", made.command, {"values": values, "rows": None}, made.reset)
+    junk.try_all("step", made.step, {"values": values, "duration": 0.1, "rows": None}, made.reset)
+    junk.try_all("reset", made.reset, {"rows": [0, 1], "seed": 3})
+    junk.try_all("get_state", made.get_state, {"row": 1})
+    known = {"boat": "a", "pose": np.zeros(6), "velocity": np.zeros(6), "rows": [0]}
+    junk.try_all("set_boat", made.set_boat, known, made.reset)
+    varied = dict.fromkeys(("wind_speed", "wind_direction", "gusts", "waves", "mass", "thrust"), 1.0)
+
+    def vary(**known):
+        made.vary(**known)
+        made.reset()
+        with contextlib.suppress(DivergedError):
+            made.advance(2)
+
+    junk.try_all("vary", vary, {"rows": None, **varied}, lambda: made.vary(**{**varied, "wind_direction": 0.0}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [Env, VectorEnv])
+def test_gymnasium(junk, kind):
+    options = {"world": None, "fleet": None, "duration": 10.0, "wind_speed": 1.0, "gusts": (0.0, 1.0), "waves": 1.0,
+               "mass": 1.0, "thrust": 1.0, "threads": 1, "width": 64, "height": 64}  # fmt: skip
+    more = {} if kind is Env else {"num_envs": 2, "autoreset_mode": "NextStep"}
+
+    def made(**known):
+        env = kind(**{"problem": "StationKeeping", "threads": 1} | known)
+        env.reset(seed=1)
+        env.close()
+
+    junk.try_all(kind.__name__, made, {"problem": "StationKeeping", "render_mode": None, **options, **more})
+    env = kind("StationKeeping", threads=1)
+    junk.try_all("reset", env.reset, {"seed": 1, "options": None}, env.reset)
+    junk.try_all("step", env.step, {"action": env.action_space.sample()} if kind is Env else
+                 {"actions": env.action_space.sample()}, env.reset)  # fmt: skip
+    env.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [ParallelEnv, TeamVectorEnv])
+def test_teams(junk, kind):
+    options = {"boats": 2, "duration": 10.0, "reward": "team", "neighbours": 1, "range": 20.0, "noise": (0, 0, 0),
+               "delay": 0.1, "joining": 0.0, "leaving": 0.0, "threads": 1, "width": 64, "height": 64,
+               "render_mode": None, "world": None, "fleet": None, "mass": 1.0, "waves": (0.5, 1.0)}  # fmt: skip
+    more = {} if kind is ParallelEnv else {"num_envs": 1, "autoreset": True}
+
+    def made(**known):
+        env = kind(**{"problem": "Formation", "threads": 1} | known)
+        env.reset(seed=1)
+        env.close()
+
+    junk.try_all(kind.__name__, made, {"problem": "Formation", **options, **more})
+    env = kind("Formation", boats=2, threads=1)
+    env.reset()
+    if kind is ParallelEnv:
+        junk.try_all("reset", env.reset, {"seed": 1, "options": None}, env.reset)
+        known = {boat: env.action_space(boat).sample() for boat in env.agents}
+        junk.try_all("step", env.step, {"actions": known}, env.reset)
+        junk.try_all("step", lambda action: env.step(known | {env.agents[0]: action}),
+                     {"action": known[env.agents[0]]}, env.reset)  # fmt: skip
+        junk.try_all("action_space", env.action_space, {"agent": env.agents[0]})
+        junk.try_all("observation_space", env.observation_space, {"agent": env.agents[0]})
+    else:
+        junk.try_all("reset", env.reset, {"seed": 1, "rows": None}, env.reset)
+        actions = np.zeros((1, 2, env._most_channels if hasattr(env, "_most_channels") else 4), np.float32)
+        junk.try_all("step", env.step, {"actions": actions}, env.reset)
+    env.close()
+
+
+def test_maps(junk, world):
+    scene = map_of(world)
+    junk.try_all("map_of", map_of, {"world": world})
+    junk.try_all("map_png", map_png, {"scene": scene, "size": (300, 200)})
+    junk.try_all("draw_map", draw_map, {"scene": scene, "path": "map.png", "size": (300, 200)})
+
+
+@pytest.mark.parametrize("name", control.__all__)
+def test_controllers(junk, name):
+    kind = getattr(control, name)
+    known = {"Channel": {"chart": None}, "Gymkhana": {"chart": None}, "Perceiver": {"catalogue": None}}.get(name, {})
+    junk.try_all(name, kind, known)
+    made = kind()
+    junk.try_all("reset", made.reset, {"seed": 1})
