@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,8 @@ SIZED: Mapping[str, Callable[[str, bytes], bytes]] = {
 
 _UNIT = re.compile(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]+)\s*[\"']")
 
+Color = tuple[float, float, float, float]
+
 
 @dataclass(frozen=True)
 class MeshData:
@@ -43,7 +45,7 @@ class MeshData:
     """(n, 3)"""
     triangles: NDArray[np.int64]
     """(m, 3), rows of `points`, counter-clockwise seen from outside"""
-    color: tuple[float, float, float, float] | None
+    color: Color | None
     """The colour of most of its area, if the file has colours."""
 
     @property
@@ -114,58 +116,65 @@ def _read(path: Path, _changed: int, _size: int) -> MeshData:
         raise VrxError(f"expected a mesh that ends in {', '.join(SIZED)}, got '{name}'")
     content = mesh_bytes(path)
     unit = _unit(name, content) if suffix == ".dae" else 1.0
-    scene = _scene(name, SIZED[suffix](name, content), suffix.removeprefix("."))
-    parts = [(geometry, matrix) for geometry, matrix in _parts(scene) if len(geometry.faces)]
+    parts = _parts(name, SIZED[suffix](name, content), suffix.removeprefix("."))
     if not parts:
         refuse(name, "is empty: it has no triangles")
-    check_counts(name, triangles=sum(len(geometry.faces) for geometry, _ in parts))
+    check_counts(name, triangles=sum(len(part.faces) for part in parts))
+    if any(part.faces.min() < 0 or part.faces.max() >= len(part.points) for part in parts):
+        refuse(name, "is broken: a triangle refers to a point that the file does not have")
     return _checked(name, _merged(parts, unit))
 
 
-def _scene(name: str, content: bytes, suffix: str) -> Any:
-    """The file as a scene of trimesh; nothing else is opened, whatever it refers to."""
+class _Part(NamedTuple):
+    """A mesh of a file, at one of its places."""
+
+    points: NDArray[np.float64]
+    """(n, 3), in its own frame"""
+    faces: NDArray[np.int64]
+    """(m, 3), rows of `points`"""
+    matrix: NDArray[np.float64]
+    """(4, 4), puts it there"""
+    color: Color | None
+
+
+def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
+    """Every mesh of the file that has triangles, once for each place; nothing else is opened, whatever it refers to."""
     import trimesh
 
+    given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
     try:
-        return trimesh.load_scene(
-            io.BytesIO(content), file_type=suffix, process=False, resolver=None, skip_materials=suffix == "obj"
-        )
+        with np.errstate(all="ignore"):
+            scene = trimesh.load_scene(io.BytesIO(content), file_type=suffix, **given)
+            placed = [(scene.geometry[key], matrix) for matrix, key in map(scene.graph.get, scene.graph.nodes_geometry)]
+            return [_part(geometry, matrix) for geometry, matrix in placed if len(getattr(geometry, "faces", ()))]
     except Exception:  # whatever a broken file makes a reader raise
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
-def _parts(scene: Any) -> list[tuple[Any, Any]]:
-    """Every mesh of a scene, once for each place, with the matrix that puts it there."""
-    found = []
-    for node in scene.graph.nodes_geometry:
-        matrix, name = scene.graph[node]
-        if hasattr(scene.geometry[name], "faces"):
-            found.append((scene.geometry[name], matrix))
-    return found
+def _part(geometry: Any, matrix: Any) -> _Part:
+    points, faces = np.asarray(geometry.vertices, dtype=float), np.asarray(geometry.faces, dtype=np.int64)
+    return _Part(points.reshape(-1, 3), faces.reshape(-1, 3), np.asarray(matrix, dtype=float), _color(geometry))
 
 
-def _merged(parts: list[tuple[Any, Any]], unit: float) -> MeshData:
-    points, triangles, areas = [], [], dict[tuple[float, float, float, float], float]()
+def _merged(parts: Sequence[_Part], unit: float) -> MeshData:
+    points, triangles, areas = [], [], dict[Color, float]()
     start = 0
     with np.errstate(all="ignore"):
-        for geometry, matrix in parts:
-            placed = np.asarray(geometry.vertices, dtype=float) @ matrix[:3, :3].T + matrix[:3, 3]
-            faces = np.asarray(geometry.faces, dtype=np.int64)
-            if np.linalg.det(matrix[:3, :3]) < 0:
-                faces = faces[:, ::-1]
+        for part in parts:
+            placed = part.points @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+            faces = part.faces[:, ::-1] if np.linalg.det(part.matrix[:3, :3]) < 0 else part.faces
             points.append(placed * unit)
             triangles.append(faces + start)
             start += len(placed)
-            color = _color(geometry)
-            if color is not None:
+            if part.color is not None:
                 corners = placed[faces]
                 across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                areas[color] = areas.get(color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
+                areas[part.color] = areas.get(part.color, 0.0) + float(np.linalg.norm(across, axis=1).sum())
     most = max(areas, key=lambda color: areas[color]) if areas else None
     return MeshData(np.concatenate(points), np.concatenate(triangles), most)
 
 
-def _color(geometry: Any) -> tuple[float, float, float, float] | None:
+def _color(geometry: Any) -> Color | None:
     """The colour of a part: of its material, or the mean of its faces or points; None if it has none."""
     visual = geometry.visual
     if not getattr(visual, "defined", False):
@@ -177,8 +186,6 @@ def _color(geometry: Any) -> tuple[float, float, float, float] | None:
 
 def _checked(name: str, mesh: MeshData) -> MeshData:
     """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
-    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.points):
-        raise VrxError(f"mesh {name} is broken: a triangle refers to a point that the file does not have")
     used, places = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.points[used]
     if not np.isfinite(points).all():

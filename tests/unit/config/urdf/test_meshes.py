@@ -173,5 +173,52 @@ def test_no_bytes_end_in_anything_but_a_mesh_or_a_message(wedge, tmp_path, seed)
         assert np.isfinite(check_mesh(file, collides=True).points).all()
 
 
+PLY = """ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+element face 4
+property list uchar int vertex_indices
+property uchar red
+property uchar green
+property uchar blue
+end_header
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+3 0 2 1 200 0 0
+3 0 1 3 200 0 0
+3 0 3 2 200 0 0
+3 1 2 {last} 200 0 0
+"""
+
+
+@pytest.mark.parametrize("last", [4, 8355840, -1])
+def test_a_triangle_of_a_coloured_part_refers_to_its_own_points(tmp_path, last):
+    file = tmp_path / "a.ply"
+    file.write_text(PLY.format(last=3), encoding="utf-8")
+    assert read_mesh(file).color == (200 / 255, 0.0, 0.0, 1.0)
+    file.write_text(PLY.format(last=last), encoding="utf-8")
+    assert refusal(file) == "mesh a.ply is broken: a triangle refers to a point that the file does not have"
+
+
+def test_a_triangle_does_not_refer_to_the_points_of_another_part(wedge, tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    scene = trimesh.Scene([wedge, ball])
+    file = tmp_path / "a.glb"
+    file.write_bytes(scene.export(file_type="glb"))
+    assert len(read_mesh(file).triangles) == len(wedge.faces) + len(ball.faces)
+    data = file.read_bytes()
+    for shape in (wedge, ball):
+        faces, last = shape.faces, shape.faces.max()
+        old, new = (np.asarray(each, "<u4").tobytes() for each in (faces, np.where(faces == last, last + 1, faces)))
+        assert old in data
+        file.write_bytes(data.replace(old, new, 1))
+        assert refusal(file) == "mesh a.glb is broken: a triangle refers to a point that the file does not have"
+
+
 def test_a_missing_file_is_told(tmp_path):
     assert refusal(Path(tmp_path) / "no.obj") == "mesh no.obj cannot be read: No such file or directory"
