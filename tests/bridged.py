@@ -79,11 +79,11 @@ def image(pixels=PIXELS, width=4):
 class Bridged:
     """The server and what stands for the simulation; `came` and `strangers` are what clients sent."""
 
-    def __init__(self, port=0, host="127.0.0.1"):
+    def __init__(self, port=0, host="127.0.0.1", origins=()):
         self.table = table()
         self.inbox = Inbox()
         self.network = Network()
-        self.bridge = Rosbridge(self.network, self.inbox, port=port, host=host)
+        self.bridge = Rosbridge(self.network, self.inbox, port=port, host=host, origins=origins)
         self.came, self.strangers = [], []
         self.silent = False
         self._changed = threading.Condition()

@@ -49,7 +49,7 @@ class Page:
         """Until a JavaScript expression is true; its value."""
         until = time.monotonic() + seconds
         while not (value := self.look(condition)):
-            assert time.monotonic() < until, f"{condition}: not in {seconds} s; {self.look('document.body.innerText')}"
+            assert time.monotonic() < until, f"{condition}: not in {seconds} s; {self.look('document.body?.innerText')}"
             time.sleep(0.05)
         return value
 
@@ -84,9 +84,9 @@ class Page:
 
 
 @contextlib.contextmanager
-def browsing(folder, url):
-    """A page of a Chromium with a profile of its own."""
-    command = [CHROMIUM_PROGRAM, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
+def browsing(folder, url, *flags):
+    """A page of a Chromium with a profile of its own, started with more flags."""
+    command = [CHROMIUM_PROGRAM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         with connect(_tab(folder / "DevToolsActivePort"), max_size=None, proxy=None) as socket:

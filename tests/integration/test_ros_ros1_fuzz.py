@@ -51,7 +51,7 @@ class Attack:
             door = self.chance.choice(list(CALLS))
             method, values = self.chance.choice(CALLS[door])
             body = dumps(values, method).encode()
-            head = b"POST /RPC2 HTTP/1.1\r\nHost: a\r\nContent-Length: %d\r\n\r\n"
+            head = b"POST /RPC2 HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/xml\r\nContent-Length: %d\r\n\r\n"
             if self.chance.random() < 0.25:
                 yield self.api[door], mutated(head % len(body) + body, self.chance)
             else:
@@ -131,7 +131,7 @@ def held(served: Served) -> Iterator[object]:
     node = served.ros._node
     yield len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
     yield dict(served.ros._gate.inside)
-    yield node.door.budget.used
+    yield node.door.intake.used
     yield node.stream.budget.used
     yield len(asyncio.all_tasks(served.network.loop))
 

@@ -229,9 +229,32 @@ def test_nodes_that_died_are_forgotten(monkeypatch):
         assert master.lookupNode("/test", "/gazebo")[0] == 1
 
 
-def test_a_new_node_of_the_same_name_ends_the_old_one():
+def test_nobody_takes_the_name_of_the_node_whose_master_is_in_the_same_process():
     mute = socket.create_server(("127.0.0.1", 0))
     with mute, Served(free_port(), small_table("wamv")) as served, ServerProxy(served.uri) as master:
+        own = master.lookupNode("/test", "/gazebo")[2]
+        api = f"http://127.0.0.1:{mute.getsockname()[1]}/"
+        refused = [-1, "ERROR: /gazebo is the simulation's own node: another name is needed", 0]
+        assert master.registerPublisher("/gazebo", "/other", "std_msgs/Float32", api) == refused
+        assert master.unregisterPublisher("/gazebo", "/clock", own) == refused
+        for uri in (own, own.replace("127.0.0.1", "localhost"), api):  # nor has the master tell it to end
+            assert master.registerPublisher("/other", "/other", "std_msgs/Float32", uri)[0] == 1
+        mute.settimeout(5.0)
+        with ServerProxy(own) as node:
+            until(lambda: not served.ros._graph.master._notifier._tasks, "the master has told all")
+            assert node.getPid("/test")[0] == 1
+        assert not served.ended.is_set()
+        assert "/clock" in dict(other_topics(served.uri))
+
+
+def test_a_new_node_of_the_same_name_ends_the_old_one():
+    mute, port = socket.create_server(("127.0.0.1", 0)), free_port()
+    with (
+        mute,
+        Served(port, small_table("boat"), node="/keeper"),
+        Served(port, small_table("wamv")) as served,
+        ServerProxy(served.uri) as master,
+    ):
         api = f"http://127.0.0.1:{mute.getsockname()[1]}/"
         master.registerPublisher("/gazebo", "/other", "std_msgs/Float32", api)
         assert served.ended.wait(5.0)

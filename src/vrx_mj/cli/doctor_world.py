@@ -183,8 +183,8 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
     """Whether the address that other nodes get is one of this machine, and can be reached by those they ask."""
+    from vrx_mj.adapters.ros.access import is_loopback
     from vrx_mj.adapters.ros.ros1.address import addresses, is_local
-    from vrx_mj.adapters.ros.ros1.gate import is_loopback
     from vrx_mj.adapters.ros.ros1.http import address
 
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)

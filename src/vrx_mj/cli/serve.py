@@ -39,6 +39,16 @@ Completion = Annotated[
         "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
     ),
 ]
+Origins = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="<origin>",
+        help="Let pages of this site use rosbridge, as in https://app.foxglove.dev; may be repeated; default: only "
+        "pages of this machine.",
+    ),
+]
+Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
+Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
 Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
@@ -51,16 +61,13 @@ def serve(
     rosbridge: Rosbridge = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
+    allow_origin: Origins = None,
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
     cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
-    truth: Annotated[
-        bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")
-    ] = False,
-    duration: Annotated[
-        float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")
-    ] = None,
+    truth: Truth = False,
+    duration: Duration = None,
     record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")] = None,
     exit_on_completion: Completion = False,
@@ -82,6 +89,7 @@ def serve(
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         ros2=ros2,
         host=host,
+        origins=allow_origin or (),
         rate=parse_rate(rate),
         duration=duration,
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
@@ -95,6 +103,7 @@ def serve(
 def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
     """Compile and serve; imports wait until they are needed."""
     check_installed(rosbridge=said["rosbridge"] is not None, ros2=said["ros2"])
+    from vrx_mj.adapters.ros.access import checked_origins
     from vrx_mj.adapters.ros.serve import Wanted
     from vrx_mj.adapters.ros.serve import serve as run
     from vrx_mj.cli.sailing import recording
@@ -102,7 +111,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     from vrx_mj.runtime.simulation import Simulation
 
     logging.getLogger("vrx_mj").addHandler(_Log())
-    wanted = Wanted(**said)
+    wanted = Wanted(**said | {"origins": checked_origins(said["origins"])})
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
         run(sim, wanted, tell=_log_line, status=_status())

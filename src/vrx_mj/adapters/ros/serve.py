@@ -42,6 +42,8 @@ class Wanted:
     ros2: bool = False
     host: str = "127.0.0.1"
     """Address that is listened on."""
+    origins: Sequence[str] = ()
+    """Origins of web pages that rosbridge accepts besides those of this machine."""
     rate: float | None = 1.0
     """Simulated seconds per second; None: as fast as it can."""
     duration: float | None = None
@@ -197,7 +199,7 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
     if wanted.rosbridge is not None:
         from vrx_mj.adapters.ros.rosbridge import Rosbridge
 
-        yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host)
+        yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host, origins=wanted.origins)
     if wanted.ros2:
         from vrx_mj.adapters.ros.ros2 import Ros2
 

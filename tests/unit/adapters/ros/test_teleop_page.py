@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from vrx_mj.adapters.ros.teleop.web import FILES, PageServer
+from vrx_mj.adapters.ros.teleop.web import FILES, MOST_CONNECTIONS, PageServer
 from vrx_mj.cli.arguments import with_default_port
 from vrx_mj.errors import NetworkError
 
@@ -129,3 +129,13 @@ def test_the_port_of_the_page_may_be_left_out():
     assert with_default_port(["teleop", "--web"]) == ["teleop", "--web=8090"]
     assert with_default_port(["teleop", "--web", "8000", "--boat", "a"]) == ["teleop", "--web", "8000", "--boat", "a"]
     assert with_default_port(["serve", "w", "--rosbridge"]) == ["serve", "w", "--rosbridge=9090"]
+
+
+def test_browsers_that_say_nothing_or_half_of_it_make_room(server):
+    before = threading.active_count()
+    with contextlib.ExitStack() as stack:
+        for number in range(3 * MOST_CONNECTIONS):
+            peer = stack.enter_context(socket.create_connection(("127.0.0.1", server.server_address[1]), timeout=5.0))
+            peer.sendall(b"GET / HTTP/1.1\r\nHost: local"[: 30 * (number % 2)])
+        assert asked(server, "/")[0] == 200
+        assert threading.active_count() <= before + MOST_CONNECTIONS + 16  # some are just ending

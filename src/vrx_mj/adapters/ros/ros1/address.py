@@ -3,9 +3,9 @@
 import os
 import socket
 
-from vrx_mj.adapters.ros.ros1.gate import is_loopback
+from vrx_mj.adapters.ros.access import Names, host_of, is_loopback
 
-__all__ = ["addresses", "announced", "bound", "is_local", "is_wildcard"]
+__all__ = ["addresses", "announced", "bound", "is_local", "is_wildcard", "own_names"]
 
 NOWHERE = "192.0.2.1"
 """An address of nobody (RFC 5737): asked for the way to the world; nothing is sent there."""
@@ -39,6 +39,13 @@ def announced(host: str, master: str) -> str:
             return str(probe.getsockname()[0])
     except OSError:
         return "127.0.0.1"
+
+
+def own_names(host: str, master_uri: str) -> Names:
+    """How others may call this machine: as it listens, as nodes are told, and as the URI of the master has it."""
+    master = host_of(master_uri.partition("://")[2].partition("/")[0])
+    said = [os.environ.get(name, "") for name in ("ROS_HOSTNAME", "ROS_IP")]
+    return Names([*said, master, *([] if is_wildcard(host) else [host])])
 
 
 def addresses(host: str) -> list[str]:

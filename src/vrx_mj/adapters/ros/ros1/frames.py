@@ -2,7 +2,7 @@
 
 import struct
 
-from vrx_mj.adapters.ros.ros1.outbox import Budget
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.errors import CommandError
 
 __all__ = ["Splitter"]
@@ -11,12 +11,12 @@ _LENGTH = struct.Struct("<I")
 
 
 class Splitter:
-    """Takes pieces of a stream, gives frames. `budget` bounds what all that share it hold."""
+    """Takes pieces of a stream, gives frames. `intake` bounds what all that share it hold."""
 
-    def __init__(self, largest: int, budget: Budget) -> None:
+    def __init__(self, largest: int, intake: Intake, place: Place) -> None:
         self.largest = largest
         """Bytes of a frame, at most."""
-        self._budget = budget
+        self._intake, self._place = intake, place
         self._buffer = bytearray()
         self._at = 0
 
@@ -34,9 +34,7 @@ class Splitter:
             del self._buffer[: self._at]
             self._at = 0
         self._buffer += data
-        self._budget.used += len(data)
-        if self._budget.is_spent:
-            raise CommandError(f"more than {self._budget.most} bytes of incomplete frames")
+        self._intake.hold(self._place, len(self))
 
     def take(self) -> bytes | None:
         """The next frame, without its length; None if it has not come yet.
@@ -53,13 +51,13 @@ class Splitter:
             return None
         start = self._at + _LENGTH.size
         self._at = start + size
-        self._budget.used -= _LENGTH.size + size
+        self._intake.hold(self._place, len(self))
         return bytes(memoryview(self._buffer)[start : self._at])
 
     def rest(self) -> bytes:
         """Take all that waits, whatever it is."""
         rest = bytes(self._buffer[self._at :])
-        self._budget.used -= len(rest)
+        self._intake.hold(self._place, 0)
         self._buffer.clear()
         self._at = 0
         return rest

@@ -4,9 +4,10 @@ import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from vrx_mj.adapters.ros.access import Names, is_loopback
 from vrx_mj.adapters.ros.ros1.address import addresses, announced, bound, is_local
-from vrx_mj.adapters.ros.ros1.gate import Gate, is_loopback
-from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
+from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.link import FarLink, Link, NearLink
 from vrx_mj.adapters.ros.ros1.master import Master
@@ -29,6 +30,8 @@ class Graph:
 
     host: str
     link: Link
+    names: Names
+    """Of this machine."""
     master: Master | None = None
     """If it is our own."""
     server: HttpServer | None = None
@@ -42,7 +45,9 @@ class Graph:
             await self.server.close()
 
 
-async def open_graph(uri: str, host: str, node: str, gate: Gate, notices: Notices) -> Graph:
+async def open_graph(
+    uri: str, host: str, node: str, gate: Gate, notices: Notices, names: Names
+) -> Graph:  # fmt: skip
     """Find the master at a URI; be it if there is none, and the URI is on this machine.
 
     Raises:
@@ -53,11 +58,15 @@ async def open_graph(uri: str, host: str, node: str, gate: Gate, notices: Notice
         where, port = address(uri)
     except CommandError as error:
         raise NetworkError(f"ROS_MASTER_URI: {error}") from None
-    proxy = Proxy(uri)
+    proxy = Proxy(uri, LARGEST_REPLY)
     try:
         await proxy.ros("hasParam", node, "/rosdistro", patience=PATIENCE)  # a node would not know what that is
     except ConnectionRefusedError:
-        return await _own(uri, where, port, host, gate, notices)
+        master, hosts = _own(uri, where, port, host, node)
+        server = HttpServer("master", master.answer, gate, notices, names)
+        await _listen(server, hosts, where, port)
+        master.start()
+        return Graph(where, NearLink(master), names, master, server)
     except OSError as error:
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
     except (*BROKEN, Fault) as error:
@@ -65,7 +74,7 @@ async def open_graph(uri: str, host: str, node: str, gate: Gate, notices: Notice
     finally:
         proxy.close()
     await _refuse_second(uri, node)
-    return Graph(where, FarLink(uri))
+    return Graph(where, FarLink(uri), names)
 
 
 def is_ours(host: str, listening: Sequence[str]) -> bool:
@@ -74,7 +83,8 @@ def is_ours(host: str, listening: Sequence[str]) -> bool:
     return not targets or listening == ["0.0.0.0"] or any(target in listening for target in targets)
 
 
-async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: Notices) -> Graph:
+def _own(uri: str, where: str, port: int, host: str, node: str) -> tuple[Master, list[str]]:
+    """A master of our own, and the addresses at which it is to listen."""
     if not is_local(where):
         raise NetworkError(
             f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
@@ -89,29 +99,30 @@ async def _own(uri: str, where: str, port: int, host: str, gate: Gate, notices: 
             f"give --host {where} or --host 0.0.0.0"
         )
     known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
-    master = Master(known)
-    server = HttpServer("master", master.answer, gate, notices)
+    master = Master(known, node)
+    for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
+        master.parameters.set(name, value)
+    return master, hosts
+
+
+async def _listen(server: HttpServer, hosts: Sequence[str], where: str, port: int) -> None:
     try:
         await server.start(hosts, port)
     except OSError as error:
         await server.close()
         raise NetworkError(f"ROS 1: cannot open port {port} for the master: {error}{_who(where, port)}") from None
-    for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
-        master.parameters.set(name, value)
-    master.start()
-    return Graph(where, NearLink(master), master, server)
 
 
 async def _refuse_second(uri: str, node: str) -> None:
     """A node of our name that is alive is not to be taken over."""
-    proxy = Proxy(uri)
+    proxy = Proxy(uri, LARGEST_REPLY)
     try:
         api = await proxy.ros("lookupNode", node, node, patience=PATIENCE)
     except (*BROKEN, Fault):
         return  # there is none
     finally:
         proxy.close()
-    other = Proxy(str(api))
+    other = Proxy(str(api), LARGEST_REPLY)
     try:
         pid = await other.ros("getPid", node, patience=PATIENCE)
         where, _ = address(str(api))

@@ -4,17 +4,20 @@ import asyncio
 import contextlib
 import re
 import socket
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
 from vrx_mj.adapters.ros.ros1.xmlrpc import call_bytes, read
 from vrx_mj.errors import CommandError
 
-__all__ = ["BROKEN", "LARGEST_BODY", "Proxy", "address", "body_size", "read_head"]
+__all__ = ["BROKEN", "LARGEST_BODY", "LARGEST_REPLY", "Proxy", "address", "body_size", "read_head"]
 
 LARGEST_HEAD = 1 << 14
 LARGEST_BODY = 1 << 24
 """Bytes of a call or an answer, at most: descriptions of robots have some MB."""
+LARGEST_REPLY = 1 << 16
+"""Bytes of what a node answers to what it is asked here, at most."""
 PATIENCE = 5.0
 """Wall time that an answer may take [s]."""
 BROKEN = (OSError, EOFError, TimeoutError, CommandError)
@@ -23,15 +26,15 @@ BROKEN = (OSError, EOFError, TimeoutError, CommandError)
 _HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
 
 
-async def read_head(reader: asyncio.StreamReader) -> tuple[list[str], dict[str, str]]:
-    """First line, in words, and fields by lower-case name.
+async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[list[str], dict[str, str]]:
+    """First line, in words, and fields by lower-case name; `first` is what was read of it already.
 
     Raises:
         EOFError: there is none any more.
         CommandError: it is none.
     """
     try:
-        raw = await reader.readuntil(b"\r\n\r\n")
+        raw = first + await reader.readuntil(b"\r\n\r\n")
     except asyncio.LimitOverrunError:
         raise CommandError(f"an HTTP head of more than {LARGEST_HEAD} bytes") from None
     lines = raw.decode("latin-1").split("\r\n")
@@ -47,7 +50,7 @@ async def read_head(reader: asyncio.StreamReader) -> tuple[list[str], dict[str, 
     return words, fields
 
 
-def body_size(fields: dict[str, str]) -> int | None:
+def body_size(fields: Mapping[str, str], most: int = LARGEST_BODY) -> int | None:
     """Bytes of the body; None where it is not said.
 
     Raises:
@@ -58,8 +61,8 @@ def body_size(fields: dict[str, str]) -> int | None:
     text = fields.get("content-length")
     if text is None:
         return None
-    if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= LARGEST_BODY):
-        raise CommandError(f"invalid Content-Length {text[:20]!r}: a whole number of at most {LARGEST_BODY} is needed")
+    if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= most):
+        raise CommandError(f"invalid Content-Length {text[:20]!r}: a whole number of at most {most} is needed")
     return int(text)
 
 
@@ -83,8 +86,9 @@ def address(uri: str, scheme: str = "http") -> tuple[str, int]:
 class Proxy:
     """Calls to one XML-RPC server, one at a time, over a connection that is kept."""
 
-    def __init__(self, uri: str) -> None:
-        self.uri = uri
+    def __init__(self, uri: str, largest: int = LARGEST_BODY) -> None:
+        """`largest`: bytes that an answer may have."""
+        self.uri, self._largest = uri, largest
         self._lock = asyncio.Lock()
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
@@ -138,8 +142,8 @@ class Proxy:
             words, fields = await read_head(reader)
             if not words[0].startswith("HTTP/") or words[1] != "200":
                 raise CommandError(f"{self.uri} answers '{' '.join(words)[:60]}' instead of XML-RPC")
-            size = body_size(fields)
-            body = await (reader.readexactly(size) if size is not None else _all(reader))
+            size = body_size(fields, self._largest)
+            body = await (reader.readexactly(size) if size is not None else _all(reader, self._largest))
             keep = size is not None and words[0] == "HTTP/1.1" and fields.get("connection", "").lower() != "close"
         finally:
             if not keep:
@@ -148,11 +152,11 @@ class Proxy:
         return values[0]
 
 
-async def _all(reader: asyncio.StreamReader) -> bytes:
+async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
     """Up to the end of the stream."""
     body = bytearray()
     while part := await reader.read(1 << 16):
         body += part
-        if len(body) > LARGEST_BODY:
-            raise CommandError(f"an answer of more than {LARGEST_BODY} bytes")
+        if len(body) > most:
+            raise CommandError(f"an answer of more than {most} bytes")
     return bytes(body)

@@ -5,12 +5,12 @@ import contextlib
 import socket
 from collections.abc import Callable, Mapping, Sequence
 
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
 from vrx_mj.adapters.ros.ros1.notices import Notices
-from vrx_mj.adapters.ros.ros1.outbox import Budget
-from vrx_mj.adapters.ros.ros1.provided import Caller
+from vrx_mj.adapters.ros.ros1.provided import Caller, is_persistent
 from vrx_mj.adapters.ros.ros1.publication import Reader
 from vrx_mj.errors import CommandError
 
@@ -20,15 +20,15 @@ HANDSHAKE = 10.0
 """Wall time in which a header must come [s]."""
 
 Role = Reader | Caller
-Meet = Callable[[Mapping[str, str], asyncio.Transport], Role | None]
+Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
 """Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
 
 
 class Door:
     """Listens for TCPROS."""
 
-    def __init__(self, meet: Meet, gate: Gate, budget: Budget, notices: Notices, changed: Callable[[], None]) -> None:
-        self.meet, self.gate, self.budget, self.notices, self.changed = meet, gate, budget, notices, changed
+    def __init__(self, meet: Meet, gate: Gate, intake: Intake, notices: Notices, changed: Callable[[], None]) -> None:
+        self.meet, self.gate, self.intake, self.notices, self.changed = meet, gate, intake, notices, changed
         self.inside: set[Incoming] = set()
         self._servers: list[asyncio.Server] = []
 
@@ -58,18 +58,18 @@ class Incoming(asyncio.Protocol):
     def __init__(self, door: Door) -> None:
         self.transport: asyncio.Transport | None = None
         self._door = door
-        self._host = "?"
+        self._place = Place("?", self._abort)
         self._role: Role | None = None
-        self._splitter = Splitter(LARGEST_HEADER, door.budget)
+        self._splitter = Splitter(LARGEST_HEADER, door.intake, self._place)
         self._timer: asyncio.TimerHandle | None = None
         self._over = self._blocked = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Somebody is there."""
         assert isinstance(transport, asyncio.Transport)
-        self._host = str((transport.get_extra_info("peername") or ("?",))[0])
-        if not self._door.gate.enter(self._host):
-            self._door.notices.tell("WARN", "crowd", self._host, f"too many connections; one of {self._host} refused")
+        host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
+        if not self._door.gate.enter(self._place):
+            self._door.notices.tell("WARN", "crowd", host, f"too many connections; one of {host} refused")
             self._over = True
             transport.abort()
             return
@@ -111,16 +111,23 @@ class Incoming(asyncio.Protocol):
             return
         if self._timer is not None:
             self._timer.cancel()
-        self._door.gate.leave(self._host)
+        self._door.gate.leave(self._place)
         self._door.inside.discard(self)
         self._splitter.rest()
         if self._role is not None:
             self._role.lost()
             self._door.changed()
 
+    def _abort(self) -> None:
+        if self.transport is not None:
+            self.transport.abort()
+
     def _greet(self, header: Mapping[str, str]) -> None:
         assert self.transport is not None
-        role = self._door.meet(header, self.transport)
+        lasts = "topic" in header or is_persistent(header)
+        if lasts and not self._door.gate.settle(self._place):
+            raise CommandError("too many connections")
+        role = self._door.meet(header, self.transport, self._place)
         if self._timer is not None:
             self._timer.cancel()
         if role is None:
@@ -135,7 +142,8 @@ class Incoming(asyncio.Protocol):
 
     def _refuse(self, why: str) -> None:
         assert self.transport is not None
-        self._door.notices.tell("WARN", "tcpros", self._host, f"refused a connection of {self._host}: {why}")
+        host = self._place.host
+        self._door.notices.tell("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
         if self._role is None:
             self.transport.write(encode_header({"error": why[:1000]}))
         self._end()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.ros1.http import BROKEN, address
-from vrx_mj.adapters.ros.ros1.names import LONGEST, is_legal, is_type, resolve
+from vrx_mj.adapters.ros.ros1.names import LONGEST, is_legal, is_type, joined, resolve
 from vrx_mj.adapters.ros.ros1.notifier import Notifier
 from vrx_mj.adapters.ros.ros1.parameters import Parameters, updates
 from vrx_mj.adapters.ros.ros1.registrations import Registrations
@@ -19,15 +19,26 @@ __all__ = ["Master", "Reply"]
 
 Reply = tuple[int, str, Any]
 MOST_TYPES = 100_000
+REGISTERING = frozenset(
+    f"{verb}{what}"
+    for verb in ("register", "unregister", "subscribe", "unsubscribe")
+    for what in ("Publisher", "Subscriber", "Service", "Param")
+)
+"""Methods by which a node says what it has, and where it is."""
 SWEEP = 10.0
 """Wall time for a look at all nodes, about [s]."""
 
 
 class Master:
-    """All that the master knows. It lives in the loop's thread."""
+    """All that the master knows. It lives in the loop's thread.
 
-    def __init__(self, uri: str) -> None:
-        self.uri = uri
+    The node of this process is registered by this process alone: nobody on the network takes its name, which would end
+    it, nor takes back what it has registered.
+    """
+
+    def __init__(self, uri: str, own: str = "") -> None:
+        """`own`: the name of this process's node."""
+        self.uri, self._own = uri, own
         self.parameters = Parameters()
         self.known = Registrations(self._was_replaced)
         self.types: dict[str, str] = {}
@@ -67,6 +78,8 @@ class Master:
             return [*self._methods, "system.listMethods", "system.multicall"]
         if method not in self._methods:
             raise Fault(1, f'method "{method[:100]}" is not supported')
+        if method in REGISTERING and values and isinstance(values[0], str) and joined(values[0]) == self._own:
+            return [-1, f"ERROR: {self._own} is the simulation's own node: another name is needed", 0]
         return list(self.call(method, values))
 
     def call(self, method: str, values: Sequence[Any]) -> Reply:

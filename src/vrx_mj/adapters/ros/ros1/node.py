@@ -5,18 +5,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.adapters.ros.inbox import Answer, Inbox
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.messages import Message, is_known
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.adapters.ros.ros1.address import addresses, is_local
 from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.graph import Graph
 from vrx_mj.adapters.ros.ros1.header import encode_header
 from vrx_mj.adapters.ros.ros1.http import address
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.incoming import Door, Role
-from vrx_mj.adapters.ros.ros1.link import Link
 from vrx_mj.adapters.ros.ros1.notices import Notices
-from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.adapters.ros.ros1.provided import Caller, Provided
 from vrx_mj.adapters.ros.ros1.publication import Publication, Reader, Stream
 from vrx_mj.adapters.ros.ros1.registrar import Registrar, State
@@ -38,7 +38,14 @@ class Node:
     """The node."""
 
     def __init__(
-        self, name: str, master_uri: str, link: Link, network: Network, inbox: Inbox, gate: Gate, notices: Notices
+        self,
+        name: str,
+        master_uri: str,
+        graph: Graph,
+        network: Network,
+        inbox: Inbox,
+        gate: Gate,
+        notices: Notices,
     ) -> None:
         self.name, self.master_uri = name, master_uri
         self.inbox, self.network, self.notices = inbox, network, notices
@@ -49,11 +56,11 @@ class Node:
         self.subscriptions: dict[str, Subscription] = {}
         self.provided: dict[str, Provided] = {}
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices)
-        self.door = Door(self._meet, gate, Budget(INCOMING_BYTES), notices, self._changed)
-        self.api = HttpServer(f"node {name}", self.slave.answer, gate, notices)
-        self.registrar = Registrar(name, master_uri, link, notices)
-        self.watch = Watch(name, link, inbox, notices, self.publications)
-        self._link = link
+        self.slave.is_masters_own = graph.master is not None
+        self.door = Door(self._meet, gate, Intake(INCOMING_BYTES), notices, self._changed)
+        self.api = HttpServer(f"node {name}", self.slave.answer, gate, notices, graph.names)
+        self.registrar = Registrar(name, master_uri, graph.link, notices)
+        self.watch = Watch(name, graph.link, inbox, notices, self.publications)
         self._table = EMPTY
         self._closing: set[asyncio.Task[None]] = set()
         self._task: asyncio.Task[None] | None = None
@@ -148,7 +155,7 @@ class Node:
         for name, wanted in table.inputs.items():
             if name not in self.subscriptions:
                 self.subscriptions[name] = Subscription(
-                    self.name, name, wanted.type, self.inbox.message, self.door.budget, self.notices
+                    self.name, name, wanted.type, self.inbox.message, self.door.intake, self.notices
                 )
         for name, service in table.services.items():
             if name not in self.provided:
@@ -177,7 +184,7 @@ class Node:
                 self.notices.tell("ERROR", "parameter", name, f"parameter {name}: {error}")
         return found
 
-    def _meet(self, header: Mapping[str, str], transport: asyncio.Transport) -> Role | None:
+    def _meet(self, header: Mapping[str, str], transport: asyncio.Transport, place: Place) -> Role | None:
         """Whoever has connected wants to subscribe or to call."""
         if "topic" in header:
             return self._meet_reader(header, transport)
@@ -190,7 +197,7 @@ class Node:
         transport.write(encode_header(service.reply()))
         if header.get("probe") == "1":
             return None
-        return Caller(service, transport, header, self.network, self.door.budget)
+        return Caller(service, transport, header, self.network, self.door.intake, place)
 
     def _meet_reader(self, header: Mapping[str, str], transport: asyncio.Transport) -> Reader:
         topic = self.publications.get(header["topic"])

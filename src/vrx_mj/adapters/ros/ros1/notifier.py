@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy
+from vrx_mj.adapters.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy
 from vrx_mj.adapters.ros.ros1.xmlrpc import Fault
 
 __all__ = ["Notifier"]
@@ -12,7 +12,7 @@ __all__ = ["Notifier"]
 PATIENCE = 5.0
 """Wall time that a node may take for an answer [s]."""
 MOST_NODES = 512
-"""Nodes that are being told something, at most; beyond that the news is lost, and the node will ask."""
+"""Nodes that are being told something, at most; beyond that the one that takes longest is told no more."""
 
 MOST_CALLS = 2000
 """Of one node that wait, at most."""
@@ -29,7 +29,9 @@ class Notifier:
     def tell(self, api: str, method: str, about: str, *values: Any) -> None:
         """Have a node's method called with the caller, the thing and these values."""
         if api not in self._waiting and len(self._waiting) >= MOST_NODES:
-            return
+            slowest = next(iter(self._waiting))  # others are done within no time
+            del self._waiting[slowest]
+            self._tasks.pop(slowest).cancel()
         calls = self._waiting.setdefault(api, {})
         if len(calls) < MOST_CALLS or (method, about) in calls:
             calls[method, about] = (about, *values)
@@ -44,7 +46,7 @@ class Notifier:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _work(self, api: str) -> None:
-        proxy = Proxy(api)
+        proxy = Proxy(api, LARGEST_REPLY)
         calls = self._waiting[api]
         try:
             while calls:
@@ -56,4 +58,5 @@ class Notifier:
             pass  # it does not listen; what else it was to be told is of no use either
         finally:
             proxy.close()
-            del self._waiting[api], self._tasks[api]
+            if self._waiting.get(api) is calls:  # else another task is there in its place, or none
+                del self._waiting[api], self._tasks[api]

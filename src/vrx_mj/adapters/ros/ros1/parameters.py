@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
+from xmlrpc.client import Binary
 
 from vrx_mj.adapters.ros.ros1.names import joined
 from vrx_mj.errors import CommandError
 
-__all__ = ["Parameters", "Update", "updates"]
+__all__ = ["Parameters", "Update", "updates", "value_size"]
 
 MOST_BYTES = 1 << 26
 """Of all names and values, about."""
@@ -30,7 +31,7 @@ class Parameters:
 
     def __init__(self) -> None:
         self.tree: dict[str, Any] = {}
-        self._bytes = _size(self.tree)
+        self._bytes = value_size(self.tree)
 
     def get(self, key: str) -> Any:
         """The value, or the tree under a namespace; KeyError if there is none."""
@@ -60,10 +61,10 @@ class Parameters:
             raise CommandError(
                 f"cannot set {key[:100]}: the root is a dictionary, and names are {DEEPEST} deep at most"
             )
-        if self._bytes + _size(value) > MOST_BYTES:
+        if self._bytes + value_size(value) > MOST_BYTES:
             raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
         if not parts:
-            self.tree, self._bytes = value, _size(value)
+            self.tree, self._bytes = value, value_size(value)
             return
         place = self.tree
         for part in parts[:-1]:
@@ -80,7 +81,7 @@ class Parameters:
         place = self.get("/".join(parts[:-1]))
         if not isinstance(place, dict):
             raise KeyError(key)
-        self._bytes -= len(parts[-1]) + _size(place.pop(parts[-1]))
+        self._bytes -= len(parts[-1]) + value_size(place.pop(parts[-1]))
 
     def search(self, place: str, key: str) -> str | None:
         """Full name of a key as seen from a namespace: the nearest one upwards that has its first part."""
@@ -100,8 +101,8 @@ class Parameters:
 
     def _put(self, place: dict[str, Any], name: str, value: Any) -> None:
         if name in place:
-            self._bytes -= len(name) + _size(place[name])
-        self._bytes += len(name) + _size(value)
+            self._bytes -= len(name) + value_size(place[name])
+        self._bytes += len(name) + value_size(value)
         place[name] = value
 
 
@@ -139,10 +140,12 @@ def _walk(place: str, tree: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             yield from _walk(full, value)
 
 
-def _size(value: Any) -> int:
-    """Bytes that a value takes, about."""
+def value_size(value: Any) -> int:
+    """Bytes that a value of XML-RPC takes, about."""
     if isinstance(value, dict):
-        return 64 + sum(len(name) + _size(part) for name, part in value.items())
-    if isinstance(value, list):
-        return 64 + sum(map(_size, value))
+        return 64 + sum(len(name) + value_size(part) for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return 64 + sum(map(value_size, value))
+    if isinstance(value, Binary):
+        return 64 + len(value.data)
     return 64 + len(value) if isinstance(value, str) else 64

@@ -4,15 +4,16 @@ import asyncio
 from collections.abc import Callable, Mapping
 
 from vrx_mj.adapters.ros.inbox import Answer
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.messages import Message, decode, encode, service_md5sum
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import framed
 from vrx_mj.adapters.ros.ros1.names import LONGEST
-from vrx_mj.adapters.ros.ros1.outbox import Budget
+from vrx_mj.adapters.ros.ros1.stall import Stall
 from vrx_mj.errors import CommandError
 
-__all__ = ["Caller", "Provided"]
+__all__ = ["Caller", "Provided", "is_persistent"]
 
 LARGEST_REQUEST = 1 << 24
 """Bytes, at most: a robot's description has up to some MB."""
@@ -57,6 +58,11 @@ class Provided:
             caller.transport.abort()
 
 
+def is_persistent(header: Mapping[str, str]) -> bool:
+    """Whether who sent a header wants to call more than once."""
+    return header.get("persistent", "").lower() in {"1", "true"}
+
+
 class Caller:
     """One who calls: once, or again and again where the connection is persistent; one call at a time."""
 
@@ -66,12 +72,14 @@ class Caller:
         transport: asyncio.Transport,
         header: Mapping[str, str],
         network: Network,
-        budget: Budget,
+        intake: Intake,
+        place: Place,
     ) -> None:
         self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
-        self._persistent = header.get("persistent", "").lower() in {"1", "true"}
+        self._persistent = is_persistent(header)
         self._network = network
-        self._splitter = Splitter(LARGEST_REQUEST, budget)
+        self._splitter = Splitter(LARGEST_REQUEST, intake, place)
+        self._stall = Stall(transport.abort)
         self._busy = self._lost = self._blocked = False
         service.callers.add(self)
         self._timer = None if self._persistent else network.loop.call_later(PATIENCE, transport.abort)
@@ -93,6 +101,7 @@ class Caller:
     def lost(self) -> None:
         """The connection is closed."""
         self._lost = True
+        self._stall.stop()
         self._splitter.rest()
         if self._timer is not None:
             self._timer.cancel()
@@ -102,6 +111,7 @@ class Caller:
         if self._busy or self._lost or self._blocked:
             return
         frame = self._splitter.take()
+        self._stall.holds(len(self._splitter) if frame is None else 0)
         if frame is None:
             return
         self._busy = True

@@ -15,6 +15,8 @@ __all__ = ["Slave"]
 
 RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Only for programs on this machine and the master's."""
+MASTER = "/master"
+"""The caller that masters say they are."""
 
 
 class Slave:
@@ -35,6 +37,8 @@ class Slave:
         """Host and port of TCPROS."""
         self.trusted: Callable[[str], bool] = lambda host: False
         """Whether one at such an address may tell us what to do."""
+        self.is_masters_own = False
+        """Whether the master is this process's own, which never ends its node; others may have it call us."""
         self.on_shutdown: Callable[[str], None] | None = None
         """Called with the reason when we are told to end."""
         self._methods: dict[str, tuple[int, Callable[..., Reply]]] = {
@@ -111,6 +115,8 @@ class Slave:
         return 1, f"ready on {host}:{port}", ["TCPROS", host, port]
 
     def _shutdown(self, caller: str, *reason: Any) -> Reply:
+        if self.is_masters_own and caller == MASTER:
+            return -1, "shutdown is refused: this master does not end this node", 0
         self.end(f"{caller[:100]} shut it down: {str(reason[0])[:200] if reason else 'no reason given'}")
         return 1, "shutdown", 0
 

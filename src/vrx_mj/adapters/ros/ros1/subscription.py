@@ -5,14 +5,15 @@ import socket
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.messages import Message, decode, definition, md5sum
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
-from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
+from vrx_mj.adapters.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
 from vrx_mj.adapters.ros.ros1.incoming import keep_alive
 from vrx_mj.adapters.ros.ros1.names import LONGEST
 from vrx_mj.adapters.ros.ros1.notices import Notices
-from vrx_mj.adapters.ros.ros1.outbox import Budget
+from vrx_mj.adapters.ros.ros1.stall import Stall
 from vrx_mj.adapters.ros.ros1.xmlrpc import Fault
 from vrx_mj.errors import CommandError
 
@@ -40,13 +41,13 @@ class Subscription:
         name: str,
         type_name: str,
         take: Callable[[str, Message, str], None],
-        budget: Budget,
+        intake: Intake,
         notices: Notices,
     ) -> None:
         self.node, self.name, self.type = node, name, type_name
         self.take = take
         """Takes the topic, a message, and who sent it."""
-        self.budget, self.notices = budget, notices
+        self.intake, self.notices = intake, notices
         self.sources: dict[str, Source] = {}
         """By the publisher's URI."""
         self.last_number = 0
@@ -135,7 +136,7 @@ class Source:
 
     async def _where(self) -> tuple[str, int]:
         """Where the publisher sends this topic."""
-        proxy = Proxy(self.uri)
+        proxy = Proxy(self.uri, LARGEST_REPLY)
         try:
             answer = await proxy.ros("requestTopic", self.topic.node, self.topic.name, [["TCPROS"]])
         finally:
@@ -157,13 +158,16 @@ class Receiver(asyncio.Protocol):
         self._source, self._topic = source, source.topic
         self._loop = loop
         self._sender: str | None = None
-        self._splitter = Splitter(LARGEST_HEADER, self._topic.budget)
+        self._place = Place("?", self._abort)
+        self._splitter = Splitter(LARGEST_HEADER, self._topic.intake, self._place)
+        self._stall = Stall(self._abort)
         self._timer: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Say what is wanted."""
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
+        self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
         keep_alive(transport)
         transport.write(encode_header(self._topic.header()))
         self._timer = self._loop.call_later(HANDSHAKE, transport.abort)
@@ -187,6 +191,7 @@ class Receiver(asyncio.Protocol):
         """It has ended."""
         if self._timer is not None:
             self._timer.cancel()
+        self._stall.stop()
         self._splitter.rest()
         if not self.ended.done():
             self.ended.set_result(None)
@@ -219,10 +224,15 @@ class Receiver(asyncio.Protocol):
         for frame in frames[-MOST_AT_ONCE:]:
             self._source.received += len(frame)
             self._topic.take(self._topic.name, decode(frame, self._topic.type), sender)
+        self._stall.holds(len(self._splitter))
         if len(frames) > MOST_AT_ONCE:
             assert self.transport is not None
             self.transport.pause_reading()
             self._timer = self._loop.call_later(len(frames) / MOST_PER_SECOND, self._resume)
+
+    def _abort(self) -> None:
+        if self.transport is not None:
+            self.transport.abort()
 
     def _resume(self) -> None:
         if self.transport is not None and not self.transport.is_closing():

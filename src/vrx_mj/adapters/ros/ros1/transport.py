@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Sent, Table, Traffic
-from vrx_mj.adapters.ros.ros1.address import announced, bound
+from vrx_mj.adapters.ros.ros1.address import announced, bound, own_names
 from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.graph import Graph, is_ours, open_graph
 from vrx_mj.adapters.ros.ros1.node import Node
@@ -114,9 +114,10 @@ class Ros1:
             self._batches.appendleft(list(kept.values()))
 
     async def _open(self) -> Sequence[str]:
-        graph = await open_graph(self.master_uri, self._host, self._name, self._gate, self.notices)
+        names = own_names(self._host, self.master_uri)
+        graph = await open_graph(self.master_uri, self._host, self._name, self._gate, self.notices, names)
         where = announced(self._host, graph.host)
-        node = Node(self._name, self.master_uri, graph.link, self._network, self._inbox, self._gate, self.notices)
+        node = Node(self._name, self.master_uri, graph, self._network, self._inbox, self._gate, self.notices)
         try:
             await node.start(bound(self._host), where)
         except OSError as error:

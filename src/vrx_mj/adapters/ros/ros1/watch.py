@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.ros1.address import is_local
-from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
+from vrx_mj.adapters.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
 from vrx_mj.adapters.ros.ros1.link import Link
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.publication import Publication
@@ -115,7 +115,7 @@ class Watch:
 
 async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
-    proxy = Proxy(uri)
+    proxy = Proxy(uri, LARGEST_REPLY)
     try:
         await proxy.ros("getPid", "/vrx_mj", patience=2.0)
     except (*BROKEN, Fault):

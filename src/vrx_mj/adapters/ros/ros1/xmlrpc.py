@@ -40,7 +40,7 @@ class _Unmarshaller(xmlrpc.client.Unmarshaller):
         super().end(tag)
 
 
-async def read(body: bytes) -> tuple[tuple[Any, ...], str | None]:
+async def read(body: bytes | bytearray) -> tuple[tuple[Any, ...], str | None]:
     """Values and method of a call; of an answer its value and None.
 
     Raises:

@@ -8,6 +8,7 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from vrx_mj.adapters.ros.intake import Place
 from vrx_mj.adapters.ros.rosbridge.fragments import Fragments
 from vrx_mj.adapters.ros.rosbridge.hub import Hub
 from vrx_mj.adapters.ros.rosbridge.kinds import known_type, ros1_name
@@ -48,12 +49,13 @@ class Client:
         host, port = connection.remote_address[:2]
         self.number = next(hub.numbers)
         self.sender = f"{host}:{port}"
-        self._host = str(host)
+        self.host = str(host)
         self._connection = connection
         self._hub = hub
         self._outgoing = Outgoing(hub.counts)
         self._pace = Pace(hub.flooding)
-        self._fragments = Fragments()
+        self._fragments = Fragments(hub.fragments, Place(self.host, self.abort))
+        self.is_silent = True
         self._subscriptions: dict[str, Subscription] = {}
         self._publishing = Publishing(hub, self.number, self.sender)
         self._level = "error"
@@ -81,6 +83,7 @@ class Client:
         try:
             while True:
                 data = await self._connection.recv()
+                self.is_silent = False
                 begin = time.perf_counter()
                 self._incoming(data)
                 await self._pace.spent(time.perf_counter() - begin)
@@ -96,7 +99,7 @@ class Client:
         """Send an operation that is no topic's message; a client that takes none has to go."""
         frames, binary = reply_frames(message, options.compression, options.fragment_size)
         if not self._outgoing.reply(frames, binary):
-            self._hub.tell_once(self._host, "slow", f"{self.sender} does not read its answers, and was disconnected")
+            self._hub.tell_once(self.host, "slow", f"{self.sender} does not read its answers, and was disconnected")
             self.abort()
 
     def abort(self) -> None:
@@ -114,7 +117,7 @@ class Client:
 
     def _stopped(self, writing: asyncio.Task[None]) -> None:
         if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
-            self._hub.tell_once(self._host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
+            self._hub.tell_once(self.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
             self.abort()
 
     def _unwritten(self, error: Exception) -> None:
@@ -132,7 +135,7 @@ class Client:
 
     def _refuse(self, message: Operation, why: str) -> None:
         kind = message.get("op", "")
-        self._hub.tell_once(self._host, kind if kind in self._operations else "", why)
+        self._hub.tell_once(self.host, kind if kind in self._operations else "", why)
         self.status("error", why, message.get("id"))
 
     def _handle(self, message: Operation, depth: int) -> None:
@@ -221,6 +224,7 @@ class Client:
 
     def _forget(self) -> None:
         self._pace.end()
+        self._fragments.end()
         for written, subscription in self._subscriptions.items():
             subscription.end()
             self._hub.topics.leave(absolute(written), self.number, subscription)

@@ -1,5 +1,6 @@
 """Messages that clients send in fragments, put together within bounds."""
 
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.rosbridge.protocol import MOST_INCOMING, Operation, text
 from vrx_mj.errors import CommandError
 
@@ -11,9 +12,10 @@ MOST_PIECES = 10_000
 
 
 class Fragments:
-    """A client's messages that are not whole yet."""
+    """A client's messages that are not whole yet. `intake` bounds those of all clients together."""
 
-    def __init__(self) -> None:
+    def __init__(self, intake: Intake, place: Place) -> None:
+        self._intake, self._place = intake, place
         self._open: dict[str, dict[int, str]] = {}
         self._size = 0
 
@@ -32,8 +34,7 @@ class Fragments:
         self._size += len(data) - len(pieces.get(number, ""))
         pieces[number] = data
         if self._size > MOST_INCOMING:
-            self._open.clear()
-            self._size = 0
+            self.end()
             raise CommandError(f"fragment: more than {MOST_INCOMING} characters wait for the rest of their messages")
         if len(pieces) >= total:
             whole = "".join(pieces[number] for number in sorted(pieces))
@@ -41,10 +42,18 @@ class Fragments:
             return whole
         if len(self._open) > MOST_OPEN:
             self._forget(next(iter(self._open)))
+        self._intake.hold(self._place, self._size)
         return None
+
+    def end(self) -> None:
+        """Forget all."""
+        self._open.clear()
+        self._size = 0
+        self._intake.hold(self._place, 0)
 
     def _forget(self, identity: str) -> None:
         self._size -= sum(map(len, self._open.pop(identity).values()))
+        self._intake.hold(self._place, self._size)
 
 
 def _whole(message: Operation, key: str, low: int, high: int) -> int:

@@ -5,6 +5,7 @@ import logging
 from typing import Protocol
 
 from vrx_mj.adapters.ros.inbox import Inbox
+from vrx_mj.adapters.ros.intake import Intake
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Table
 from vrx_mj.adapters.ros.rosbridge.outgoing import Counts
@@ -17,12 +18,19 @@ from vrx_mj.adapters.ros.rosbridge.topics import Topics
 __all__ = ["Hub"]
 
 MOST_TOLD = 512
+MOST_FRAGMENTS = 1 << 25
+"""Characters of all clients' fragments that wait for the rest of their messages, at most."""
 
 _logger = logging.getLogger(__name__)
 
 
 class Ending(Protocol):
     """A client, as far as the hub is concerned."""
+
+    host: str
+    """The peer's address."""
+    is_silent: bool
+    """Whether it has said nothing yet."""
 
     def abort(self) -> None:
         """End its connection at once."""
@@ -35,6 +43,7 @@ class Hub:
         self.inbox = inbox
         self.counts = Counts()
         self.flooding: set[Pace] = set()
+        self.fragments = Intake(MOST_FRAGMENTS)
         self.topics = Topics()
         self.services = Services(network, inbox)
         self.parameters = Parameters()

@@ -5,13 +5,11 @@ import contextlib
 import errno
 import functools
 import http
-import ipaddress
 import itertools
 import logging
 import os
 import threading
-import urllib.parse
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,6 +17,7 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.http11 import Request, Response
 
 from vrx_mj.adapters.ros import messages
+from vrx_mj.adapters.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.listener import who_listens
 from vrx_mj.adapters.ros.messages import Message
@@ -31,13 +30,15 @@ from vrx_mj.adapters.ros.rosbridge.protocol import MOST_INCOMING
 from vrx_mj.adapters.ros.rosbridge.rosapi import SIMULATION
 from vrx_mj.adapters.ros.rosbridge.topics import ROSOUT
 from vrx_mj.adapters.ros.rosbridge.writing import Parcel
-from vrx_mj.errors import NetworkError
+from vrx_mj.errors import CommandError, NetworkError
 
 __all__ = ["Rosbridge"]
 
 MOST_CLIENTS = 64
-MOST_SOCKETS = 2 * MOST_CLIENTS
-"""Connections, those in their handshake included."""
+MOST_OF_A_HOST = MOST_CLIENTS * 3 // 4
+"""Clients of one host that is not this one."""
+MOST_HANDSHAKES = 64
+"""Connections that are in their handshake; with one more the oldest goes."""
 MOST_WAITING = 16
 """Messages of a topic that wait for the network's thread, at most."""
 HANDSHAKE = 10.0
@@ -55,41 +56,58 @@ _logger = logging.getLogger(__name__)
 
 
 class Socket(ServerConnection):
-    """A connection, before its handshake also: there are so many at most."""
+    """A connection, which gives way to new ones while it is in its handshake."""
 
-    def __init__(self, sockets: set["Socket"], *arguments: Any, **options: Any) -> None:
+    def __init__(self, handshakes: "OrderedDict[Socket, None]", *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._sockets = sockets
+        self._handshakes = handshakes
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """It was accepted."""
         super().connection_made(transport)
-        self._sockets.add(self)
-        if len(self._sockets) > MOST_SOCKETS:
-            self.transport.abort()
+        self._handshakes[self] = None
+        if len(self._handshakes) > MOST_HANDSHAKES:
+            oldest, _ = self._handshakes.popitem(last=False)
+            oldest.transport.abort()
+
+    def admitted(self) -> None:
+        """Its handshake is over."""
+        self._handshakes.pop(self, None)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """It was closed."""
-        self._sockets.discard(self)
+        self._handshakes.pop(self, None)
         super().connection_lost(exc)
 
 
 class Rosbridge(Transport):
     """A rosbridge v2 server, for roslibjs, roslibpy and what speaks like them.
 
-    Everybody who reaches the port may do everything. On loopback that is every program on this machine; pages that
-    a browser shows here reach it too, so those of other sites are refused by their Origin, which browsers send:
-    accepted are none, loopback and `file:` (pages from a disk). Firefox calls the latter `null`, as every browser calls
-    a frame in a sandbox of any site: these are refused, and a local web server serves them. With another host nobody's
-    Origin is looked at, as pages that are served from that machine are what it is for.
+    Every program that reaches the port may do everything. Pages that a browser shows reach it too: those of other sites
+    than this machine's are refused by their `Origin` (see `Origins`), unless they are in `origins`. So is a page that
+    asks for a name that is not this machine's (see `Names`), as its owner may have that name lead here. An address is
+    taken whatever it is: no name server is asked for it, and it may be that of a router or a container's host.
 
     Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
 
     title = "rosbridge"
 
-    def __init__(self, network: Network, inbox: Inbox, *, port: int = 9090, host: str = "127.0.0.1") -> None:
-        """Nothing is opened yet; port 0 is any that is free."""
+    def __init__(
+        self,
+        network: Network,
+        inbox: Inbox,
+        *,
+        port: int = 9090,
+        host: str = "127.0.0.1",
+        origins: Sequence[str] = (),
+    ) -> None:
+        """Nothing is opened yet; port 0 is any that is free.
+
+        Raises:
+            NetworkError: it is no port.
+            CommandError: an origin is none.
+        """
         if not 0 <= port <= 65535:
             raise NetworkError(f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one")
         self.port = port
@@ -97,7 +115,9 @@ class Rosbridge(Transport):
         self._network = network
         self._hub = Hub(network, inbox)
         self._server: Server | None = None
-        self._sockets: set[Socket] = set()
+        self._handshakes: OrderedDict[Socket, None] = OrderedDict()
+        self._origins = Origins(checked_origins(origins))
+        self._names = Names([host, os.environ.get("ROS_HOSTNAME", ""), os.environ.get("ROS_IP", "")])
         self._lock = threading.Lock()
         self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
         self._numbers = itertools.count()
@@ -166,24 +186,48 @@ class Rosbridge(Transport):
             ping_timeout=ALIVE,
             close_timeout=CLOSING / 2.0,
             logger=_quiet,
-            create_connection=functools.partial(Socket, self._sockets),  # type: ignore[arg-type]  # it makes one
+            create_connection=functools.partial(Socket, self._handshakes),  # type: ignore[arg-type]  # it makes one
         )
         self.port = self._server.sockets[0].getsockname()[1]
 
     async def _serve(self, connection: ServerConnection) -> None:
+        assert isinstance(connection, Socket)
+        connection.admitted()
         await Client(connection, self._hub).serve()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a handshake, or not."""
-        origins = request.headers.get_all("Origin")
-        if _is_loopback(self.host) and not all(map(_is_local, origins)):
-            text = f"pages of {', '.join(origins)[:200]} may not connect: only pages of this machine may\n"
-            self._hub.tell_once(str(connection.remote_address[0]), "origin", text.strip())
-            return connection.respond(http.HTTPStatus.FORBIDDEN, text)
-        if len(self._hub.clients) >= MOST_CLIENTS:
-            text = f"{MOST_CLIENTS} clients are connected; no more are accepted\n"
-            return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
-        return None
+        peer, reached = str(connection.remote_address[0]), str(connection.local_address[0])
+        asked = ", ".join(request.headers.get_all("Host"))
+        host = host_of(asked)
+        for origin in request.headers.get_all("Origin"):  # programs send none
+            if not (is_address(host) or self._names.has(host, reached)):
+                text = f"{ascii(asked)[:100]} is not a name of this machine; to give it that name, set ROS_HOSTNAME"
+                return self._refusal(connection, http.HTTPStatus.MISDIRECTED_REQUEST, "host", text)
+            if not self._origins.welcome(origin, host):
+                text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{allowing(origin)}"
+                return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", text)
+        text = self._crowd(peer)
+        return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, f"{text}\n") if text else None
+
+    def _refusal(
+        self, connection: ServerConnection, status: http.HTTPStatus, kind: str, text: str
+    ) -> Response:  # fmt: skip
+        self._hub.tell_once(str(connection.remote_address[0]), kind, text)
+        return connection.respond(status, f"{text}\n")
+
+    def _crowd(self, peer: str) -> str:
+        """Why there is no room for one more client; nothing where there is, or one that says nothing makes room."""
+        clients = self._hub.clients.values()
+        if not is_loopback(peer) and sum(client.host == peer for client in clients) >= MOST_OF_A_HOST:
+            return f"{MOST_OF_A_HOST} clients of {peer} are connected; no more are accepted"
+        silent = next((client for client in clients if client.is_silent), None)
+        if len(clients) < MOST_CLIENTS:
+            return ""
+        if silent is None:
+            return f"{MOST_CLIENTS} clients are connected; no more are accepted"
+        silent.abort()
+        return ""
 
     async def _close(self) -> None:
         if self._server is None:
@@ -229,17 +273,9 @@ class Rosbridge(Transport):
         return f"{what} cannot be opened: {reason or 'it timed out'}"
 
 
-def _is_loopback(host: str) -> bool:
+def allowing(origin: str) -> str:
+    """How to allow an origin, if it is one."""
     try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost" or host.endswith(".localhost")
-
-
-def _is_local(origin: str) -> bool:
-    """Whether a page is of this machine."""
-    try:
-        parts = urllib.parse.urlsplit(origin)
-        return parts.scheme == "file" or _is_loopback(parts.hostname or "")
-    except ValueError:
-        return False
+        return f"; to allow them: --allow-origin {checked_origins([origin])[0]}"
+    except CommandError:
+        return ""

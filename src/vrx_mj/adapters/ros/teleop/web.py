@@ -1,14 +1,17 @@
 """The page's server: its files and the address of the rosbridge, for browsers on this machine alone."""
 
+import contextlib
 import http
 import http.server
 import importlib.resources
-import ipaddress
 import json
 import socket
+import threading
 import urllib.parse
+from collections import OrderedDict
 from typing import Any
 
+from vrx_mj.adapters.ros.access import host_of, is_loopback
 from vrx_mj.adapters.ros.listener import who_listens
 from vrx_mj.errors import NetworkError
 
@@ -30,6 +33,8 @@ SETTINGS = "/settings.json"
 """Path of what the page is told: `url` of the rosbridge, and `boat`."""
 SILENCE = 10.0
 """Wall time after which a browser that says nothing is let go [s]."""
+MOST_CONNECTIONS = 64
+"""Each has a thread; with one more the oldest is closed, as browsers open some that they do not use."""
 
 
 class PageServer(http.server.ThreadingHTTPServer):
@@ -42,6 +47,7 @@ class PageServer(http.server.ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
     allow_reuse_address = True
+    request_queue_size = 128
 
     def __init__(self, port: int, url: str, boat: str | None = None) -> None:
         """Open it; port 0 is any that is free.
@@ -53,6 +59,8 @@ class PageServer(http.server.ThreadingHTTPServer):
         self.settings = json.dumps({"url": url, "boat": boat}).encode()
         if not 0 <= port <= 65535:
             raise NetworkError(f"invalid --web {port}: a port from 1 to 65535, or 0 for any free one, is needed")
+        self._connections: OrderedDict[socket.socket, None] = OrderedDict()
+        self._lock = threading.Lock()
         try:
             super().__init__((LOOPBACK, port), _Answering)
         except OSError as error:
@@ -63,6 +71,23 @@ class PageServer(http.server.ThreadingHTTPServer):
     def page(self) -> str:
         """What to open in a browser."""
         return f"http://{LOOPBACK}:{self.server_address[1]}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own."""
+        with self._lock:
+            self._connections[request] = None
+            oldest = next(iter(self._connections)) if len(self._connections) > MOST_CONNECTIONS else None
+            if oldest is not None:
+                del self._connections[oldest]
+                with contextlib.suppress(OSError):
+                    oldest.shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection."""
+        with self._lock:
+            self._connections.pop(request, None)
+        super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Browsers hang up when they like."""
@@ -105,7 +130,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
 
     def _found(self) -> tuple[http.HTTPStatus, str, bytes]:
         hosts = self.headers.get_all("Host", [])
-        if len(hosts) != 1 or not _is_loopback(hosts[0]):
+        if len(hosts) != 1 or not is_loopback(host_of(hosts[0])):
             text = (
                 f"only for this machine, as {self.server.page}; not under the name {', '.join(hosts)[:200] or 'none'}\n"
             )
@@ -136,15 +161,6 @@ def _policy(url: str) -> str:
         f"default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self' {bridge}; "
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
-
-
-def _is_loopback(host: str) -> bool:
-    """Whether a `Host` header names this machine, at whatever port: a tunnel may have another one."""
-    try:
-        name = urllib.parse.urlsplit(f"//{host}").hostname or ""
-        return name == "localhost" or ipaddress.ip_address(name).is_loopback
-    except ValueError:
-        return False
 
 
 def reaches(url: str) -> bool:

@@ -4,12 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.ros1.frames import Splitter
 from vrx_mj.adapters.ros.ros1.header import decode_header, encode_header, framed
-from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.errors import CommandError
 
 NAMES = st.text(min_size=1, max_size=20).filter(lambda name: "=" not in name)
+
+SOMEBODY = Place("127.0.0.1", list)
 
 
 def test_a_header_is_lengths_and_fields():
@@ -40,8 +42,8 @@ def test_what_is_no_header_is_named(raw, message):
 @given(st.lists(st.binary(max_size=40), max_size=10), st.lists(st.integers(1, 30), min_size=1))
 def test_frames_come_out_however_the_stream_is_cut(bodies, sizes):
     stream = b"".join(map(framed, bodies))
-    budget = Budget(1000)
-    splitter = Splitter(40, budget)
+    intake = Intake(1000)
+    splitter = Splitter(40, intake, SOMEBODY)
     found = []
     while stream:
         piece, stream = stream[: sizes[0]], stream[sizes[0] :]
@@ -50,11 +52,11 @@ def test_frames_come_out_however_the_stream_is_cut(bodies, sizes):
         while (frame := splitter.take()) is not None:
             found.append(frame)
     assert found == bodies
-    assert (len(splitter), budget.used) == (0, 0)
+    assert (len(splitter), intake.used) == (0, 0)
 
 
 def test_a_frame_is_not_waited_for_when_it_would_be_too_large():
-    splitter = Splitter(40, Budget(1000))
+    splitter = Splitter(40, Intake(1000), SOMEBODY)
     splitter.feed(b"\x29\0\0\0")
     with pytest.raises(CommandError) as caught:
         splitter.take()
@@ -62,18 +64,22 @@ def test_a_frame_is_not_waited_for_when_it_would_be_too_large():
 
 
 def test_all_that_wait_for_frames_share_what_they_may_hold():
-    budget = Budget(100)
-    one, other = Splitter(90, budget), Splitter(90, budget)
+    ended = []
+    intake = Intake(100)
+    one = Splitter(90, intake, Place("127.0.0.1", lambda: ended.append("one")))
+    other = Splitter(90, intake, Place("127.0.0.1", lambda: ended.append("other")))
     one.feed(b"\x50\0\0\0" + b"x" * 76)
+    other.feed(b"\x50\0\0\0" + b"x" * 20)
+    assert (ended, intake.used) == (["one"], 24)  # who came first, and is not done yet
     with pytest.raises(CommandError) as caught:
-        other.feed(b"\x50\0\0\0" + b"x" * 20)
-    assert str(caught.value) == "more than 100 bytes of incomplete frames"
+        other.feed(b"x" * 77)
+    assert str(caught.value) == "more than 100 bytes of incomplete messages"
     one.rest()
     other.rest()
-    assert budget.used == 0
+    assert intake.used == 0
 
 
 def test_a_frame_may_be_as_large_as_the_largest():
-    splitter = Splitter(40, Budget(1000))
+    splitter = Splitter(40, Intake(1000), SOMEBODY)
     splitter.feed(framed(b"x" * 40))
     assert splitter.take() == b"x" * 40

@@ -74,6 +74,40 @@ def test_a_new_node_of_a_name_ends_the_old_one_and_its_topics(master):
     assert call(master, "getSystemState", "/t")[2][0] == [["/y", ["/a"]]]
 
 
+@pytest.mark.parametrize("name", ["/gazebo", "gazebo", "/gazebo/", "//gazebo"])
+@pytest.mark.parametrize(
+    ("method", "values"),
+    [
+        ("registerPublisher", ("/x", "std_msgs/Int8", B)),
+        ("registerSubscriber", ("/x", "std_msgs/Int8", B)),
+        ("registerService", ("/s", "rosrpc://h:1", B)),
+        ("unregisterPublisher", ("/clock", A)),
+        ("unregisterSubscriber", ("/cmd", A)),
+        ("unregisterService", ("/s", "rosrpc://h:0")),
+        ("subscribeParam", (B, "/p")),
+        ("unsubscribeParam", (A, "/p")),
+    ],
+)
+def test_nobody_takes_the_name_of_the_simulations_own_node(name, method, values):
+    master = Master("http://127.0.0.1:11311/", "/gazebo")
+    master._notifier = Told()
+    own = [
+        ("registerPublisher", "/clock", "rosgraph_msgs/Clock", A),
+        ("registerSubscriber", "/cmd", "std_msgs/Int8", A),
+        ("registerService", "/s", "rosrpc://h:0", A),
+        ("subscribeParam", A, "/p"),
+    ]
+    for what, *rest in own:
+        assert call(master, what, "/gazebo", *rest)[0] == 1
+    before = call(master, "getSystemState", "/t")[2]
+    answer = asyncio.run(master.answer(method, [name, *values], "127.0.0.1"))
+    assert answer == [-1, "ERROR: /gazebo is the simulation's own node: another name is needed", 0]
+    assert call(master, "getSystemState", "/t")[2] == before
+    assert call(master, "lookupNode", "/t", "/gazebo")[2] == A
+    assert master._notifier.calls == []
+    assert asyncio.run(master.answer(method, ["/other", *values], "127.0.0.1"))[0] == 1
+
+
 def test_parameters_are_relative_to_the_caller_and_others_are_told(master):
     call(master, "setParam", "/ns/a", "~gain", 2)
     assert call(master, "subscribeParam", "/b", B, "/ns/a")[2] == {"gain": 2}

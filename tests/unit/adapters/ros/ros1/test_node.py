@@ -6,12 +6,12 @@ import os
 import pytest
 
 from vrx_mj.adapters.ros.inbox import Inbox, Stranger
+from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.offer import Output, Sent
 from vrx_mj.adapters.ros.ros1 import Ros1
 from vrx_mj.adapters.ros.ros1.header import framed
 from vrx_mj.adapters.ros.ros1.notices import Notices
-from vrx_mj.adapters.ros.ros1.outbox import Budget
 from vrx_mj.adapters.ros.ros1.processes import listener, shown_process
 from vrx_mj.adapters.ros.ros1.provided import Caller, Provided
 from vrx_mj.adapters.ros.ros1.publication import Publication, Stream
@@ -60,6 +60,21 @@ def test_only_this_machine_and_the_masters_may_end_the_node(slave, notices):
     ]
     assert call(slave, "shutdown", "/rosnode", "user request") == [1, "shutdown", 0]
     assert slave.told == ["/rosnode shut it down: user request"]
+
+
+def test_a_master_in_the_same_process_does_not_end_the_node_whoever_has_it_say_so(slave):
+    """As one would who registers a node with our URI, and then again with another one."""
+    slave.is_masters_own = True
+    reason = "[/x] Reason: new node registered with same name"
+    assert call(slave, "shutdown", "/master", reason) == [
+        -1,
+        "shutdown is refused: this master does not end this node",
+        0,
+    ]
+    assert slave.told == []
+    slave.is_masters_own = False
+    assert call(slave, "shutdown", "/master", reason)[0] == 1
+    assert slave.told == [f"/master shut it down: {reason}"]
 
 
 @pytest.mark.parametrize(
@@ -197,6 +212,7 @@ class Wire:
         self.write = self._take
         self.soon = lambda function, *values: function(*values)
         self.call_soon = self.later.append
+        self.abort = list
 
     def _take(self, data):
         self.written += data
@@ -215,7 +231,7 @@ class Wire:
 def test_a_caller_that_does_not_read_its_answers_is_asked_for_no_more_calls():
     wire, called = Wire(), []
     service = Provided("/gazebo", "/s", "std_srvs/Empty", lambda request, caller, answer: called.append(answer))
-    caller = Caller(service, wire, {"callerid": "/x", "persistent": "1"}, wire, Budget(1000))
+    caller = Caller(service, wire, {"callerid": "/x", "persistent": "1"}, wire, Intake(1000), Place("127.0.0.1", list))
     caller.received(framed(b"") * 3)
     response = new("std_srvs/EmptyResponse")
     assert (len(called), wire.reads) == (1, False)

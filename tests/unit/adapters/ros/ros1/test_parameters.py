@@ -1,5 +1,7 @@
 """The tree of parameters, whom a change concerns, and names."""
 
+from xmlrpc.client import Binary
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,6 +44,13 @@ def test_a_search_goes_upwards_and_looks_at_the_first_part(tree):
     assert tree.search("/foo/bar", "robot/arm") == "/robot/arm"
     assert tree.search("/pr2", "/robot") == "/robot"
     assert tree.search("/pr2", "none") is None
+
+
+def test_bytes_count_as_text_does():
+    one = Parameters()
+    with pytest.raises(CommandError) as caught:
+        one.set("/a", [Binary(b"x" * MOST_BYTES)])
+    assert str(caught.value) == f"more than {MOST_BYTES} bytes of parameters"
 
 
 @given(st.lists(st.tuples(KEYS, VALUES), max_size=8), KEYS)
