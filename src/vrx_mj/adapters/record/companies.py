@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.record.archive import archive, unpacked
 from vrx_mj.adapters.record.heads import company_head
+from vrx_mj.adapters.record.parsed import LONGEST
 from vrx_mj.adapters.record.rows import unpack_rows
 from vrx_mj.adapters.record.scene import MovingBody, RecordScene, RowLayout
 from vrx_mj.compiler.world import World, world_of
@@ -29,15 +30,20 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COMPANIES",
+    "HUGE",
     "Company",
     "all_rows",
     "columns_in",
     "company_chunk",
+    "company_numbers",
     "joint_layout",
     "read_companies",
+    "sound_rows",
 ]
 
 COMPANIES = "/record/companies"
+HUGE = 1e9
+"""A number of a row beyond this is of a state that has diverged."""
 FloatArray = npt.NDArray[np.float64]
 
 
@@ -178,8 +184,18 @@ def check_rows(rows: FloatArray, width: int) -> None:
     """
     if rows.shape[1] != width:
         raise RecordError(f"/record/rows: block: rows of {rows.shape[1]} columns instead of {width}")
-    if not np.isfinite(rows[:, 0]).all():
-        raise RecordError("/record/rows: block: a time is not finite")
+    if not ((rows[:, 0] >= 0.0) & (rows[:, 0] <= LONGEST)).all():
+        raise RecordError(f"/record/rows: block: a time from 0 to {LONGEST:g} s is needed")
+
+
+def sound_rows(rows: FloatArray, numbers: npt.NDArray[np.int64], layouts: Sequence[RowLayout]) -> npt.NDArray[np.bool_]:
+    """Of which rows (n,) every number of their company is one that a state can have."""
+    fine = np.zeros(len(rows), np.bool_)
+    joint = joint_layout(layouts)
+    for number, layout in enumerate(layouts):
+        own = np.flatnonzero(numbers == number)
+        fine[own] = (np.abs(rows[np.ix_(own, columns_in(joint, layout))]) < HUGE).all(axis=1)
+    return fine
 
 
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:

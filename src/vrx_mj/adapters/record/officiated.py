@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.record.companies import company_numbers
+from vrx_mj.adapters.record.companies import HUGE, company_numbers
 from vrx_mj.adapters.record.heads import sent_messages
 from vrx_mj.adapters.record.rows import pack_rows, unpack_rows
-from vrx_mj.errors import RecordError, StateError
+from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.runtime.state import State
 from vrx_mj.tasks.frame import Frame, Message
 from vrx_mj.tasks.layout import FrameLayout
@@ -88,8 +88,8 @@ def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Messag
         number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
     }
     rows = unpack_rows(blob)
-    if not np.isfinite(rows).all():
-        raise RecordError(f"{FRAMES}: block: a number is not finite")
+    if not (np.abs(rows) < HUGE).all():
+        raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
     for number, row in enumerate(rows):
         yield row, messages.get(number, ())
 
@@ -122,9 +122,7 @@ def looks(recorded: Record) -> Iterator[tuple[float, Referee]]:
 
 def _looks(recorded: Record, referee: Referee, begun: float) -> Iterator[tuple[Frame, Sequence[tuple[str, str]]]]:
     """Every frame after the time `begun` [s], and what the referee says of it: text and level."""
-    tasks = (company.parameters["task"] for company in recorded.companies)
-    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
-    for frame in frames_of(recorded, layouts):
+    for frame in frames_of(recorded, referee):
         if frame.time > begun + 1e-9:
             yield frame, referee.look(frame).lines
 
@@ -133,16 +131,29 @@ def _referee(recorded: Record) -> tuple[Referee, float]:
     """The referee at the first frame that it has not seen, and the time [s] up to which it has."""
     task = recorded.companies[0].parameters.get("task")
     if task is None:
-        raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties['world']}, has no task")
+        raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")
     referee = make_referee(task)
     resumed = bool(recorded.states) and recorded.states[0].time > 0.0
     return referee, _resumed(referee, recorded) if resumed else -1.0
 
 
-def frames_of(recorded: Record, layouts: Sequence[FrameLayout]) -> Iterator[Frame]:
-    """The frames of a recording; `layouts` are those of its companies."""
+def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
+    """The frames of a recording, for the referee of its task.
+
+    Raises:
+        RecordError: one is none of this task.
+    """
+    tasks = [company.parameters.get("task") or {"rivals": ()} for company in recorded.companies]
+    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
     for company, row, messages in recorded.frames:
-        yield layouts[company].frame(row.tolist(), messages)
+        if len(row) != layouts[company].width:
+            trouble = f"a frame of {len(row)} numbers instead of {layouts[company].width}"
+            raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: {trouble}")
+        try:
+            sent = tuple(referee.accept(message.topic, message.content) for message in messages)
+        except CommandError as error:
+            raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: sent: {error}") from None
+        yield layouts[company].frame(row.tolist(), sent)
 
 
 def take_up(referee: Referee, blob: bytes) -> None:

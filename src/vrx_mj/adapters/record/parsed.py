@@ -28,7 +28,7 @@ from pydantic import Field, TypeAdapter
 from vrx_mj.adapters.record import parsing
 from vrx_mj.errors import RecordError
 
-__all__ = ["Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
+__all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
 
 LEAST, RATIO = 64 << 20, 16
 """What a recording may become in memory [bytes]: this, and so many times its size."""
@@ -38,6 +38,9 @@ PATIENCE = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
 THREADS = {"RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "RUST_BACKTRACE": "0"}
 """Environment of the parser: each thread's stack counts as memory."""
+
+LONGEST = 1e9
+"""Latest time in a recording [s]."""
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers (n,); None where there is nothing."""
@@ -76,6 +79,17 @@ class Part:
             RecordError: it is none, or missing.
         """
         return [self._number(name, cell, kind) for cell in self._column(name)]
+
+    def times(self, name: str) -> list[float]:
+        """A column of simulated times [s].
+
+        Raises:
+            RecordError: it is none, or missing.
+        """
+        found = self.numbers(name)
+        if not all(0.0 <= time <= LONGEST for time in found):
+            raise RecordError(f"{self.entity}: {name}: a time from 0 to {LONGEST:g} s is needed")
+        return found
 
     def arrays(self, name: str, kind: str) -> list[npt.NDArray[Any]]:
         """A column of arrays (n,) of numpy's kind, in which bytes are `|u1`; an empty cell is an empty array.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.archive import unpacked
-from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint_layout, read_companies
+from vrx_mj.adapters.record.companies import COMPANIES, Company, all_rows, joint_layout, read_companies, sound_rows
 from vrx_mj.adapters.record.heads import head_of
 from vrx_mj.adapters.record.officiated import FRAMES, Found, read_frames
 from vrx_mj.adapters.record.parsed import Part, allowance, parsed_file
@@ -118,6 +118,23 @@ class Record:
     def files(self) -> Mapping[str, bytes]:
         """The saved form of the world that the recording begins in, by relative path."""
         return self.companies[0].files
+
+    def sound(self) -> Record:
+        """It without rows of a state that had diverged, as the last one of a run may be."""
+        fine = sound_rows(self.rows, self.row_companies, [company.layout for company in self.companies])
+        if fine.all():
+            return self
+        rows = self.rows[fine]
+        return replace(
+            self,
+            time=rows[:, 0],
+            wind=rows[:, 1],
+            boats=tracks(rows, self.layout, "boat"),
+            objects=tracks(rows, self.layout, "object"),
+            balls=tracks(rows, self.layout, "ball"),
+            rows=rows,
+            row_companies=self.row_companies[fine],
+        )
 
     def state_at(self, time: float) -> SavedState:
         """The last state saved at or before `time` [s]."""
@@ -248,7 +265,7 @@ def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
     states = [
         SavedState(time, blob)
         for part in parts
-        for time, blob in zip(part.numbers("time"), part.blobs("blob"), strict=True)
+        for time, blob in zip(part.times("time"), part.blobs("blob"), strict=True)
     ]
     return tuple(sorted(states, key=lambda state: state.time))
 

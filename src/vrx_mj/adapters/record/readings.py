@@ -95,8 +95,11 @@ def add_readings(columns: dict[str, list[Any]], sensor: RecordedSensor, part: Pa
     Raises:
         RecordError: they are not those of such a sensor.
     """
-    columns["time"] += part.numbers("time")
-    columns["sequence"] += part.numbers("sequence", "i")
+    times, numbers = part.times("time"), part.numbers("sequence", "i")
+    if len(numbers) != len(times) or not all(0 <= number < 1 << 32 for number in numbers):
+        raise RecordError(f"{part.entity}: sequence: a whole number for each time is needed")
+    columns["time"] += times
+    columns["sequence"] += numbers
     if sensor.type == "camera":
         found = {"blob": part.arrays("EncodedImage:blob", "|u1")}
     elif sensor.config.get("output") == "points":
@@ -104,7 +107,7 @@ def add_readings(columns: dict[str, list[Any]], sensor: RecordedSensor, part: Pa
     else:
         found = {"numbers": part.arrays("numbers", "|u1")}
         check_numbers(sensor, found["numbers"])
-    if {len(values) for values in found.values()} != {len(part.numbers("time"))}:
+    if {len(values) for values in found.values()} != {len(times)}:
         raise RecordError(f"{part.entity}: columns of unequal length")
     for name, values in found.items():
         columns.setdefault(name, []).extend(values)

@@ -17,14 +17,17 @@ import numpy as np
 import trimesh
 
 from vrx_mj.adapters.record.choice import Choice, chosen
+from vrx_mj.adapters.record.companies import Company
 from vrx_mj.adapters.record.hinged import part_paths, parts_of
 from vrx_mj.adapters.record.listening import recorded_sensors, sensor_rates, taker
 from vrx_mj.adapters.record.reader import read_record
 from vrx_mj.adapters.record.scene import (
+    MovingBody,
     RecordedBody,
     RecordedDisplay,
     RecordedThruster,
     RecordScene,
+    RowLayout,
     Surface,
     Waypoint,
 )
@@ -40,7 +43,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.displays import displays_of
 
-__all__ = ["POSE_RATE", "record", "resume", "scene_of"]
+__all__ = ["POSE_RATE", "check_columns", "record", "resume", "scene_of"]
 
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
@@ -126,6 +129,24 @@ def resume(path: str | Path, time: float) -> Simulation:
     sim = Simulation(company.world)
     sim.set_state(state)
     return sim
+
+
+def check_columns(company: Company, model: mujoco.MjModel) -> None:
+    """Check that the rows of a company have the columns of its world, whose model this is.
+
+    Raises:
+        RecordError: they have not.
+    """
+    world = company.world
+    bodies = tuple(
+        MovingBody(body.name, body.kind, body.qpos, body.dof)
+        for body in _bodies(world, {}, model, model.qpos0)
+        if body.qpos is not None and body.dof is not None
+    )
+    engines = tuple((world.boats[row["hull"]], row["name"]) for row in world.parameters["thrusters"])
+    marks = sum(len(display.start) for display in displays_of(world.parameters))
+    if company.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
+        raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
 
 def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:

@@ -11,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.companies import Company, columns_in
-from vrx_mj.adapters.record.reader import Event, Record, SavedState, read_record
-from vrx_mj.adapters.record.scene import RecordedSensor
+from vrx_mj.adapters.record.reader import Event, Record, SavedState, read_readings, read_record
+from vrx_mj.adapters.record.readings import RecordedReadings
+from vrx_mj.adapters.record.session import check_columns
 from vrx_mj.adapters.ros.bagging import COMMAND
 from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.messages import Message, encode, new
@@ -21,6 +22,7 @@ from vrx_mj.adapters.ros.table import make_table
 from vrx_mj.adapters.ros.table.boats import command_topic, description
 from vrx_mj.adapters.ros.table.bodies import Bodies, header, turned, vector
 from vrx_mj.adapters.ros.table.host import Host
+from vrx_mj.errors import RecordError
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
@@ -52,7 +54,7 @@ def convert(source: str | Path, target: str | Path, progress: Progress | None = 
     Raises:
         RecordError: the source is no recording, or the bag cannot be written.
     """
-    recorded = read_record(source)
+    recorded = read_record(source).sound()
     bag = Bag(target)
     bag.start()
     try:
@@ -74,6 +76,7 @@ class Moment:
         east, north = recorded.wind_direction
         self.wind = SimpleNamespace(speed=0.0, direction=math.atan2(north, east))
         self._sim = Simulation(company.world)
+        check_columns(company, self._sim.model)
         self._thrusters = {boat: self._sim.observe()[boat].thrusters for boat in self._sim.boats}
         self._row = self._sim.row()
         self.show(self._row)
@@ -151,7 +154,7 @@ class Conversion:
 
     def __init__(self, recorded: Record, bag: Bag) -> None:
         self._recorded, self._bag = recorded, bag
-        self._bodies = {frozenset(body.name for body in one.layout.bodies): one for one in recorded.companies[::-1]}
+        self._alike = {one.layout: one for one in recorded.companies[::-1]}
         self._known: dict[str, Told] = {}
         self._numbers: dict[str, int] = {}
         self._last: dict[str, bytes] = {}
@@ -161,10 +164,12 @@ class Conversion:
         """Write all in the order of time; the number of messages."""
         recorded = self._recorded
         end = float(recorded.time[-1]) if len(recorded.time) else 0.0
+        rows = zip(recorded.row_companies.tolist(), recorded.rows, strict=True)
+        readings = read_readings(recorded.path, recorded.sensors) if recorded.sensors else ()
         streams: list[Iterator[tuple[float, int, int, Any]]] = [
-            ((float(row[0]), 0, i, row) for i, row in enumerate(recorded.rows)),
+            ((float(row[0]), 0, i, (number, row)) for i, (number, row) in enumerate(rows)),
             ((saved.time, 1, i, saved) for i, saved in enumerate(recorded.states)),
-            *(self._readings(number, sensor) for number, sensor in enumerate(recorded.sensors, 2)),
+            *(self._readings(number, found) for number, found in enumerate(readings, 2)),
             ((event.time, 1 << 20, i, event) for i, event in enumerate(recorded.events)),
         ]
         for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
@@ -173,27 +178,25 @@ class Conversion:
                 progress(time, end)
         return self._count
 
-    def _readings(self, number: int, sensor: RecordedSensor) -> Iterator[tuple[float, int, int, Any]]:
-        readings = self._recorded.readings(sensor.boat, sensor.name)
+    def _readings(self, number: int, readings: RecordedReadings) -> Iterator[tuple[float, int, int, Any]]:
+        sensor = readings.sensor
         return (
             (float(time), number, i, ((sensor.boat, sensor.name), readings, i)) for i, time in enumerate(readings.time)
         )
 
     def _tell(self, time: float, found: Any) -> None:
-        if isinstance(found, np.ndarray):
-            self._tell_row(time, found)
-        elif isinstance(found, SavedState):
+        if isinstance(found, SavedState):
             self._tell_state(time, found)
         elif isinstance(found, Event):
             self._bag.log(found.level, found.text)
+        elif isinstance(found[1], np.ndarray):
+            self._tell_row(time, *found)
         else:
             key, readings, i = found
             self._tell_reading(time, key, readings[i])
 
-    def _tell_row(self, time: float, row: FloatArray) -> None:
-        layout = self._recorded.layout
-        present = frozenset(one.name for one in layout.bodies if not np.isnan(row[layout.pose(one).start]))
-        told = self._told(self._bodies[present])
+    def _tell_row(self, time: float, number: int, row: FloatArray) -> None:
+        told = self._told(self._alike[self._recorded.companies[number].layout])
         told.moment.show(row[told.moment.columns])
         for output in told.moving:
             self._output(output, time)
@@ -206,7 +209,9 @@ class Conversion:
 
     def _tell_state(self, time: float, saved: SavedState) -> None:
         world = State.from_bytes(saved.blob).world
-        company = next(one for one in self._recorded.companies if one.world_sha256 == world)
+        company = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
+        if company is None:
+            raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s is of another world")
         told = self._told(company)
         told.moment.resume(saved)
         before, told.moment.time = told.moment.time, time
@@ -215,8 +220,8 @@ class Conversion:
         told.moment.time = before
 
     def _tell_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
-        told = next(told for told in reversed(self._known.values()) if key in told.measured)
-        for output in told.measured[key]:
+        told = next((told for told in reversed(self._known.values()) if key in told.measured), None)
+        for output in told.measured[key] if told else ():
             message = output.make(reading)
             if message is not None:
                 self._write(output.name, output.type, message, time, latched=output.latched)

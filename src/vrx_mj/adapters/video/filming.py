@@ -98,7 +98,7 @@ def write_video(
     """
     target = Path(path)
     encoder = encoder_of(target)
-    recorded = source if isinstance(source, Record) else read_record(source)
+    recorded = (source if isinstance(source, Record) else read_record(source)).sound()
     suffix = target.suffix.lower()
     film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix], eye=eye)
     part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
@@ -197,7 +197,7 @@ class Film:
 
     def _write(self, shown: Image, time: float) -> None:
         """Time, task and score, and what has just happened."""
-        world, standing = str(self._footage.recorded.properties["world"]), self._footage.standing(time)
+        world, standing = str(self._footage.recorded.properties.get("world")), self._footage.standing(time)
         lines = [clock_line(world, time, self._shot.speed)]
         write_lines(shown, lines if standing is None else [*lines, *task_lines(standing)])
         since = time - TOLD_FOR * self._shot.speed

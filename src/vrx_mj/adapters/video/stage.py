@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.record.companies import Company
+from vrx_mj.adapters.record.session import check_columns
 from vrx_mj.adapters.video.eye import Eye, view_of
 from vrx_mj.adapters.video.footage import Instant
 from vrx_mj.adapters.video.wake import LASTS, PIECES_PER_SECOND, Wake, add_triangles
@@ -19,7 +20,7 @@ from vrx_mj.physics.surface import EDGE, draw_surface
 from vrx_mj.runtime.sights import painted
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
-from vrx_mj.sensors.displays import displays_of
+from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
 
@@ -55,10 +56,12 @@ class Stage:
         Raises:
             RenderError: there is no way to draw here.
             StateError: the recording holds no world.
+            RecordError: its rows are not of that world.
         """
         world = company.world
         parameters = world.parameters
         self._model = drawing_model(world)
+        check_columns(company, self._model)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters)
         self._displays = displays_of(parameters)
@@ -83,6 +86,7 @@ class Stage:
         data.qpos[:] = moment.qpos
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
+        check_display_marks(self._displays, moment.marks[None])
         for geom, rgba in painted(model, self._displays, moment.marks, moment.time).items():
             model.geom_rgba[geom] = rgba
         view = view_of(eye, width, height)
