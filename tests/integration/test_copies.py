@@ -6,10 +6,10 @@ import multiprocessing
 import pickle
 from concurrent.futures import ProcessPoolExecutor
 
-import cloudpickle
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector.utils import CloudpickleWrapper
 
 import vrx_mj
 from integration.sailing import GUSTY, ROUGH, boats, edited, water
@@ -20,7 +20,7 @@ from vrx_mj.errors import Problem, SensorError, UnknownNameError, VrxError
 
 COPIES = {
     "pickle": lambda one: pickle.loads(pickle.dumps(one)),
-    "cloudpickle": lambda one: cloudpickle.loads(cloudpickle.dumps(one)),
+    "cloudpickle": lambda one: pickle.loads(pickle.dumps(CloudpickleWrapper(one))).fn,
     "deepcopy": copy.deepcopy,
 }
 copying = pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)

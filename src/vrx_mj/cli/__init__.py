@@ -1,6 +1,7 @@
 """The command line, `vrx-mj`."""
 
 import sys
+from pathlib import Path
 
 from vrx_mj.cli.environment import installed_first, intruder
 
@@ -9,6 +10,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line on the packages that are installed, whatever PYTHONPATH names."""
+    _check_folder()
     installed_first()
     try:
         from vrx_mj.cli.program import main as start
@@ -23,6 +25,15 @@ def main() -> None:
         if line is None:
             raise
         sys.stderr.write(f"{line}\n")
+        raise SystemExit(2) from None
+
+
+def _check_folder() -> None:
+    """End in one line where the current folder was deleted, or must not be read: relative paths start there."""
+    try:
+        Path.cwd()
+    except OSError as error:
+        sys.stderr.write(f"the current folder cannot be used: {error.strerror}; change to another\n")
         raise SystemExit(2) from None
 
 

@@ -3,6 +3,7 @@
 Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C and 143 SIGTERM before it began.
 """
 
+import os
 import sys
 import warnings
 from collections.abc import Iterator, MutableMapping
@@ -161,6 +162,13 @@ def _code(command: Any, words: list[str]) -> int:
     except UsageError as error:
         show_error(usage_message(error))
         return 2
+    except BrokenPipeError:  # as in `| head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes at its end
+        return 1
+    except OSError as error:
+        file = f" '{error.filename}'" if error.filename else ""
+        show_error(f"a file{file} cannot be used: {error.strerror or error}")
+        return 1
     except (KeyboardInterrupt, typer.Abort):
         return CTRL_C
     return code if isinstance(code, int) else 0

@@ -1,10 +1,11 @@
 """What every model of a user's file is built on."""
 
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import (
     AfterValidator,
@@ -17,6 +18,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from vrx_mj.arguments import as_number
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.errors import UnknownNameError
@@ -44,6 +46,10 @@ __all__ = [
     "text_faults",
 ]
 
+MAX_NUMBER = 1e9
+"""Largest number that a file may give, in any unit: what is larger has no physics."""
+MIN_POSITIVE = 1e-12
+"""Smallest number that a file may give where one above 0 is needed."""
 MAX_COORDINATE = 1e6
 """Farthest coordinate [m] that a file may give."""
 
@@ -115,11 +121,40 @@ class Config(BaseModel):
             for key, value in data.items()
             if value is not None or key not in sections
         }
+        if huge := [place for key, value in plain.items() if key in fields for place in _huge(cls, key, value)]:
+            raise faults(*huge)
         if isinstance(data, Section) and "folder" in fields:
             if "folder" in data:
                 raise faults((("folder",), unknown_key("folder", [key for key in fields if key != "folder"])))
             plain["folder"] = data.folder
         return plain
+
+
+def _huge(model: type[Config], key: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Numbers of a field that are too large for any unit, and what to say of them."""
+    if key in _whole_numbers(model):
+        return
+    for path, number in _numbers_in((key,), value):
+        if not abs(number) <= MAX_NUMBER and math.isfinite(as_number(number)) | isinstance(number, int):
+            yield path, f"must be at most {MAX_NUMBER:g} in size, got {shown(number)}"
+
+
+def _numbers_in(path: tuple[str | int, ...], value: Any) -> Iterator[tuple[tuple[str | int, ...], float]]:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        yield path, value
+    elif isinstance(value, list | tuple):
+        for index, item in enumerate(value):
+            yield from _numbers_in((*path, index), item)
+
+
+@cache
+def _whole_numbers(model: type[Config]) -> frozenset[str]:
+    """Fields of whole numbers, which have limits of their own."""
+    return frozenset(key for key, field in model.model_fields.items() if int in _kinds(field.annotation))
+
+
+def _kinds(annotation: Any) -> set[Any]:
+    return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
 
 
 @cache
@@ -152,6 +187,12 @@ def numbers(labels: str) -> BeforeValidator:
 def _some(value: tuple[Any, ...]) -> tuple[Any, ...]:
     if not value:
         raise fault("must not be empty")
+    return value
+
+
+def _not_tiny(value: float) -> float:
+    if value < MIN_POSITIVE:
+        raise fault(f"must be at least {MIN_POSITIVE:g}, got {shown(value)}")
     return value
 
 
@@ -189,7 +230,7 @@ Folder = Annotated[Path | None, Field(exclude=True, repr=False, strict=False)]
 NotEmpty = AfterValidator(_some)
 """Demands at least one entry in a list."""
 
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0), AfterValidator(_not_tiny)]
 NonNegative = Annotated[float, Field(ge=0)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]

@@ -17,14 +17,15 @@ from vrx_mj.libmujoco import untimed
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
-from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.crew import Crew
+from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.divergence import told_rows
 from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.runtime.row_arguments import Rows, as_numbers, channels_of, row_seeds, row_values, row_vectors, which_rows
-from vrx_mj.runtime.rows import FEATURES, ROW, advance_rows, observe_rows, reset_rows, write_rows
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.row_tables import STACKED, RowTables
+from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
@@ -38,18 +39,9 @@ SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
 MOST = 10**6
 """Rows, or threads, of a batch."""
-STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
-"""Tables that change from step to step, in the order in which a state has them."""
 
 
-CARRIED = (
-    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_hulls",
-    "_thrusters",
-)  # fmt: skip
-"""What a copy of a batch has besides its world and MuJoCo's states."""
-
-
-class Batch:
+class Batch(RowTables):
     """`n` independent copies (rows) of one world, advanced in parallel on all cores.
 
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
@@ -265,6 +257,7 @@ class Batch:
         """
         check_name("boat", boat, self.boats)
         which = which_rows(self.n, rows)
+        before = self._qpos[which].copy()
         hull = self._rig.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
@@ -275,6 +268,12 @@ class Batch:
             turns = self._qpos[which, qpos + 3 : qpos + 7]
             self._qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
+        if pose is not None:
+            try:
+                check_room(self._model, self._qpos[which], self._rig.hulls["qpos"].astype(np.int64))
+            except CommandError:
+                self._qpos[which] = before
+                raise
         write_rows(which, self._rows, self._qpos, self._qvel)
         self._observe()
 
@@ -342,60 +341,7 @@ class Batch:
             STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving
         )
 
-    def __getstate__(self) -> dict[str, Any]:
-        flats = [self._flat(row) for row in range(self.n)]
-        return {"world": self.world, "n": self.n, "threads": self.threads, "masses": self._masses, "mujoco": flats} | {
-            name: getattr(self, name) for name in CARRIED
-        }
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        Batch.__init__(self, state["world"], state["n"], threads=state["threads"])
-        heavy = np.flatnonzero(state["masses"] != 1.0)
-        self._weigh(heavy, state["masses"][heavy])
-        for name in CARRIED:
-            setattr(self, name, state[name])
-        for row, flat in enumerate(state["mujoco"]):
-            mujoco.mj_setState(self._model_of(row), self._data[row], flat, SIGNATURE)
-        self._observe()
-
     # Inside
-
-    def _model_of(self, row: int) -> mujoco.MjModel:
-        return self._own_models.get(row, (self._model,))[0]
-
-    def _flat(self, row: int) -> Floats:
-        """MuJoCo's state of a row."""
-        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
-        mujoco.mj_getState(self._model_of(row), self._data[row], flat, SIGNATURE)
-        return flat
-
-    def _build(self) -> None:
-        """Data and stacks of all rows."""
-        rig, model = self._rig, self._model
-        self._data = [mujoco.MjData(model) for _ in range(self.n)]
-        self._rows = np.zeros(self.n, ROW)
-        for row, data in zip(self._rows, self._data, strict=True):
-            row["model"], row["quiet"], row["data"] = model._address, rig.quiet._address, data._address
-            for name, array in (("qpos", data.qpos), ("qvel", data.qvel), ("xfrc_applied", data.xfrc_applied),
-                                ("qfrc_applied", data.qfrc_applied), ("inertia", data.M)):  # fmt: skip
-                row[name] = array.ctypes.data
-        self._seeds = np.zeros(self.n, np.int64)
-        self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
-        self._going = np.ones(self.n, np.bool_)
-        self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
-        self._features = np.zeros((self.n, len(self.boats), FEATURES))
-        self._stacks = {name: self._spread(getattr(rig, name)[None]) for name in STACKED}
-        self._raft_work, self._movers, self._look = (
-            self._spread(table[None]) for table in (rig.raft_work, rig.movers, rig.look)
-        )
-        self._wind = self._spread(rig.wind[None])
-        self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
-        self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
-        self._channels = channels_of(self.world, rig.thrusters)
-
-    def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """A stack with a part for every row, from one that all have in common."""
-        return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
 
     def _advance(self, first: int, last: int, steps: int) -> None:
         rig, state = self._rig, self._stacks
@@ -432,14 +378,3 @@ class Batch:
                 state["expires"][which, channel.row] = self._time[which] + (
                     max(timeout, hold) if timeout > 0.0 else np.inf
                 )
-
-    def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
-        """Give rows models of their own with all boats' masses and inertias times a factor."""
-        self._hulls = self._spread(self._hulls)
-        self._masses[which] = factors
-        boats = self._rig.hulls["body"].tolist()
-        for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
-            pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
-            self._own_models[row] = pair
-            self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
-            self._hulls["mass"][row] = self._rig.hulls["mass"] * factor

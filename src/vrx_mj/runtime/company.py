@@ -12,6 +12,7 @@ from vrx_mj.compiler.joining import with_boat, without_boat
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.carrying import carry
+from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
@@ -101,7 +102,8 @@ class Company:
         rig = rig_of(world, self._stepping, known=self._rig)
         rig.reset(self._seed)
         carry(self._world, self._rig, rig, left=left)
-        mujoco.mj_forward(rig.model, rig.data)
+        with fitting(rig.data):
+            mujoco.mj_forward(rig.model, rig.data)
         return rig
 
     def _inhabit(self, world: World, rig: Rig, told: str) -> None:

@@ -39,7 +39,8 @@ class Listener(Protocol):
         """Boats have come or gone: later rows, states and frames are of the world as it is now."""
 
 
-METHODS = ("rows", "state", "event", "frame", "boats_changed")
+METHODS = ("rows", "state", "event")
+"""What every listener has; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
 def check_listener(listener: object) -> None:

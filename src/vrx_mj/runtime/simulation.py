@@ -1,7 +1,6 @@
 """A world that runs."""
 
 import dataclasses
-import math
 import time as clock
 import weakref
 from collections.abc import Callable
@@ -11,15 +10,15 @@ from threading import get_ident
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arguments import as_number, as_seed, as_text, check_kind, whole
+from vrx_mj.arguments import as_seed, check_kind, whole
 from vrx_mj.compiler.world import World
-from vrx_mj.errors import CommandError, DivergedError, StateError, shown
+from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.company import Company, rig_of
+from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.deeds import Deeds
 from vrx_mj.runtime.divergence import told
 from vrx_mj.runtime.durations import MOST_STEPS, steps_to_second, whole_steps
@@ -27,8 +26,9 @@ from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.officiating import Officiating
+from vrx_mj.runtime.recorders import Recorders
 from vrx_mj.runtime.rig import Rig, drawing_model
-from vrx_mj.runtime.sampling import Listener, Sampler, check_listener
+from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
 from vrx_mj.runtime.state import STATE_VERSION, State
@@ -50,7 +50,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
+class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
     """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -82,8 +82,13 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
 
-    def __reduce__(self) -> tuple[Callable[..., "Simulation"], tuple[World, World, State]]:
-        return _continued, (self._first, self._world, self.get_state())
+    def __reduce__(self) -> tuple[type["Simulation"], tuple[World], tuple[World, State]]:
+        return type(self), (self._first,), (self._world, self.get_state())
+
+    def __setstate__(self, now: tuple[World, State]) -> None:
+        if now[0].sha256 != self._first.sha256:
+            self._bind(now[0], rig_of(now[0], self._stepping))
+        self.set_state(now[1])
 
     @classmethod
     def load(cls, source: str | Path) -> "Simulation":
@@ -250,6 +255,8 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
                 done = int(LOOP(*self._arguments, self.time, self.timestep, count))
             if done < 0:
                 self._diverged()
+            if self._data.ncon > self._most_contacts:
+                raise DivergedError(f"{crowded(self._data.ncon)} (t = {self.time:g} s)")
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
@@ -292,11 +299,11 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         Raises:
             StateError: it is not a State, is not finite, or belongs to another version, to another world, or to this
                 world with other boats.
-            CommandError: the run is being recorded.
+            CommandError: the run is being recorded, or its bodies overlap in more contacts than MuJoCo has memory for.
         """
+        check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
         if state.world == self._first.sha256 != self._world.sha256:
             boats = ", ".join(self._first.boats)
             raise StateError(
@@ -306,6 +313,12 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         state.check(self._world.sha256)
         self._rig.check(state.mujoco, state.ours)
         self._officiating.check(state.task)
+        with self._unless_crowded():
+            self._restore(state)
+        return self.observe()
+
+    def _restore(self, state: State) -> None:
+        """Go to a state that was checked."""
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)
@@ -314,49 +327,6 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         self._rig.key(state.seed)
         self._wind.forget()
         self._settle()
-        return self.observe()
-
-    # Recorders
-
-    @in_turn
-    def attach(self, listener: Listener, *, rate: float) -> None:
-        """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events.
-
-        Raises:
-            CommandError: it has not the methods of a listener, is attached already, or the rate is not above 0.
-        """
-        check_listener(listener)
-        if not 0.0 < as_number(rate) < math.inf:
-            raise CommandError(f"invalid rate {shown(rate)}: a number of rows per second above 0 is needed")
-        self._sampler.add(listener, as_number(rate))
-        self._renew_arguments()
-        try:
-            self._keep()
-        except BaseException:
-            self._sampler.remove(listener)
-            self._renew_arguments()
-            raise
-
-    @in_turn
-    def detach(self, listener: Listener) -> None:
-        """Deliver the remaining rows to a listener and detach it; CommandError if it is not attached."""
-        if not any(one is listener for one in self._sampler.listeners):
-            raise CommandError(f"invalid listener {shown(listener)}: one that is attached is needed")
-        self._keep()
-        self._sampler.remove(listener)
-        listener.rows(self.row()[None])
-        self._renew_arguments()
-
-    def row(self) -> npt.NDArray[np.float64]:
-        """Row of the current time, as listeners get it."""
-        return self._rig.row(self.time)
-
-    @in_turn
-    def event(self, text: str, level: str = "INFO") -> None:
-        """Write a log line to the recordings at the current time; CommandError if it is no text."""
-        text, level = as_text("text", text), as_text("level", level)
-        for listener in self._sampler.listeners:
-            listener.event(self.time, text, level)
 
     # Inside
 
@@ -364,6 +334,7 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         """Make a world and its rig the present ones."""
         self._world, self._rig = world, rig
         self._model, self._data = rig.model, rig.data
+        self._most_contacts = most_contacts(rig.model)
         self._helm = Helm(world.boats, world.parameters["thrusters"])
         known, fleet = self._thrusters, self._helm.thrusters
         self._thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
@@ -401,7 +372,10 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
 
     def _derive(self) -> None:
         """Make what follows from the state, and what sensors see of it, follow a state that was set."""
-        mujoco.mj_forward(self._model, self._data)
+        with fitting(self._data):
+            mujoco.mj_forward(self._model, self._data)
+        if self._data.ncon > self._most_contacts:
+            raise CommandError(crowded(self._data.ncon))
         self._sensing.renew()
 
     def _renew_arguments(self) -> None:
@@ -420,12 +394,3 @@ class Simulation(Company, Instruments, Signals, Tasked, Whereabouts):
         message = told(self._bodies.broken(), self.time, self.timestep, good)
         self.event(message, "ERROR")
         raise DivergedError(message)
-
-
-def _continued(first: World, world: World, state: State) -> Simulation:
-    """A copy of a simulation that was given `first`, which boats have made `world`."""
-    sim = Simulation(first)
-    if world.sha256 != first.sha256:
-        sim._bind(world, rig_of(world, sim._stepping))
-    sim.set_state(state)
-    return sim

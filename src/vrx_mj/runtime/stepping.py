@@ -15,6 +15,7 @@ import numpy as np
 
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
+from vrx_mj.runtime.crowding import arena_bytes
 
 __all__ = ["Stepping", "stepping_models"]
 
@@ -71,14 +72,14 @@ class Stepping:
         self._thinned = {item: self._thinned.get(item) or _Thin.of(item) for item in text.items}
         newcomer = before and text.newcomer(before)
         try:
-            models = self._joined(newcomer) if newcomer else None
+            models = self._joined(newcomer, text) if newcomer else None
             models = models or self._read(text, world.assets)
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
         self._text = text
         return models
 
-    def _joined(self, newcomer: "_Newcomer") -> Models | None:
+    def _joined(self, newcomer: "_Newcomer", text: "_Text") -> Models | None:
         """The models of the kept specs with a boat more; None: MuJoCo refuses it, or it has shapes to share."""
         thin = [self._thinned[frame] for frame in newcomer.frames]
         if self._specs is None or any(item.meshes for item in thin):
@@ -87,7 +88,7 @@ class Stepping:
         try:
             newcomer.join(solid, "".join(item.solid for item in thin))
             newcomer.join(quiet, "".join(item.quiet for item in thin))
-            return solid.compile(), quiet.compile()
+            return _compiled(self._specs, text)
         except ValueError:
             return None  # reading will tell why
 
@@ -102,7 +103,7 @@ class Stepping:
         solid = _spec(top, "".join(item.solid for item in thin), text.tail, assets)
         quiet = _spec(MESH.sub("", top), "".join(item.quiet for item in thin), text.tail, {})
         self._specs = solid, quiet
-        return solid.compile(), quiet.compile()
+        return _compiled(self._specs, text)
 
 
 @dataclass(frozen=True)
@@ -153,6 +154,13 @@ def _spec(top: str, world: str, tail: str, assets: Mapping[str, bytes]) -> mujoc
     spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
     spec.compiler.discardvisual = True
     return spec
+
+
+def _compiled(specs: tuple[mujoco.MjSpec, mujoco.MjSpec], text: "_Text") -> Models:
+    """The models of both specs, with memory for the contacts of what is placed."""
+    for spec in specs:
+        spec.memory = arena_bytes(len(text.items))
+    return specs[0].compile(), specs[1].compile()
 
 
 @dataclass(frozen=True)

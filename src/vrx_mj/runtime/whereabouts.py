@@ -1,13 +1,16 @@
 """What a `Simulation` offers of where its boats and objects are, and of what acts on them."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 
 from vrx_mj.arguments import check_name
 from vrx_mj.compiler.world import World
+from vrx_mj.errors import CommandError
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.state import State
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.weather import Sea
 
@@ -40,13 +43,14 @@ class Whereabouts:
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: the pose or the velocity is not six finite numbers.
+            CommandError: the pose or the velocity is not six finite numbers, or there are too many contacts there.
         """
         check_name("boat", name, self._world.boats)
-        self._bodies.put(name, pose, velocity)
-        if pose is not None:
-            self.release(name)
-        self._derive()
+        with self._unless_crowded():
+            self._bodies.put(name, pose, velocity)
+            if pose is not None:
+                self.release(name)
+            self._derive()
 
     @in_turn
     def release(self, boat: str) -> None:
@@ -66,11 +70,12 @@ class Whereabouts:
 
         Raises:
             UnknownNameError: no floating object or dock has that name.
-            CommandError: the pose or the velocity is not six finite numbers.
+            CommandError: the pose or the velocity is not six finite numbers, or there are too many contacts there.
         """
         check_name("floating object", name, self._bodies.afloat)
-        self._bodies.put(name, pose, velocity)
-        self._derive()
+        with self._unless_crowded():
+            self._bodies.put(name, pose, velocity)
+            self._derive()
         self._bodies.set_afloat(name, lambda x, y: float(self._sea.height(x, y, self._rig.data.time)))
 
     def observe_object(self, name: str) -> BoatObservation:
@@ -92,6 +97,24 @@ class Whereabouts:
         """
         check_name("boat", boat, self._world.boats)
         return boat_forces(self._rig, self._world.boats.index(boat), float(self._rig.data.time))
+
+    @contextlib.contextmanager
+    def _unless_crowded(self) -> Iterator[None]:
+        """Around what moves bodies by hand: it is undone if they cannot be there."""
+        before = self._moment()
+        try:
+            yield
+        except CommandError:
+            self._restore(before)
+            raise
+
+    def _moment(self) -> State:
+        """The present state."""
+        raise NotImplementedError
+
+    def _restore(self, state: State) -> None:
+        """Go back to a state."""
+        raise NotImplementedError
 
     def _derive(self) -> None:
         """Make what follows from the state follow it."""

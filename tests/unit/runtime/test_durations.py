@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from vrx_mj.arguments import whole
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.durations import steps_to_second, whole, whole_steps
+from vrx_mj.runtime.durations import steps_to_second, whole_steps
 
 
 @pytest.mark.parametrize(("time", "steps"), [(0.0, 100), (0.01, 99), (0.25, 75), (0.99, 1), (1.0, 100), (12.34, 66)])

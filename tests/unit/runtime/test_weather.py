@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from integration.sailing import CALM, GUSTY, ROUGH, same_bits, simulation
+from vrx_mj.errors import CommandError
 
 BUOY = {"name": "buoy", "model": "polyform_a5", "pose": [5, 5, 0, 0, 0, 0]}
 
@@ -26,7 +27,9 @@ def test_heights_have_the_shape_of_their_arguments():
     assert sea.height(1.0, 2.0, 3.0).shape == ()
     assert sea.height(np.zeros((4, 1)), np.zeros(3), 0.0).shape == (4, 3)
     assert sea.height([], [], 1.0).shape == (0,)
-    with pytest.raises(ValueError, match="shape mismatch"):
+    with pytest.raises(
+        CommandError, match=r"^invalid x, y and t of shapes \(3,\), \(4,\), \(\): they cannot be broadcast$"
+    ):
         sea.height(np.zeros(3), np.zeros(4), 0.0)
 
 

@@ -1,0 +1,118 @@
+"""The tables of a batch: what each row has of its own, and how it is copied."""
+
+from functools import partial
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.compiler.world import World
+from vrx_mj.runtime.ballast import heavier
+from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.row_arguments import channels_of
+from vrx_mj.runtime.rows import FEATURES, ROW
+
+__all__ = ["STACKED", "RowTables"]
+
+Floats = npt.NDArray[np.float64]
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
+"""Tables that change from step to step, in the order in which a state has them."""
+CARRIED = (
+    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_hulls",
+    "_thrusters",
+)  # fmt: skip
+"""What a copy of a batch has besides its world and MuJoCo's states."""
+
+
+class RowTables:
+    """The part of a batch that holds its rows."""
+
+    world: World
+    n: int
+    _model: mujoco.MjModel
+    _rig: Rig
+    _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
+    _masses: Floats
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats."""
+        raise NotImplementedError
+
+    @property
+    def threads(self) -> int:
+        """Number of threads."""
+        raise NotImplementedError
+
+    def _observe(self) -> None:
+        """Make the features follow the state."""
+        raise NotImplementedError
+
+    def __reduce__(self) -> tuple[Any, tuple[World, int], dict[str, Any]]:
+        flats = [self._flat(row) for row in range(self.n)]
+        carried = {name: getattr(self, name) for name in CARRIED}
+        kind: Any = type(self)
+        return (
+            partial(kind, threads=self.threads),
+            (self.world, self.n),
+            {"masses": self._masses, "mujoco": flats} | carried,
+        )
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        heavy = np.flatnonzero(state["masses"] != 1.0)
+        self._weigh(heavy, state["masses"][heavy])
+        for name in CARRIED:
+            setattr(self, name, state[name])
+        for row, flat in enumerate(state["mujoco"]):
+            mujoco.mj_setState(self._model_of(row), self._data[row], flat, SIGNATURE)
+        self._observe()
+
+    def _model_of(self, row: int) -> mujoco.MjModel:
+        return self._own_models.get(row, (self._model,))[0]
+
+    def _flat(self, row: int) -> Floats:
+        """MuJoCo's state of a row."""
+        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
+        mujoco.mj_getState(self._model_of(row), self._data[row], flat, SIGNATURE)
+        return flat
+
+    def _build(self) -> None:
+        """Data and stacks of all rows."""
+        rig, model = self._rig, self._model
+        self._data = [mujoco.MjData(model) for _ in range(self.n)]
+        self._rows = np.zeros(self.n, ROW)
+        for row, data in zip(self._rows, self._data, strict=True):
+            row["model"], row["quiet"], row["data"] = model._address, rig.quiet._address, data._address
+            for name, array in (("qpos", data.qpos), ("qvel", data.qvel), ("xfrc_applied", data.xfrc_applied),
+                                ("qfrc_applied", data.qfrc_applied), ("inertia", data.M)):  # fmt: skip
+                row[name] = array.ctypes.data
+        self._seeds = np.zeros(self.n, np.int64)
+        self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
+        self._going = np.ones(self.n, np.bool_)
+        self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
+        self._features = np.zeros((self.n, len(self.boats), FEATURES))
+        self._stacks = {name: self._spread(getattr(rig, name)[None]) for name in STACKED}
+        self._raft_work, self._movers, self._look = (
+            self._spread(table[None]) for table in (rig.raft_work, rig.movers, rig.look)
+        )
+        self._wind = self._spread(rig.wind[None])
+        self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
+        self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
+        self._channels = channels_of(self.world, rig.thrusters)
+
+    def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """A stack with a part for every row, from one that all have in common."""
+        return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
+
+    def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
+        """Give rows models of their own with all boats' masses and inertias times a factor."""
+        self._hulls = self._spread(self._hulls)
+        self._masses[which] = factors
+        boats = self._rig.hulls["body"].tolist()
+        for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
+            pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
+            self._own_models[row] = pair
+            self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
+            self._hulls["mass"][row] = self._rig.hulls["mass"] * factor

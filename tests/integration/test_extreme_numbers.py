@@ -1,0 +1,44 @@
+"""The largest and smallest numbers that a world's file may give: a run, a diverged one, or an error of ours."""
+
+import contextlib
+
+import pytest
+
+import vrx_mj
+from vrx_mj.config.base import MAX_NUMBER, MIN_POSITIVE
+from vrx_mj.errors import ConfigError, VrxError
+
+FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "none"}]}
+SECTIONS = {
+    "sea": ["scale", "angle", "steepness", "gain", "amplitude", "period", "tau"],
+    "wind": ["direction", "mean_velocity", "var_gain", "var_time"],
+    "physics": ["timestep", "gravity"],
+    "georeference": ["elevation", "heading"],
+}
+CASES = [(section, key) for section, keys in SECTIONS.items() for key in keys]
+GIVEN = {"georeference": {"latitude": 1.0, "longitude": 2.0}, "sea": {"model": "cwr"}}
+WORST = {"sea": {"gain": 0.4}, "wind": {"mean_velocity": 5.0, "var_gain": 2.0}}
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+@pytest.mark.parametrize("number", [MAX_NUMBER, -MAX_NUMBER, MIN_POSITIVE, 1e-300, 0.0])
+@pytest.mark.parametrize(("section", "key"), CASES)
+def test_numbers_of_a_world_run_or_are_refused(section, key, number, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    values = WORST.get(section, {}) | GIVEN.get(section, {}) | {key: number}
+    with contextlib.suppress(VrxError):
+        vrx_mj.Simulation(vrx_mj.compile_world({section: values}, fleet=FLEET)).step(duration=0.2)
+
+
+@pytest.mark.parametrize(
+    ("world", "message"),
+    [
+        ({"sea": {"gain": 1.0e308}}, "<world>: sea.gain: must be at most 1e+09 in size, got 1e+308"),
+        ({"sea": {"direction": [1.0, -1e10]}}, "<world>: sea.direction[1]: must be at most 1e+09 in size, got -1e+10"),
+        ({"wind": {"var_time": 1e-13}}, "<world>: wind.var_time: must be at least 1e-12, got 1e-13"),
+    ],
+)
+def test_numbers_without_physics_are_refused(world, message):
+    with pytest.raises(ConfigError) as raised:
+        vrx_mj.compile_world(world)
+    assert str(raised.value) == message
