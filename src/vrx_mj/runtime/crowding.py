@@ -11,9 +11,11 @@ from vrx_mj.errors import CommandError
 
 __all__ = ["arena_bytes", "check_room", "crowded", "fitting", "most_contacts"]
 
-PER_THING, MOST = 16 << 20, 1 << 30
-"""Memory for contacts and solver for each thing that was placed in a world, and at most [bytes]; pages are used as
-they are needed."""
+PER_THING, MOST = 4 << 20, 1 << 30
+"""Address space for contacts and solver for each thing that was placed in a world, and at most [bytes]; memory is used
+as it is needed."""
+LEAST = 32 << 20
+"""Where it would be less [bytes], MuJoCo's own choice is kept."""
 PER_CONTACT = 6000
 """Memory that a contact needs with its constraints [bytes]: 2800 with 20 boats on one spot, and as much to spare."""
 
@@ -22,8 +24,9 @@ CLOSE, FEW = 10.0, 4
 
 
 def arena_bytes(things: int) -> int:
-    """Memory for contacts and solver of a world in which so many things were placed."""
-    return min(MOST, PER_THING * max(1, things))
+    """Memory for contacts and solver of a world in which so many things were placed; -1: what MuJoCo chooses."""
+    wanted = min(MOST, PER_THING * things)
+    return wanted if wanted > LEAST else -1
 
 
 def most_contacts(model: mujoco.MjModel) -> int:

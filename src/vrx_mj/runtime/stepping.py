@@ -44,18 +44,21 @@ SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "in
 def stepping_models(world: World) -> Models:
     """The model that steps, from the saved form without anything that is only looked at, and its quiet twin.
 
-    The twin has no shapes at all; it steps the same data while nothing can touch anything.
+    The twin has no shapes at all; it steps the same data while nothing can touch anything. Both have the memory for
+    contacts that MuJoCo chooses: thousands of rows may have data of them.
 
     Raises:
         CompileError: MuJoCo cannot compile the saved world.
     """
-    return Stepping().models(world)
+    return Stepping(roomy=False).models(world)
 
 
 class Stepping:
     """The stepping models of a world, and of those that it becomes as boats come and go."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, roomy: bool = True) -> None:
+        """`roomy`: whether there is memory for heaps of what was placed."""
+        self._roomy = roomy
         self._text: _Text | None = None
         self._specs: tuple[mujoco.MjSpec, mujoco.MjSpec] | None = None
         self._thinned: dict[str, _Thin] = {}
@@ -88,7 +91,7 @@ class Stepping:
         try:
             newcomer.join(solid, "".join(item.solid for item in thin))
             newcomer.join(quiet, "".join(item.quiet for item in thin))
-            return _compiled(self._specs, text)
+            return self._compiled(text)
         except ValueError:
             return None  # reading will tell why
 
@@ -103,7 +106,14 @@ class Stepping:
         solid = _spec(top, "".join(item.solid for item in thin), text.tail, assets)
         quiet = _spec(MESH.sub("", top), "".join(item.quiet for item in thin), text.tail, {})
         self._specs = solid, quiet
-        return _compiled(self._specs, text)
+        return self._compiled(text)
+
+    def _compiled(self, text: "_Text") -> Models:
+        assert self._specs is not None, "nothing was read"
+        solid, quiet = self._specs
+        for spec in self._specs:
+            spec.memory = arena_bytes(len(text.items)) if self._roomy else -1
+        return solid.compile(), quiet.compile()
 
 
 @dataclass(frozen=True)
@@ -154,13 +164,6 @@ def _spec(top: str, world: str, tail: str, assets: Mapping[str, bytes]) -> mujoc
     spec = mujoco.MjSpec.from_string(text, assets=dict(assets))
     spec.compiler.discardvisual = True
     return spec
-
-
-def _compiled(specs: tuple[mujoco.MjSpec, mujoco.MjSpec], text: "_Text") -> Models:
-    """The models of both specs, with memory for the contacts of what is placed."""
-    for spec in specs:
-        spec.memory = arena_bytes(len(text.items))
-    return specs[0].compile(), specs[1].compile()
 
 
 @dataclass(frozen=True)

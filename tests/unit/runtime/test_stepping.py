@@ -71,7 +71,7 @@ def come_and_go(world):
 @pytest.mark.filterwarnings("ignore:robot ")
 def test_every_model_is_what_mujoco_makes_of_the_whole_text(name):
     fleet = TWO if name == "ocean" else {**TWO, "origin": [-500, 240, 0]}
-    stepping, start = Stepping(), vrx_mj.compile_world(name, fleet=fleet)
+    stepping, start = Stepping(roomy=False), vrx_mj.compile_world(name, fleet=fleet)
     for world in come_and_go(start):
         solid, quiet = plain_models(world)
         made = stepping.models(world)
@@ -89,7 +89,7 @@ def test_what_differs_is_told():
 
 def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
     world = vrx_mj.compile_world("ocean", fleet=TWO)
-    stepping = Stepping()
+    stepping = Stepping(roomy=False)
     stepping.models(world)
     read = mujoco.MjSpec.from_string
     lengths = []
@@ -102,6 +102,6 @@ def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
 
 
 def test_another_world_is_read():
-    stepping = Stepping()
+    stepping = Stepping(roomy=False)
     for world in (vrx_mj.compile_world("ocean"), vrx_mj.compile_world({"physics": {"timestep": 0.02}})):
         assert not different(stepping_models(world)[0], stepping.models(world)[0])
