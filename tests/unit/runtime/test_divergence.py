@@ -179,7 +179,9 @@ def test_what_looks_alike_but_is_not_ours_is_left_alone(temporary, tmp_path_fact
     before = set(temporary.iterdir())
     for time in range(1, 26):
         diverge(float(time))
-    assert before < set(temporary.iterdir())
+    left = set(temporary.iterdir())
+    assert before < left
+    assert len(left - before) == divergence.KEPT
     assert (elsewhere / "precious").exists()
 
 

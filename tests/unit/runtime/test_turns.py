@@ -62,8 +62,9 @@ def test_while_one_thread_advances_others_are_refused(thing):
 def test_within_an_advance_its_own_thread_may_change_but_not_advance(thing):
     heard = []
     thing.end.set()
-    thing.advance(lambda: (thing.change(), heard.append(refused(thing.advance))))
-    assert heard == [WITHIN.format("advance")]
+    refusals = (thing.advance,), (thing._turn.check_own, "spawn")
+    thing.advance(lambda: (thing.change(), heard.extend(refused(*call) for call in refusals)))
+    assert heard == [WITHIN.format("advance"), WITHIN.format("spawn")]
     assert len(thing.calls) == 2
     assert thing._turn.claim == {}
 
