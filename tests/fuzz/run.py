@@ -29,6 +29,7 @@ from fuzz.kind import chance_of, write
 from fuzz.machine import made_with
 from fuzz.trial import GOOD, Limits, Result, Trials
 from fuzz.workers import Job, Pool
+from fuzz.yaml_files import warm_kernels
 
 KEPT_OF_A_CAUSE = 3
 """Inputs that are kept of one cause."""
@@ -112,6 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return again(options.again)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the workers are ended then too
     inputs = options.inputs or (None if options.minutes else 2000)
+    warm_kernels()
     figures, begun, said = Figures(), time.monotonic(), time.monotonic()
     pool = Pool({name: KINDS[name] for name in options.kinds}, options.jobs, kept=Keeper(options.keep))
     for result in pool.results(drawn(options.kinds, options.seed, inputs, options.minutes)):

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from fuzz.trial import Result
 from fuzz.workers import told_place
 
 FUZZ = Path(__file__).parent
+REPO = FUZZ.parents[1]
 LIGHT = (
     "world",
     "fleet",
@@ -105,6 +107,17 @@ def test_an_input_is_made_again_from_its_number():
         first, again, other = (dict(kind.mutated(chance_of(name, 1, number))) for number in (5, 5, 6))
         assert first == again, name
         assert first != other, name
+
+
+def test_the_page_names_every_kind_and_files_that_exist():
+    from fuzz.catalogue import KINDS
+
+    page = (REPO / "docs" / "reliability.md").read_text(encoding="utf-8")
+    told = {word for row in re.findall(r"^\| ([\w, ]+) \| [^|]+ \| [^|]+ \|$", page, re.M) for word in row.split(", ")}
+    assert set(KINDS) <= told
+    named = set(re.findall(r"`(tests/[\w/]+\.py)`", page))
+    assert len(named) > 10
+    assert not [name for name in named if not (REPO / name).is_file()]
 
 
 def test_mutations_differ_from_the_original_or_are_few():

@@ -41,6 +41,19 @@ def sail(world: Any, fleet: Any = None) -> None:
     sim.observe()
 
 
+SAILED = ("ocean", "gymkhana", "vrx2023/wildlife_task", "vrx2023/follow_path_task", "scan_dock_deliver")
+"""Worlds that have every kernel of the loop, of tasks and of docks compiled."""
+
+
+@functools.cache
+def warm_kernels() -> None:
+    """Compile what is compiled at first use: inputs are to find it in the cache."""
+    for world in SAILED:
+        sail(world)
+    sail("ocean", {"usv_count": 1, "engines": "hinged"})
+    sail({"extends": "ocean", "docks": [{"name": "dock", "layout": "X", "pose": [30, 0, 0, 0, 0, 0], "dynamic": True}]})
+
+
 def sail_world(folder: Path) -> None:
     """Sail the world of a folder."""
     sail(folder / "world.yaml")
