@@ -3,6 +3,7 @@
 They are looked for where they matter: not in comments, and not in the free text of a `description`.
 """
 
+import heapq
 import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -127,13 +128,15 @@ def _without_comment(line: str) -> str:
 def _in_code(code: str) -> Iterator[tuple[int, str]]:
     if code.isascii() and "\t" not in code:
         return
-    hits = [(hit.start(), _advice(hit[0])) for hit in _SINGLE.finditer(code)]
-    for word in _WORD.finditer(code):
-        if _mixed(word[0]):
-            hits += [
-                (word.start() + index, _advice(letter)) for index, letter in enumerate(word[0]) if letter in LETTERS
-            ]
-    yield from sorted(hits)
+    single = ((hit.start(), _advice(hit[0])) for hit in _SINGLE.finditer(code))
+    letters = (
+        (word.start() + index, _advice(letter))
+        for word in _WORD.finditer(code)
+        if _mixed(word[0])
+        for index, letter in enumerate(word[0])
+        if letter in LETTERS
+    )
+    yield from heapq.merge(single, letters)
 
 
 def _mixed(word: str) -> bool:
