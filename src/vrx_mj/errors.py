@@ -38,7 +38,12 @@ _SHOWN_PROBLEMS = 40
 
 
 def shortened(text: object, most: int = LONGEST_NAME) -> str:
-    """A user's text as a message shows it: on one line, without control characters, cut in the middle if long."""
+    """A user's text as a message shows it: on one line, without control characters, cut in the middle if long.
+
+    Args:
+        text: a name, path or value.
+        most: characters that are shown.
+    """
     shown = str(text)
     if len(shown) > most:
         tail = most // 3

@@ -3,6 +3,7 @@
 They are looked for where they matter: not in comments, and not in the free text of a `description`.
 """
 
+import heapq
 import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -81,8 +82,7 @@ LETTERS = {odd: ("Cyrillic letter", plain) for odd, plain in _CYRILLIC.items()} 
 _SINGLE = re.compile(f"[{re.escape(''.join([*WIDE, *LIKE, *SPACES, *INVISIBLE]))}]")
 _WORD = re.compile(r"\w+")
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
-_OPENS_QUOTE = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']""")
-_COMMENT = re.compile(r"(?:(?<=\s)|^)#")
+_QUOTE_OR_COMMENT = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']|(?:(?<=\s)|^)#""")
 _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
 
@@ -115,28 +115,28 @@ def _blank(match: re.Match[str]) -> str:
 def _without_comment(line: str) -> str:
     """The line up to its comment; a '#' inside quotes is none."""
     at = 0
-    while True:
-        quote, comment = _OPENS_QUOTE.search(line, at), _COMMENT.search(line, at)
-        if comment is None:
-            return line
-        if quote is None or comment.start() < quote.start():
-            return line[: comment.start()]
-        end = line.find(quote[0], quote.end())
+    while found := _QUOTE_OR_COMMENT.search(line, at):
+        if found[0] == "#":
+            return line[: found.start()]
+        end = line.find(found[0], found.end())
         if end < 0:
-            return line
+            break
         at = end + 1
+    return line
 
 
 def _in_code(code: str) -> Iterator[tuple[int, str]]:
     if code.isascii() and "\t" not in code:
         return
-    hits = [(hit.start(), _advice(hit[0])) for hit in _SINGLE.finditer(code)]
-    for word in _WORD.finditer(code):
-        if _mixed(word[0]):
-            hits += [
-                (word.start() + index, _advice(letter)) for index, letter in enumerate(word[0]) if letter in LETTERS
-            ]
-    yield from sorted(hits)
+    single = ((hit.start(), _advice(hit[0])) for hit in _SINGLE.finditer(code))
+    letters = (
+        (word.start() + index, _advice(letter))
+        for word in _WORD.finditer(code)
+        if _mixed(word[0])
+        for index, letter in enumerate(word[0])
+        if letter in LETTERS
+    )
+    yield from heapq.merge(single, letters)
 
 
 def _mixed(word: str) -> bool:

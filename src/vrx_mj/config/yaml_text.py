@@ -5,6 +5,7 @@ Scalars are read as YAML 1.2 does, so `1e-3` is a number, `yes`, `no`, `on` and 
 """
 
 import re
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +25,12 @@ MAX_BYTES = 4_000_000
 """Longest file that is read."""
 LONGEST_INT = 300
 """Digits of a whole number; any longer one is no float either."""
+MAX_LINES = 200_000
+"""Most lines of a file."""
+MAX_ODD = 1000
+"""Most odd characters of a file that are counted."""
+MAX_NODES = 60_000
+"""Most keys and values that are written in a file; reading one takes some 50 us."""
 MAX_VALUES = 200_000
 """Most values in a file, those that aliases repeat counted each time."""
 
@@ -75,7 +82,9 @@ def read_lines(path: Path) -> tuple[str, ...]:
         message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
         raise ConfigError([Problem(name, line, column, "", message)]) from None
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    _refuse([Problem(name, *odd[:2], "", odd.message) for odd in find_controls(lines)])
+    if len(lines) > MAX_LINES:
+        raise ConfigError([Problem(name, None, None, "", f"more than {MAX_LINES} lines")])
+    _refuse([Problem(name, *odd[:2], "", odd.message) for odd in islice(find_controls(lines), MAX_ODD)])
     return lines
 
 
@@ -99,7 +108,7 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 
 
 def _parsed(file: File, builder: "_Builder") -> Section:
-    _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in find_lookalikes(file.lines)])
+    _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in islice(find_lookalikes(file.lines), MAX_ODD)])
     loader = _Composer("\n".join(file.lines))
     try:
         node = loader.get_single_node()
@@ -128,9 +137,14 @@ class _Composer(yaml.SafeLoader):
     def __init__(self, text: str) -> None:
         super().__init__(text)
         self.depth = 0
+        self.count = 0
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
         event = self.peek_event()  # type: ignore[no-untyped-call]
+        self.count += 1
+        if self.count > MAX_NODES:
+            problem = f"more than {MAX_NODES} keys and values"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         tag = getattr(event, "tag", None)
         if tag is not None:
             raise yaml.MarkedYAMLError(

@@ -8,11 +8,13 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from peak_memory import peak_memory
+from vrx_mj.config import yaml_text
 from vrx_mj.config.characters import find_lookalikes
 from vrx_mj.config.tree import File, Section, locate
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import ConfigError, VrxError
 
 
 def section(text):
@@ -168,3 +170,36 @@ def test_a_section_knows_the_folder_of_its_file():
     assert section("a: {b: 1}")["a"].folder is None
     assert isinstance(section("a: {b: 1}")["a"], Section)
     assert parse(File("t", Path("x"), ("a: {}",)))["a"].folder == Path("x")
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("objects: [" + "a," * 900_000 + "]", "t:1:1205: more than 600 keys and values"),
+        ("".join(f"k{n}: 1\n" for n in range(100_000)), "t:300:7: more than 600 keys and values"),
+        ("#\n" * 200_000, "t.yaml: more than 200000 lines"),
+    ],
+)
+def test_what_would_take_long_to_read_is_given_up(tmp_path, monkeypatch, text, problem):
+    """PyYAML takes 80 s and 2.5 GB for 4 MB of the first."""
+    monkeypatch.setattr(yaml_text, "MAX_NODES", 600)
+    monkeypatch.chdir(tmp_path)
+    Path("t.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        parse(File("t", None, read_lines(Path("t.yaml"))))
+    assert str(caught.value) == problem
+
+
+@pytest.mark.parametrize("odd", ["\u200b", "\x01"])
+def test_odd_characters_are_counted_up_to_a_thousand(tmp_path, odd):
+    file = tmp_path / "t.yaml"
+    file.write_text(odd * 300_000, encoding="utf-8")
+    found = []
+
+    def refused():
+        with pytest.raises(ConfigError) as caught:
+            parse(File("t", None, read_lines(file)))
+        found.append(str(caught.value).splitlines()[-1])
+
+    assert peak_memory(refused) < 20_000_000
+    assert found == ["and 960 more problems"]

@@ -86,12 +86,8 @@ def _problem(place: Place, loc: Loc, message: str) -> Problem:
 
 def _content(path: Path) -> Section | None:
     """What a file holds; None where it is empty."""
-    name = display(path)
-    try:
-        lines = read_lines(path)
-    except ValueError:
-        raise ConfigError([Problem(name, None, None, "", "no such file")]) from None
-    return None if all(map(_NOTHING.fullmatch, lines)) else parse(File(name, path.parent, lines))
+    lines = read_lines(path)
+    return None if all(map(_NOTHING.fullmatch, lines)) else parse(File(display(path), path.parent, lines))
 
 
 def _read_type(reading: _Reading, section: Section, key: str) -> None:

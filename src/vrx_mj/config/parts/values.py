@@ -13,6 +13,7 @@ from vrx_mj.config.urdf.expressions import Names, evaluate
 from vrx_mj.config.urdf.xacro_functions import GLOBALS, MATH
 from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, Module
 from vrx_mj.config.wording import shown
+from vrx_mj.errors import shortened
 
 __all__ = ["has_expression", "meant", "triple_of"]
 
@@ -28,6 +29,8 @@ NAMES = Names({**GLOBALS, "math": Module("math", MATH)})
 """What an expression may use: those of xacro that no file defines, `radians` and `pi` among them."""
 WORK = 20_000
 """Limit of the work on one expression, about 1 us each."""
+LONGEST = 2000
+"""Characters of a text with an expression in it."""
 LARGEST = {"Hz": 10_000.0}
 """Largest value by unit; any other number is a coordinate or an angle."""
 
@@ -96,7 +99,7 @@ def has_expression(value: Any) -> bool:
     """Whether a value, or one in a list of values, needs evaluating."""
     if isinstance(value, list | tuple):
         return any(map(has_expression, value))
-    return isinstance(value, str) and _EXPRESSION.search(value) is not None
+    return isinstance(value, str) and len(value) <= LONGEST and _EXPRESSION.search(value) is not None
 
 
 def _text(value: Any, *, named: bool) -> str:
@@ -112,6 +115,8 @@ def _text(value: Any, *, named: bool) -> str:
 
 def _substituted(text: str) -> str:
     """The text with its expressions worked out."""
+    if len(text) > LONGEST:
+        raise ValueError(f"expected at most {LONGEST} characters, got {shown(text)}")
     return _EXPRESSION.sub(lambda found: _worked_out(found[1]), text)
 
 
@@ -119,7 +124,7 @@ def _worked_out(expression: str) -> str:
     try:
         found = evaluate(expression, NAMES, Budget(WORK))
     except ExpressionError as error:
-        raise ValueError(f"'${{{expression}}}': {error}") from None
+        raise ValueError(f"'${{{shortened(expression)}}}': {error}") from None
     return repr(found) if isinstance(found, float) else str(found)
 
 

@@ -32,7 +32,7 @@ SIZED: Mapping[str, Callable[[str, bytes], bytes]] = {
 }  # fmt: skip
 """By suffix, what looks at the sizes of a file and gives what the library is to read. No other file reaches it."""
 
-_UNIT = re.compile(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]+)\s*[\"']")
+_UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
 
 Color = tuple[float, float, float, float]
 
@@ -115,8 +115,9 @@ def _read(path: Path, _changed: int, _size: int) -> MeshData:
     if suffix not in SIZED:
         raise VrxError(f"expected a mesh that ends in {', '.join(SIZED)}, got '{name}'")
     content = mesh_bytes(path)
-    unit = _unit(name, content) if suffix == ".dae" else 1.0
-    parts = _parts(name, SIZED[suffix](name, content), suffix.removeprefix("."))
+    sized = SIZED[suffix](name, content)
+    unit = _unit(name, sized) if suffix == ".dae" else 1.0
+    parts = _parts(name, sized, suffix.removeprefix("."))
     if not parts:
         refuse(name, "is empty: it has no triangles")
     check_counts(name, triangles=sum(len(part.faces) for part in parts))

@@ -9,7 +9,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.xacro_document import FileError
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, measure
+from vrx_mj.config.urdf.xacro_limits import LONGEST_TEXT, Budget, ExpressionError, measure
 
 __all__ = ["load_plain"]
 
@@ -79,6 +79,9 @@ class _Loader(yaml.SafeLoader):
             raise yaml.MarkedYAMLError(
                 problem=f"{shown}: only tags of units are allowed", problem_mark=event.start_mark
             )
+        if len(getattr(event, "value", "")) > LONGEST_TEXT:
+            problem = f"a text of more than {LONGEST_TEXT} characters is too long"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         if self.depth > DEEPEST:
             raise yaml.MarkedYAMLError(problem=f"nested deeper than {DEEPEST} levels", problem_mark=event.start_mark)
         self.depth += 1

@@ -9,6 +9,8 @@ __all__ = ["parse_pieces", "parse_robot"]
 
 MAX_CHARACTERS = 20_000_000
 """Longest text that is read."""
+MAX_TAGS = 200_000
+"""Most tags and, apart from them, attributes of a text; each takes some 200 bytes."""
 
 _DECLARATION = re.compile(r"\s*<\?xml[^>]*\?>")
 _DOCUMENT_TYPE = re.compile(r"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
@@ -47,6 +49,9 @@ def _check(text: str, file: str) -> None:
     """Refuse what is too long, and whatever begins as a document type does."""
     if len(text) > MAX_CHARACTERS:
         raise _error(file, f"the text has {len(text):,} characters; at most {MAX_CHARACTERS:,} are read")
+    for mark, words in (("<", "tags"), ("=", "attributes")):
+        if text.count(mark) > MAX_TAGS:
+            raise _error(file, f"the text has {text.count(mark):,} {words}; at most {MAX_TAGS:,} are read")
     found = _DOCUMENT_TYPE.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
@@ -59,7 +64,10 @@ def _parsed(text: str, file: str) -> Any:
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True, remove_pis=True
     )
-    plain = _DECLARATION.sub(lambda found: "\n" * found[0].count("\n"), text.removeprefix("\ufeff"), count=1)
+    plain = text.removeprefix("\ufeff")
+    declaration = _DECLARATION.match(plain)
+    if declaration:
+        plain = "\n" * declaration[0].count("\n") + plain[declaration.end() :]
     if not plain.strip():
         raise _error(file, "the file is empty")
     try:
