@@ -142,6 +142,4 @@ def check_sensors(sensors: Sequence[RecordedSensor]) -> None:
         except ValidationError as error:
             raise RecordError(f"head: sensors: {one.boat} {one.name}: {fault_text(error)}") from None
         if config.type != one.type:
-            raise RecordError(
-                f"head: sensors: {one.boat} {one.name}: a {one.type} with a {config.type}'s configuration"
-            )
+            raise RecordError(f"head: sensors: {one.boat} {one.name}: of type {one.type}, configured as {config.type}")
