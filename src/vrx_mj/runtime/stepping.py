@@ -158,8 +158,9 @@ def _spec(top: str, world: str, tail: str, assets: Mapping[str, bytes]) -> mujoc
 
 def _compiled(specs: tuple[mujoco.MjSpec, mujoco.MjSpec], text: "_Text") -> Models:
     """The models of both specs, with memory for the contacts of what is placed."""
+    things = sum(item.startswith(PLACED) for item in text.items)
     for spec in specs:
-        spec.memory = arena_bytes(len(text.items))
+        spec.memory = arena_bytes(things)
     return specs[0].compile(), specs[1].compile()
 
 
