@@ -111,8 +111,9 @@ class Stepping:
     def _compiled(self, text: "_Text") -> Models:
         assert self._specs is not None, "nothing was read"
         solid, quiet = self._specs
+        things = sum(item.startswith(PLACED) for item in text.items)
         for spec in self._specs:
-            spec.memory = arena_bytes(len(text.items)) if self._roomy else -1
+            spec.memory = arena_bytes(things) if self._roomy else -1
         return solid.compile(), quiet.compile()
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.compiler.joining import with_boat, without_boat
+from vrx_mj.runtime.crowding import arena_bytes
 from vrx_mj.runtime.stepping import Stepping, stepping_models
 
 TWO = {
@@ -30,6 +31,7 @@ def plain_models(world):
     for text, assets in ((solid, dict(world.assets)), (quiet, {})):
         spec = mujoco.MjSpec.from_string(text, assets=assets)
         spec.compiler.discardvisual = True
+        spec.memory = arena_bytes(world.mjcf.count("\n    <frame "))
         yield spec.compile()
 
 
