@@ -38,6 +38,7 @@ from vrx_mj.compiler.markers import MARKER, marker_names
 from vrx_mj.compiler.shooters import ball_name
 from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
+from vrx_mj.errors import RecordError
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
