@@ -87,7 +87,9 @@ def _refuse_without_file(_folder: Path) -> None:
 
 
 def _refuse_at_length(_folder: Path) -> None:
-    raise VrxError("input.txt: no model named '" + "x" * 3000)
+    error = VrxError()
+    error.args = ("input.txt: no model named '" + "x" * 3000,)  # what is given to a VrxError is cut
+    raise error
 
 
 def _write_beside(folder: Path) -> None:

@@ -257,6 +257,6 @@ def subclasses(kind):
 
 
 def test_all_errors_with_more_than_a_message_say_how_they_are_pickled():
-    for kind in subclasses(VrxError) | subclasses(errors.VrxWarning):
+    for kind in (subclasses(VrxError) | subclasses(errors.VrxWarning)) - {VrxError, errors.VrxWarning}:
         own = "__init__" in vars(kind)
         assert not own or "__reduce__" in vars(kind) or "__getnewargs__" in vars(kind), kind

@@ -84,7 +84,7 @@ def test_a_run_goes_on_from_any_recorded_second(sim, recorded):
 
 
 def test_a_time_before_the_first_state_is_refused(recorded):
-    with pytest.raises(vrx_mj.VrxError, match=r"has no state at or before -1 s$"):
+    with pytest.raises(vrx_mj.VrxError, match=r"has no state at or before -1 s; the first is at 0 s$"):
         vrx_mj.resume(recorded[0], -1.0)
 
 

@@ -30,7 +30,9 @@ class RowTables:
     """The part of a batch that holds its rows."""
 
     world: World
+    """World of every row."""
     n: int
+    """Number of rows."""
     _model: mujoco.MjModel
     _rig: Rig
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]

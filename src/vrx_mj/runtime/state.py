@@ -97,7 +97,7 @@ class State:
                 )
         if self.world != world:
             raise StateError(
-                f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world, 12)}"
+                f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world[:12])}"
             )
         check_time(self.time)
         if not 0 <= self.moving <= len(self.ours):
@@ -127,7 +127,7 @@ class State:
         Raises:
             StateError: the bytes are not a state, or one of another version.
         """
-        check_kind("State.from_bytes", block, bytes, "the bytes of a state, as to_bytes() returns them", StateError)
+        check_kind("from_bytes", block, bytes, "the bytes of a saved state, as to_bytes() returns them", StateError)
         head, _, body = block.partition(b"\n")
         try:
             version: int = VERSION.validate_json(head, strict=True).version
