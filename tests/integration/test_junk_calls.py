@@ -5,6 +5,7 @@ No other exception than ours comes out, no warning, and what follows is as if no
 
 import contextlib
 import inspect
+import pathlib
 import signal
 
 import numpy as np
@@ -64,6 +65,7 @@ def dropped(made):
         made.close()
 
 
+@pytest.mark.slow
 def test_worlds(junk, world):
     known = {"world": "ocean", "fleet": FLEET, "seed": 1, "nudge": False}
     junk.try_all("compile_world", vrx_mj.compile_world, known)
@@ -145,6 +147,7 @@ def test_what_a_simulation_holds(junk, sim):
     junk.try_all("Wind.velocity", sim.wind.velocity, {"t": 1.0})
 
 
+@pytest.mark.slow
 def test_boats_that_come_and_go(junk, world):
     sim = vrx_mj.Simulation(world)
     known = {"name": "b", "pose": (0, 20, 0.1, 0, 0, 0), "robot": "wamv", "thrusters": "H", "components": None,
@@ -159,6 +162,7 @@ def test_boats_that_come_and_go(junk, world):
     junk.try_all("remove", removed, {"name": "b"}, sim.reset)
 
 
+@pytest.mark.slow
 def test_instruments_and_tasks(junk):
     fleet = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "vrx"}]}
     sim = vrx_mj.Simulation(vrx_mj.compile_world({**WORLD, **TASK}, fleet=fleet))
@@ -196,6 +200,7 @@ def test_runs(junk, sim):
     junk.try_all("progress", shown, {"sim": sim, "duration": 1.0})
 
 
+@pytest.mark.slow
 def test_recordings(junk, sim):
     def recorded(**known):
         with vrx_mj.record(**{"sim": sim, "path": "run.rrd", "sea": False} | known):
@@ -211,7 +216,7 @@ def test_recordings(junk, sim):
     junk.try_all("Record.state_at", read.state_at, {"time": 1.0})
     with contextlib.suppress(VrxError):
         junk.try_all("Record.readings", read.readings, {"boat": "a", "sensor": "gps_wamv"})
-    for value in JUNK.values():
+    for value in (one for one in JUNK.values() if not isinstance(one, str | pathlib.Path)):  # written above
         with pytest.raises(VrxError):
             vrx_mj.show(value)
         with pytest.raises(VrxError):
