@@ -1,11 +1,12 @@
 """Mesh files of any common format as points, triangles and a colour; what is too large or degenerate is refused."""
 
 import io
+import logging
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -140,8 +141,7 @@ class _Part(NamedTuple):
 
 def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
     """Every mesh of the file that has triangles, once for each place; nothing else is opened, whatever it refers to."""
-    import trimesh
-
+    trimesh = _quiet_trimesh()
     given = {"process": False, "resolver": None, "skip_materials": suffix == "obj"}
     try:
         with np.errstate(all="ignore"):
@@ -150,6 +150,15 @@ def _parts(name: str, content: bytes, suffix: str) -> list[_Part]:
             return [_part(geometry, matrix) for geometry, matrix in placed if len(getattr(geometry, "faces", ()))]
     except Exception:  # whatever a broken file makes a reader raise
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
+
+
+@cache
+def _quiet_trimesh() -> Any:
+    """The library, which would write tracebacks to the terminal about what it can do without."""
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
+    return trimesh
 
 
 def _part(geometry: Any, matrix: Any) -> _Part:

@@ -1,6 +1,8 @@
 """Mesh files: formats, units, colours, limits, and what MuJoCo makes of them."""
 
 import struct
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -222,3 +224,20 @@ def test_a_triangle_does_not_refer_to_the_points_of_another_part(wedge, tmp_path
 
 def test_a_missing_file_is_told(tmp_path):
     assert refusal(Path(tmp_path) / "no.obj") == "mesh no.obj cannot be read: No such file or directory"
+
+
+NORMALS = """
+from pathlib import Path
+from vrx_mj.config.urdf.meshes import read_mesh
+corners = "vertex 0 0 0\\nvertex 1 0 {0}\\nvertex 0 1 0\\n"
+text = "solid a\\n" + "".join("facet normal x y z\\n" + corners.format(n) for n in range(4)) + "endsolid a\\n"
+Path("a.stl").write_text(text, encoding="utf-8")
+print(len(read_mesh(Path("a.stl")).triangles))
+"""
+
+
+def test_the_library_writes_nothing_to_the_terminal(tmp_path):
+    """Of normals that are no numbers it would write a traceback, and read the rest."""
+    command = [sys.executable, "-c", NORMALS]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=True)
+    assert (done.stdout, done.stderr) == ("4\n", "")
