@@ -60,7 +60,7 @@ NAMED = {
     "problem": ("problem",),
     "pose": ("pose", "place"), "options": ("option",), "action": ("action",), "actions": ("action",),
     "steps": ("steps",), "left": ("command", "left"), "topic": ("message",), "content": ("message", "color_sequence"),
-    "follow": ("boat",), "boat": ("boat", "recorded sensor"), "time": ("no state",), "seed": ("Seed", "seeds"), "rows": ("of shape",), "agent": ("boat",),
+    "follow": ("boat",), "time": ("no state",), "seed": ("Seed", "seeds"), "rows": ("of shape",), "agent": ("boat",),
 
     "text": ("text",), "scene": ("scene", "MapScene"), "neighbours": ("neighbours",), "render_mode": ("render_mode",),
 }  # fmt: skip
