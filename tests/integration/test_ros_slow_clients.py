@@ -149,7 +149,7 @@ def test_many_large_calls_do_not_hold_up_small_ones(served):
 
 def test_many_calls_do_not_hold_up_others(served):
     call = dumps((ME,), "getSystemState").encode()
-    with Crowd(place_of(served.uri), HEAD % len(call) + call, pause=0.0):
+    with Crowd(place_of(served.uri), HEAD % len(call) + call, kept=40, pause=0.01):
         answered(served.uri)
 
 

@@ -92,7 +92,8 @@ class HttpServer:
         self._is_open = False
         for server in self._servers:
             server.close()
-        await asyncio.sleep(0)  # what has been accepted begins, and finds it closed
+        for _ in range(8):  # what asyncio has accepted begins in the loop's next turns, and finds it closed
+            await asyncio.sleep(0)
         own = asyncio.current_task()
         tasks = [task for task in self._tasks if task is not own]
         for task in tasks:
