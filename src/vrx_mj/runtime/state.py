@@ -14,7 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import StateError, shortened
+from vrx_mj.errors import StateError
 from vrx_mj.outputs import written
 
 STATE_VERSION = 3
@@ -34,7 +34,7 @@ class Version:
 class Header:
     """What stands before the numbers of a saved state."""
 
-    world: str
+    world: Annotated[str, Field(pattern="^[0-9a-f]{0,64}$")]
     seed: int
     time: str
     """As `float.hex` writes it."""
@@ -96,9 +96,7 @@ class State:
                     f"invalid {name} of a state: a {kind.__name__} is needed, not a {type(value).__name__}"
                 )
         if self.world != world:
-            raise StateError(
-                f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world, 12)}"
-            )
+            raise StateError(f"the state belongs to the world {self.world[:12]}, not to this one, {world[:12]}")
         check_time(self.time)
         if not 0 <= self.moving <= len(self.ours):
             raise StateError(f"invalid moving {self.moving} of a state: from 0 to {len(self.ours)} is needed")
