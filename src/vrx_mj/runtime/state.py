@@ -34,7 +34,7 @@ class Version:
 class Header:
     """What stands before the numbers of a saved state."""
 
-    world: str
+    world: Annotated[str, Field(pattern="^[0-9a-f]{0,64}$")]
     seed: int
     time: str
     """As `float.hex` writes it."""
