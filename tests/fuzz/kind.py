@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 Files = Mapping[str, bytes]
-"""Contents by relative path; the first is the one that was mutated, and that a message is to name."""
+"""Contents by relative path; the first is the one that was mutated. A refusal is to name one of them."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Kind:
     warm: Callable[[], object] = lambda: None
     """Makes what the inputs have in common, once, before the workers begin."""
     names_its_file: bool = True
-    """Whether a refusal names the mutated file."""
+    """Whether a refusal names a file."""
     calls: bool = False
     """Whether it connects to a socket."""
 

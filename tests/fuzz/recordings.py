@@ -4,14 +4,10 @@
 """
 
 import copy
-import functools
 import io
 import json
-import os
 import random
 import struct
-import subprocess
-import sys
 import tempfile
 import zipfile
 from pathlib import Path
@@ -19,8 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from fuzz import recorded
-from fuzz.kind import Files, Kind
 from vrx_mj.adapters.record.parsed import parsed_file
 from vrx_mj.adapters.record.reader import COLUMNS, OURS, read_record
 from vrx_mj.adapters.record.readings import READING_COLUMNS
@@ -286,31 +280,3 @@ def sample(file: Path) -> Path:
         sim.remove("b")
         sim.step(duration=0.5)
     return file
-
-
-MAKE = "import sys, pathlib; from fuzz.recordings import sample; sample(pathlib.Path(sys.argv[1]))"
-
-
-@functools.cache
-def sample_parts() -> Parts:
-    """What the short run holds, recorded by another process: rerun's threads do not survive a fork."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "sample.rrd"
-        path = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, sys.path)])
-        environment = {**os.environ, "PYTHONPATH": path}
-        subprocess.run([sys.executable, "-c", MAKE, str(file)], check=True, capture_output=True, env=environment)
-        return taken_apart(file)
-
-
-def mutated_recording(chance: random.Random) -> Files:
-    """The short run with one or two things wrong."""
-    return {"run.rrd": mutated(sample_parts(), chance)}
-
-
-def warm() -> None:
-    """Record, and compile what is compiled at first use."""
-    sample_parts()
-    recorded.recordings()
-
-
-KINDS = (Kind("recorded content", mutated_recording, recorded.use, warm=warm, names_its_file=False),)

@@ -7,6 +7,7 @@ import tempfile
 import time
 import traceback
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -115,7 +116,7 @@ class Trials:
         before = listing(self.sandbox.root, self.sandbox.writable)
         forget_peak()
         begun = time.process_time()
-        outcome, place, text, seen = self._watched(kind, next(iter(files), ""))
+        outcome, place, text, seen = self._watched(kind, [*files] if kind.names_its_file else [])
         seconds, peak = time.process_time() - begun, peak_memory()
         os.chdir(self.sandbox.work)
         seen += changes(before, listing(self.sandbox.root, self.sandbox.writable))
@@ -127,7 +128,7 @@ class Trials:
             outcome, place, text = HANG, f"hang {place}", f"{seconds:.1f} s; {text}"
         return Result(name, seed, number, outcome, place, text[-6000:], seconds, peak)
 
-    def _watched(self, kind: Kind, file: str) -> tuple[str, str, str, list[str]]:
+    def _watched(self, kind: Kind, names: Sequence[str]) -> tuple[str, str, str, list[str]]:
         """Outcome, place and text of an input, and what it did outside."""
         box = self.sandbox
         watched = self.watch.over(box.root, box.writable, calls=kind.calls)
@@ -135,7 +136,7 @@ class Trials:
             warnings.simplefilter("always")
             for quiet in QUIET:
                 warnings.simplefilter("ignore", quiet)
-            outcome, place, text = _used(kind, box.work, file)
+            outcome, place, text = _used(kind, box.work, names)
         foreign = [one for one in warned if not issubclass(one.category, VrxWarning)]
         if outcome in GOOD and foreign:
             place = f"{foreign[0].category.__name__} at {short(foreign[0].filename)}:{foreign[0].lineno}"
@@ -143,12 +144,12 @@ class Trials:
         return outcome, place, text, seen
 
 
-def _used(kind: Kind, folder: Path, file: str) -> tuple[str, str, str]:
+def _used(kind: Kind, folder: Path, names: Sequence[str]) -> tuple[str, str, str]:
     """Outcome, place and text of using the files."""
     try:
         kind.tried(folder)
     except VrxError as error:
-        if what := complaint(error, file if kind.names_its_file else ""):
+        if what := complaint(error, names):
             return UNCLEAR, f"{what}: {place_of(error)}", str(error)
         return REFUSED, "", str(error)
     except BaseException as error:
@@ -156,15 +157,15 @@ def _used(kind: Kind, folder: Path, file: str) -> tuple[str, str, str]:
     return ACCEPTED, "", ""
 
 
-def complaint(error: VrxError, file: str) -> str:
-    """What is wrong with a refusal's message; empty if nothing is."""
+def complaint(error: VrxError, names: Sequence[str]) -> str:
+    """What is wrong with a refusal's message, which is to name one of these files; empty if nothing is."""
     text = str(error)
     lines = text.split("\n")
     if not text.strip():
         return "an empty message"
     if max(map(len, lines)) > LONGEST or len(lines) > MOST_LINES:
         return "a long message"
-    if file and not isinstance(error, DivergedError) and Path(file).name not in text:
+    if names and not isinstance(error, DivergedError) and not any(Path(name).name in text for name in names):
         return "a message without its file"
     return ""
 

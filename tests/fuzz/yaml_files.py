@@ -258,6 +258,6 @@ KINDS = (
         for key in ("thruster", "component")
     ),
     yaml_kind("axes", lambda: seeds_in(AXES), {}, _series),
-    Kind("terrain", mutated_terrain, sail_world, warm=terrain_seeds, names_its_file=False),
-    Kind("dock", mutated_dock, sail_world, warm=dock_seeds, names_its_file=False),
+    Kind("terrain", mutated_terrain, sail_world, warm=terrain_seeds),
+    Kind("dock", mutated_dock, sail_world, warm=dock_seeds),
 )  # fmt: skip

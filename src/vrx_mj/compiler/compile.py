@@ -35,8 +35,9 @@ from vrx_mj.config.displays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
+from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError, UnknownNameError, VrxWarning
+from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxWarning
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -70,7 +71,7 @@ class _Assembly:
 
     def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
         self.config = config
-        self.fleet = fleet.name
+        self.fleet, self._fleet = fleet.name, fleet
         self.kinds: dict[Order, Boat] = {}
         self.objects = tuple(place_objects(config.objects))
         self.docks = tuple(place_docks(config.docks, config.objects))
@@ -211,7 +212,8 @@ class _Assembly:
             try:
                 self.kinds[boat.order] = build_boat(replace(boat.order, profile=self.config.physics.profile))
             except UnknownNameError as error:
-                raise CompileError(f"boat {boat.name}: {error}") from error
+                own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
+                raise ConfigError([problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")]) from error
             _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
         return self.kinds[boat.order]
 

@@ -176,7 +176,7 @@ class BoatEntry(_Built):
 
 
 def _origin(value: Any) -> Any:
-    if not isinstance(value, tuple | list) and value not in {"world", "spawn"}:
+    if not isinstance(value, tuple | list) and not (isinstance(value, str) and value in {"world", "spawn"}):
         raise fault(f"expected world, spawn or [x, y, yaw], got {shown(value)}")
     return value
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import angles, compose, quaternion, rotation
-from vrx_mj.errors import StateError, VrxWarning
+from vrx_mj.errors import ConfigError, StateError, VrxWarning
 
 PAIR = {"usv_count": 2, "positions": [{"x": 0, "y": 0}, {"x": 10.123456789, "y": -7.5, "Y": 30}]}
 WINDY = {
@@ -173,3 +173,18 @@ def test_a_boat_that_drag_would_blow_up_is_warned_of(tmp_path):
         "robot tub.urdf: its linear drag removes 10 times its velocity in a step of 0.01 s; beyond 2 it diverges: "
         "check `drag_linear`, or use a shorter timestep"
     ) in [str(warning.message) for warning in caught]
+
+
+@pytest.mark.parametrize(
+    ("fleet", "place"),
+    [("boats:\n  - {pose: [0, 0, 0.1, 0, 0, 0], name: b, sensors: [sonar]}\n", "fleet.yaml:2:5: boats[0]: boat b"),
+     ("usv_count: 1\nsensors: [sonar]\n", "fleet.yaml:1:1: boat wamv1")],
+)  # fmt: skip
+def test_a_sensor_that_a_boat_lacks_is_told_with_its_place(tmp_path, monkeypatch, fleet, place):
+    (tmp_path / "fleet.yaml").write_text(fleet, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError) as caught:
+        compile_world("ocean", fleet="fleet.yaml")
+    head, _, known = str(caught.value).partition("; ")
+    assert head == f"{place}: no sensor or suite named 'sonar'"
+    assert known.startswith("known: front_left_camera, ")
