@@ -26,3 +26,6 @@ WATER_DENSITY = 1000.0
 
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m]. VRX: dock_generator.erb."""
+
+SHORTEST_STEP, LONGEST_STEP = 1e-6, 0.02
+"""Bounds of a world's physics step [s]: a hull's roll, of period 0.42 s, diverges at longer ones."""

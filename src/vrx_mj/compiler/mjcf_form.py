@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 
 __all__ = ["ATTRIBUTES", "Contents", "contents_of"]
@@ -49,7 +50,7 @@ def _pixels(value: str) -> bool:
 
 
 def _step(value: str) -> bool:
-    return _numbers(value) and len(value.split()) == 1 and 1e-6 <= float(value) <= 0.02
+    return _numbers(value) and len(value.split()) == 1 and SHORTEST_STEP <= float(value) <= LONGEST_STEP
 
 
 def _file(value: str) -> bool:

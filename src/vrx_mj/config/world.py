@@ -36,7 +36,7 @@ from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
-from vrx_mj.constants import GRAVITY
+from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import UnknownNameError, VrxWarning
 
 __all__ = [
@@ -136,7 +136,7 @@ class PhysicsConfig(Config):
 
     profile: Profile = CLASSIC
     """Whose physics the world has: VRX classic's, or VRX 3's."""
-    timestep: Annotated[float, Field(gt=0, le=0.02)] = 0.01
+    timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
     """Gravity of the world, downwards [m/s2]."""

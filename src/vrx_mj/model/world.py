@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
+from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
 from vrx_mj.model.kinds import STRICT, Angle, Count, NonNegative, Pose, Real, Text
@@ -15,12 +16,10 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Sea, Wind
 
-__all__ = ["FORMAT", "LONGEST_STEP", "Parameters", "format_of", "parameters_of"]
+__all__ = ["FORMAT", "Parameters", "format_of", "parameters_of"]
 
 FORMAT = 3
 """Version of the saved form; another one is refused."""
-LONGEST_STEP, SHORTEST_STEP = 0.02, 1e-6
-"""Bounds of the physics step [s]."""
 MOST_BYTES = 200_000_000
 """Longest JSON that is read."""
 

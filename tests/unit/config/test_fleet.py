@@ -114,10 +114,10 @@ def test_positions_can_be_relative_to_a_frame(world):
             "<fleet>: boats[0]: puts a at x 1e+06, y 0, z 0 m in the world: at most 1e+06 m are allowed",
         ),
         (
-            {"usv_count": 2, "layout": "circle", "radius": 1e300},
+            {"usv_count": 2, "layout": "circle", "radius": 1e8},
             (
-                "<fleet>: puts wamv1 at x 1e+300, y 0, z 0.1 m in the world: at most 1e+06 m are allowed\n"
-                "<fleet>: puts wamv2 at x -1e+300, y 1.225e+284, z 0.1 m in the world: at most 1e+06 m are allowed"
+                "<fleet>: puts wamv1 at x 1e+08, y 0, z 0.1 m in the world: at most 1e+06 m are allowed\n"
+                "<fleet>: puts wamv2 at x -1e+08, y 1.225e-08, z 0.1 m in the world: at most 1e+06 m are allowed"
             ),
         ),
     ],
