@@ -112,8 +112,8 @@ class Stepping:
         assert self._specs is not None, "nothing was read"
         solid, quiet = self._specs
         things = sum(item.startswith(PLACED) for item in text.items)
-        for spec in self._specs:
-            spec.memory = arena_bytes(things) if self._roomy else -1
+        for spec in self._specs if self._roomy else ():
+            spec.memory = arena_bytes(things)
         return solid.compile(), quiet.compile()
 
 
