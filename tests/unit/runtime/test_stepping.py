@@ -40,7 +40,7 @@ def different(one, other):
     found = set()
     for part in ("", "opt", "stat"):
         left, right = (getattr(model, part) if part else model for model in (one, other))
-        for name in (name for name in dir(left) if not name.startswith("_")):
+        for name in (name for name in dir(left) if not name.startswith("_") and name != "narena"):  # only memory
             value, same = getattr(left, name), getattr(right, name)
             if isinstance(value, np.ndarray | np.generic | int | float | bytes):
                 found |= {name} if np.asarray(value).tobytes() != np.asarray(same).tobytes() else set()
