@@ -36,6 +36,7 @@ class Log:
     growth: int = 0
     """Memory at the end over that after a third [bytes]."""
     seconds: float = 0.0
+    """Processor time."""
 
     def expect(self, condition: object, what: str) -> None:
         """Note what is wrong, the first few times."""
@@ -54,12 +55,12 @@ class Voyage:
     def stretch(self) -> None:
         """Do something at random, then advance under random commands."""
         for deed, share in (
-            (self.place, 0.03),
+            (self.place, 0.05),
             (self.fire, 0.05),
-            (self.come, 0.002),
-            (self.go, 0.002),
+            (self.come, 0.01),
+            (self.go, 0.01),
             (self.reset, 0.003),
-            (self.back, 0.01),
+            (self.back, 0.03),
         ):
             if self.chance.random() < share:
                 try:
