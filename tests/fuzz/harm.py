@@ -157,7 +157,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], str]] = {
     "use temporary": (_use_temporary, "accepted"),
 }
 """What each does, and what it is to be found as."""
-LIMITS = Limits(seconds=0.5, memory=peak_memory() + 200e6, wait=3.0)
+LIMITS = Limits(seconds=0.5, memory=peak_memory() + 200e6, wait=8.0)
 
 
 def main() -> None:

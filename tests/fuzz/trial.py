@@ -37,7 +37,7 @@ class Limits:
     """Processor time [s]."""
     memory: float = 1e9
     """Resident memory of the whole process [bytes]."""
-    wait: float = 120.0
+    wait: float = 600.0
     """Wall time [s]: what waits for something takes no processor time."""
 
 
