@@ -28,6 +28,8 @@ MAX_BYTES = 4_000_000
 """Longest file that is read."""
 MAX_POINTS = 5000
 """Most points of a shoreline; each edge is compared with every other."""
+SHORTEST_EDGE = 1e-6
+"""Points that are nearer to the next one [m] are left out."""
 SLOPE = 0.25
 """Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
 CREST = 6.0
@@ -236,7 +238,7 @@ def _ring(points: object) -> FloatArray:
         raise ValueError("a ring must be a list of points [x, y] in m")
     if np.abs(ring).max() > MAX_COORDINATE:
         raise ValueError(f"a coordinate of {np.abs(ring).max():g} m; at most {MAX_COORDINATE:g} m is allowed")
-    keep = np.any(ring != np.roll(ring, -1, axis=0), axis=1)  # in its file a ring may be closed
+    keep = np.abs(ring - np.roll(ring, -1, axis=0)).max(axis=1) > SHORTEST_EDGE  # in its file a ring may be closed
     if np.count_nonzero(keep) < 3:
         raise ValueError("a ring must have at least three points")
     return np.asarray(ring[keep])

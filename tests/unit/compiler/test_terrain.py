@@ -243,3 +243,12 @@ def test_rings_that_cross_themselves_are_refused_wherever_they_are_read(tmp_path
         use("bad", tmp_path)
     wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
     assert str(caught.value) == f"{path}: land: invalid shoreline: {reason}; {wanted}"
+
+
+def test_an_edge_without_length_is_left_out(tmp_path, monkeypatch):
+    ring = [[0, 0], [0, 1e-200], [40, 0], [40, 30], [0, 30], [0, 0]]
+    (tmp_path / "terrain").mkdir()
+    (tmp_path / "terrain" / "isle.json").write_text(json.dumps({"land": [{"exterior": ring}]}), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert len(shoreline("isle")[0]) == 4
+    assert len(terrain_piece("isle").values["blocks"]) == 4
