@@ -91,12 +91,12 @@ def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
 @LINUX
 @pytest.mark.slow
 def test_a_larger_share_of_everything_is_used_or_refused(tmp_path):
-    printed("run.py", "--inputs", "380", "--seed", str(SEED + 1), "--jobs", "2", "--keep", str(tmp_path))
+    printed("run.py", "--inputs", "190", "--seed", str(SEED + 1), "--jobs", "2", "--keep", str(tmp_path))
 
 
 @pytest.mark.slow
 def test_a_short_soak_finds_nothing():
-    printed("soak.py", "--boat-steps", "2e5", "--worlds", "ocean", "gymkhana", "vrx2023/wildlife_task")
+    printed("soak.py", "--boat-steps", "1e5", "--worlds", "ocean", "gymkhana", "vrx2023/wildlife_task")
 
 
 @pytest.mark.slow

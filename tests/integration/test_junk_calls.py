@@ -207,6 +207,7 @@ def test_recordings(junk, sim):
             sim.advance(1)
 
     recorded()
+    junk.every = 6
     junk.try_all("record", recorded, {"sim": sim, "path": "run.rrd"}, sim.reset)
     junk.try_all("record", recorded, {"sensors": "a:gps_wamv", "follow": "a"}, sim.reset)
     junk.try_all("read_record", vrx_mj.read_record, {"path": "run.rrd"})
@@ -251,6 +252,7 @@ def test_gymnasium(junk, kind):
     options = {"world": None, "fleet": None, "duration": 10.0, "wind_speed": 1.0, "gusts": (0.0, 1.0), "waves": 1.0,
                "mass": 1.0, "thrust": 1.0, "threads": 1, "width": 64, "height": 64}  # fmt: skip
     more = {} if kind is Env else {"num_envs": 2, "autoreset_mode": "NextStep"}
+    junk.every = 4
 
     def made(**known):
         env = kind(**{"problem": "StationKeeping", "threads": 1} | known)
@@ -272,6 +274,7 @@ def test_teams(junk, kind):
                "delay": 0.1, "joining": 0.0, "leaving": 0.0, "threads": 1, "width": 64, "height": 64,
                "render_mode": None, "world": None, "fleet": None, "mass": 1.0, "waves": (0.5, 1.0)}  # fmt: skip
     more = {} if kind is ParallelEnv else {"num_envs": 1, "autoreset": True}
+    junk.every = 4
 
     def made(**known):
         env = kind(**{"problem": "Formation", "threads": 1} | known)
