@@ -55,7 +55,7 @@ NAMED = {
     "values": ("commands", "command"),
     "state": ("State",), "row": ("row",), "sensors": ("sensor",), "sensor": ("pinger", "shooter"),
     "name": ("name", "boat", "object", "light", "placard", "place"), "symbol": ("symbol",), "colors": ("colour",),
-    "boat": ("recorded sensor",), "block": ("bytes",),
+    "boat": ("recorded sensor",), "boats": ("boats", "usv_count"), "block": ("bytes",),
     "listener": ("attach",), "callback": ("callback",), "sim": ("simulation",),
     "problem": ("problem",),
     "pose": ("pose", "place"), "options": ("option",), "action": ("action",), "actions": ("action",),

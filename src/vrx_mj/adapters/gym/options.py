@@ -18,6 +18,8 @@ PERIOD = 0.1
 """Of an action [s]: 10 physics steps."""
 LONGEST = 1e9
 """Episode, at most [s]."""
+MOST = 1_000_000
+"""Rows of an environment."""
 LARGEST = 8192
 """Width and height of a picture, at most [pixels]."""
 
@@ -32,9 +34,11 @@ def episode_steps(duration: Any) -> int:
 
 
 def check_count(name: str, value: Any) -> None:
-    """gymnasium.error.Error: the option of that name is no whole number above 0."""
+    """gymnasium.error.Error: the option of that name is no whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
+    if value > MOST:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {MOST} are possible")
 
 
 def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
@@ -66,6 +70,9 @@ def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
     """An action as an array; gymnasium.error.InvalidAction: it is none of numbers."""
     try:
         with np.errstate(over="ignore"):  # an infinity is out of range like the number
-            return np.asarray(np.asarray(action), np.float32)
+            given = np.asarray(action)
+            if given.dtype.kind == "c":
+                raise TypeError
+            return np.asarray(given, np.float32)
     except (TypeError, ValueError, OverflowError):
         raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.gym.features import Floats32
+from vrx_mj.adapters.gym.options import as_floats
 from vrx_mj.adapters.gym.problem import Mask
 from vrx_mj.adapters.gym.seen import Floats
 from vrx_mj.adapters.gym.vector import commanded
@@ -50,8 +51,8 @@ class Actions:
             ActionError: another shape, or a number of a present boat is not within -1 and 1.
         """
         try:
-            given = np.asarray(actions, np.float32)
-        except (TypeError, ValueError):
+            given = as_floats(actions)
+        except gymnasium.error.InvalidAction:
             raise ActionError("invalid actions: an array of numbers is needed") from None
         shape = (*present.shape, self.most)
         if given.shape != shape:

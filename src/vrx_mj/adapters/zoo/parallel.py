@@ -15,6 +15,7 @@ from vrx_mj.adapters.zoo.actions import ActionError
 from vrx_mj.adapters.zoo.options import RENDER_MODES
 from vrx_mj.adapters.zoo.picture import show
 from vrx_mj.adapters.zoo.vector import TeamVectorEnv
+from vrx_mj.arguments import check_name
 
 __all__ = ["ParallelEnv"]
 
@@ -55,11 +56,13 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return self._rows.observation_names
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """Space of a boat's observations, of the same size for every boat."""
+        """Space of a boat's observations, of the same size for every boat; UnknownNameError if there is none."""
+        check_name("boat", agent, self.possible_agents)
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """Space of a boat's actions: its thrusts and steering angles."""
+        """Space of a boat's actions, its thrusts and steering angles; UnknownNameError if there is no such boat."""
+        check_name("boat", agent, self.possible_agents)
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:

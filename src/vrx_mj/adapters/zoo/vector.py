@@ -19,9 +19,11 @@ from vrx_mj.adapters.zoo.actions import Actions
 from vrx_mj.adapters.zoo.neighbours import Neighbours
 from vrx_mj.adapters.zoo.options import RENDER_MODES, chance, eyes_of, team_share
 from vrx_mj.adapters.zoo.picture import team_picture
+from vrx_mj.adapters.zoo.problems import PROBLEMS
 from vrx_mj.adapters.zoo.roster import Roster
 from vrx_mj.adapters.zoo.stage import SCORE, staged
 from vrx_mj.adapters.zoo.team import Team, team_of
+from vrx_mj.arguments import check_name
 from vrx_mj.compiler.compile import Source
 from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.batch import Batch
@@ -267,6 +269,7 @@ class TeamVectorEnv:
 
 def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
     """What is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
+    check_name("problem", problem, (*PROBLEMS, SCORE))
     strange = [name for name in given if name not in VARIED or problem == SCORE]
     if strange:
         text = f"{problem} has no option {strange[0]}"

@@ -119,8 +119,8 @@ def test_noise_hangs_on_the_key_and_the_pair_alone():
             (1, 50, (1, 2), 0),
             f"invalid noise (1, 2): three numbers of 0 or more are needed, {WHAT}",
         ),
-        ((1, 50, SHARP, 0.25), "invalid delay 0.25: a multiple of 0.1 s is needed"),
-        ((1, 50, SHARP, -1), "invalid delay -1: a multiple of 0.1 s is needed"),
+        ((1, 50, SHARP, 0.25), "invalid delay 0.25: a multiple of 0.1 s, up to 3600 s, is needed"),
+        ((1, 50, SHARP, -1), "invalid delay -1: a multiple of 0.1 s, up to 3600 s, is needed"),
     ],
 )
 def test_eyes_that_are_none(given, message):
