@@ -307,19 +307,19 @@ def test_a_recording_that_is_taken_apart_and_put_together_is_the_same(sample, tm
 @pytest.mark.slow
 def test_recordings_in_which_something_is_wrong_are_refused_or_read(sample, tmp_path):
     read = 0
-    for seed in range(50):
+    for seed in range(20):
         file = tmp_path / f"{seed}.rrd"
         file.write_bytes(recordings.mutated(sample, random.Random(seed)))
         read += used(file)
         file.unlink()
-    assert 5 < read < 45
+    assert 1 < read < 19
 
 
 @pytest.mark.slow
 def test_recordings_with_other_bytes_are_refused_or_read(recording, tmp_path):
     """With panics of rerun's among them: 1 of 75 flipped bytes ended the reading process."""
     whole, file = recording.read_bytes(), tmp_path / "flipped.rrd"
-    for seed in range(50):
+    for seed in range(20):
         chance, data = random.Random(seed), bytearray(whole)
         for _ in range(chance.choice([1, 1, 4, 16])):
             data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
