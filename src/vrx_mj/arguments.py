@@ -30,7 +30,7 @@ def check_name(kind: str, name: object, known: Collection[str]) -> None:
     """Tell whether the name is among those that are known.
 
     Raises:
-        UnknownNameError: it is not, or is no name at all.
+        UnknownNameError: it is unknown, or not a string.
     """
     if not isinstance(name, str) or name not in known:
         raise UnknownNameError(kind, name, known)
@@ -62,7 +62,7 @@ def as_text(name: str, given: object) -> str:
     """The text, which UTF-8 can hold.
 
     Raises:
-        CommandError: it is none.
+        CommandError: it is not text.
     """
     if isinstance(given, str) and given.encode(errors="replace").decode() == given:
         return given
@@ -73,7 +73,7 @@ def whole(name: str, given: object, least: float = -math.inf, most: float = math
     """The value as an int.
 
     Raises:
-        CommandError: it is no whole number from `least` to `most`.
+        CommandError: it is not a whole number from `least` to `most`.
     """
     try:
         value = operator.index(given)  # type: ignore[arg-type]
@@ -89,7 +89,7 @@ def as_seed(given: object) -> int:
     """The value as a seed.
 
     Raises:
-        CommandError: it is no whole number from 0 to 2^63 - 1.
+        CommandError: it is not a whole number from 0 to 2^63 - 1.
     """
     value = whole("seed", given)
     if not 0 <= value <= MOST_SEED:
@@ -98,7 +98,7 @@ def as_seed(given: object) -> int:
 
 
 def as_number(given: object) -> float:
-    """The value as a float; NaN if it is none."""
+    """The value as a float; NaN if it is not a number."""
     value: Any = given
     text = isinstance(value, str | bytes | bytearray)
     imaginary = isinstance(value, numbers.Complex) and not isinstance(value, numbers.Real)

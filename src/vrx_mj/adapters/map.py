@@ -170,7 +170,7 @@ def _pixels(size: Any) -> tuple[int, int]:
 
 
 def map_of(world: World) -> MapScene:
-    """The map of a compiled world at its start; CommandError if it is none."""
+    """The map of a compiled world at its start; CommandError if it is not one."""
     check_kind("map_of", world, World, "a World, as compile_world returns it")
     values = world.parameters
     fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""

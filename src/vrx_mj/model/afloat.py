@@ -1,4 +1,4 @@
-"""What floats and is no boat: single objects, and docks as trees of blocks on hinges."""
+"""Floating things other than boats: single objects, and docks as trees of blocks on hinges."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -144,7 +144,7 @@ class Bay:
     placard: Text | None
     """Name of its placard."""
     symbol: Text
-    """What the placard is told to show."""
+    """Symbol that the task makes the placard show."""
     dock_allowed: bool
     """Whether it is the right one."""
     internal: Box

@@ -61,7 +61,7 @@ class Recorders:
 
     @in_turn
     def event(self, text: str, level: str = "INFO") -> None:
-        """Write a log line to the recordings at the current time; CommandError if it is no text."""
+        """Write a log line to the recordings at the current time; CommandError if it is not text."""
         text, level = as_text("text", text), as_text("level", level)
         for listener in self._sampler.listeners:
             listener.event(self.time, text, level)

@@ -87,7 +87,7 @@ class Signals:
         """Set the colours of lights and placards in a model to be drawn, such as `visual_model`.
 
         Raises:
-            CommandError: it is no model.
+            CommandError: it is not a model.
         """
         check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
         marks, time = self._rig.display_marks, float(self._rig.data.time)

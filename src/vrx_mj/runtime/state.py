@@ -152,7 +152,7 @@ class State:
         """Write the state to a file, as a whole or not at all.
 
         Raises:
-            CommandError: `path` is no path.
+            CommandError: `path` is not a path.
             StateError: the file cannot be written.
         """
         with written(as_path("path", path), "the state", StateError) as file:

@@ -117,7 +117,7 @@ class Subscriptions:
         """End what `watch` began; nothing happens if it has ended.
 
         Raises:
-            CommandError: it is no watch.
+            CommandError: it is not a watch.
         """
         check_kind("unwatch_contacts", watch, ContactWatch, "a watch, as watch_contacts returned it")
         self._watches = tuple(one for one in self._watches if one is not watch)

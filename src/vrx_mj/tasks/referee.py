@@ -48,7 +48,7 @@ def parsed_dump(text: str) -> dict[str, Any]:
     """A dump from its JSON.
 
     Raises:
-        StateError: it is none.
+        StateError: it is invalid.
     """
     try:
         DUMP.validate_json(text, strict=True)  # its depth is bounded

@@ -34,7 +34,7 @@ def episode_steps(duration: Any) -> int:
 
 
 def check_count(name: str, value: Any) -> None:
-    """gymnasium.error.Error: the option of that name is no whole number from 1 to a million."""
+    """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
     if value > MOST:
@@ -67,7 +67,7 @@ def is_number(value: Any) -> bool:
 
 
 def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
-    """An action as an array; gymnasium.error.InvalidAction: it is none of numbers."""
+    """An action as an array; gymnasium.error.InvalidAction: it has values that are not numbers."""
     try:
         with np.errstate(over="ignore"):  # an infinity is out of range like the number
             given = np.asarray(action)

@@ -141,7 +141,7 @@ def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     """The frames of a recording, for the referee of its task.
 
     Raises:
-        RecordError: one is none of this task.
+        RecordError: one is not of this task.
     """
     tasks = [company.parameters.get("task") or {"rivals": ()} for company in recorded.companies]
     layouts = [FrameLayout.of(own, referee.watched) for own in tasks]

@@ -60,7 +60,7 @@ class Part:
         """A column of texts.
 
         Raises:
-            RecordError: it is none, or missing.
+            RecordError: it is missing, or of another kind.
         """
         return [self._checked(name, cell, str, "a text") for cell in self._column(name)]
 
@@ -68,7 +68,7 @@ class Part:
         """A column of bytes.
 
         Raises:
-            RecordError: it is none, or missing.
+            RecordError: it is missing, or of another kind.
         """
         return [self._checked(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
 
@@ -76,7 +76,7 @@ class Part:
         """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
 
         Raises:
-            RecordError: it is none, or missing.
+            RecordError: it is missing, or of another kind.
         """
         return [self._number(name, cell, kind) for cell in self._column(name)]
 
@@ -84,7 +84,7 @@ class Part:
         """A column of simulated times [s].
 
         Raises:
-            RecordError: it is none, or missing.
+            RecordError: it is missing, or of another kind.
         """
         found = self.numbers(name)
         if not all(0.0 <= time <= LONGEST for time in found):
@@ -95,7 +95,7 @@ class Part:
         """A column of arrays (n,) of numpy's kind, in which bytes are `|u1`; an empty cell is an empty array.
 
         Raises:
-            RecordError: it is none, or missing.
+            RecordError: it is missing, or of another kind.
         """
         found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
         return [self._array(name, cell, np.dtype(kind)) for cell in found]

@@ -170,7 +170,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
 
     Raises:
         RecordError: there is no such file, or it is no recording, or damaged, or of another version.
-        CommandError: `path` is no path.
+        CommandError: `path` is not a path.
     """
     file = as_path("path", path)
     parsed = parsed_file(file, COLUMNS, OURS, whole=whole)

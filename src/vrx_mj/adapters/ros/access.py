@@ -93,7 +93,7 @@ def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
     """Origins as `Origins` takes them.
 
     Raises:
-        CommandError: one is none.
+        CommandError: one is invalid.
     """
     origins = tuple(_normal(word.removesuffix("/")) for word in words)
     for word, origin in zip(words, origins, strict=True):

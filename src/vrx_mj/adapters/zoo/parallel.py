@@ -56,7 +56,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return self._rows.observation_names
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """Space of a boat's observations, of the same size for every boat; UnknownNameError if there is none."""
+        """Space of a boat's observations, of the same size for every boat; UnknownNameError if the boat is unknown."""
         check_name("boat", agent, self.possible_agents)
         return self.observation_spaces[agent]
 

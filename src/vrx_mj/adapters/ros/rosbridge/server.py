@@ -105,8 +105,8 @@ class Rosbridge(Transport):
         """Nothing is opened yet; port 0 is any that is free.
 
         Raises:
-            NetworkError: it is no port.
-            CommandError: an origin is none.
+            NetworkError: the port is invalid.
+            CommandError: an origin is invalid.
         """
         if not 0 <= port <= 65535:
             raise NetworkError(f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one")
