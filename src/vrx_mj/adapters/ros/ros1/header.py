@@ -27,7 +27,7 @@ def decode_header(raw: bytes) -> dict[str, str]:
     """Fields of a header that comes without its length; of a field that comes twice the last.
 
     Raises:
-        CommandError: it is not text.
+        CommandError: it is invalid.
     """
     fields: dict[str, str] = {}
     at = 0

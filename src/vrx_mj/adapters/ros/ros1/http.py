@@ -31,7 +31,7 @@ async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[l
 
     Raises:
         EOFError: there is none any more.
-        CommandError: it is not text.
+        CommandError: it is invalid.
     """
     try:
         raw = first + await reader.readuntil(b"\r\n\r\n")

@@ -112,7 +112,7 @@ def options(message: Operation) -> Options:
 
 
 def absolute(name: str) -> str:
-    """A topic's, service's or parameter's name with its slash; CommandError: it is not text."""
+    """A topic's, service's or parameter's name with its slash; CommandError: it is invalid."""
     if NAME.fullmatch(name) is None or len(name) > MOST_TEXT:
         raise CommandError(
             f"{name[:MOST_TEXT]!r} is not a name: at most {MOST_TEXT} letters, digits, '_' and '/', a letter first"
