@@ -116,8 +116,8 @@ ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
         "type": _one_of("plane", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"),
         "mesh": _name,
         "material": _name,
-        **dict.fromkeys(("size", "pos", "euler", "rgba", "mass"), _numbers),
-        **dict.fromkeys(("group", "contype", "conaffinity"), _pixels),
+        **dict.fromkeys(("size", "pos", "euler", "rgba", "mass", "solref"), _numbers),
+        **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
     },
     "camera": {"name": _name, **dict.fromkeys(("pos", "xyaxes", "fovy"), _numbers), "resolution": _pixels},
     "contact": {

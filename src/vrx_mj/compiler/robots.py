@@ -18,6 +18,7 @@ import numpy as np
 from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, posed, rigid
 from vrx_mj.compiler.templates import Geom, Piece, geoms, meshes
 from vrx_mj.config.boats import Boat, Part, Thruster
+from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import CompileError
@@ -113,14 +114,14 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
     parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
     needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
     double = _doubles(parts)
-    thrusters = [_thruster_view(thruster, double) for thruster in boat.thrusters if thruster.parts]
-    hinged = engines == "hinged"
+    hinged, yields = engines == "hinged", _solref(boat.contact)
+    thrusters = [_thruster_view(thruster, double, yields) for thruster in boat.thrusters if thruster.parts]
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
     values = {
         "link": boat.link,
         "meshes": needed,
         "base_mass": body_mass(boat, engines),
-        "base": _painted([_frame(part, double) for part in boat.parts], color),
+        "base": _painted([_frame(part, double, yields) for part in boat.parts], color),
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         "hinged": hinged,
@@ -136,7 +137,19 @@ def _doubles(parts: Iterable[Part]) -> frozenset[str]:
     return frozenset(name for name, count in names.items() if count > 1)
 
 
-def _frame(part: Part, double: frozenset[str]) -> _Frame:
+def _solref(contact: ContactConfig) -> tuple[float, float]:
+    """MuJoCo's time constant [s] and damping ratio of a contact of so long a duration.
+
+    The force of x'' + 2 zeta w x' + w^2 x = 0 from rest at speed v is zero again after
+    w t = atan2(2 zeta s, 2 zeta^2 - 1) / s, s = sqrt(1 - zeta^2), and the time constant is 1 / (zeta w).
+    """
+    zeta = contact.damping_ratio
+    s = math.sqrt(1.0 - zeta * zeta)
+    rate = math.atan2(2.0 * zeta * s, 2.0 * zeta * zeta - 1.0) / (s * contact.duration)
+    return 1.0 / (zeta * rate), zeta
+
+
+def _frame(part: Part, double: frozenset[str], yields: tuple[float, float]) -> _Frame:
     items = geoms((*part.collisions, *part.visuals))
     seen = Counter[str]()
     named = []
@@ -146,17 +159,17 @@ def _frame(part: Part, double: frozenset[str]) -> _Frame:
             name = f"{part.name}_{name}"
             seen[name] += 1
             name = name if seen[name] == 1 else f"{name}_{seen[name]}"
-        named.append(replace(item, name=name))
+        named.append(replace(item, name=name, solref=yields if item.rgba is None else None))
     return _Frame(part.pose, tuple(named))
 
 
-def _thruster_view(thruster: Thruster, double: frozenset[str]) -> dict[str, Any]:
+def _thruster_view(thruster: Thruster, double: frozenset[str], yields: tuple[float, float]) -> dict[str, Any]:
     return {
         "body": thruster.link,
         "joint": thruster.joint,
         "pose": thruster.pose,
         "mass": turning_mass(thruster) or NOTHING,
-        "frames": _seen_as([_frame(part, double) for part in thruster.parts], f"{thruster.name}_engine"),
+        "frames": _seen_as([_frame(part, double, yields) for part in thruster.parts], f"{thruster.name}_engine"),
     }
 
 

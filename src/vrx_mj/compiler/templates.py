@@ -41,6 +41,8 @@ class Geom:
     """Roll, pitch, yaw [rad] about fixed axes, R = Rz Ry Rx: `eulerseq="XYZ"`."""
     rgba: tuple[float, ...] | None
     """Only of what is seen; None for what collides."""
+    solref: tuple[float, float] | None = None
+    """Of what collides: its own time constant [s] and damping ratio in contacts, instead of those of both shapes."""
 
 
 @dataclass(frozen=True)

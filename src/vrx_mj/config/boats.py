@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from vrx_mj.config.dynamics import HydrodynamicsConfig, ServoConfig, ThrusterConfig
+from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.sensors import SensorConfig
@@ -87,6 +87,7 @@ class Boat:
     wind: Vector | None
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
+    contact: ContactConfig = ContactConfig()
 
 
 def assembled(

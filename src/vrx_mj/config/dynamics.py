@@ -6,7 +6,7 @@ from pydantic import Field
 
 from vrx_mj.config.base import Config, NonNegative, NotEmpty, Positive, Vec3, numbers
 
-__all__ = ["HullConfig", "HydrodynamicsConfig", "ServoConfig", "Six", "ThrusterConfig"]
+__all__ = ["ContactConfig", "HullConfig", "HydrodynamicsConfig", "ServoConfig", "Six", "ThrusterConfig"]
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip
@@ -40,6 +40,15 @@ class ThrusterConfig(Config):
     """Time after which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
     max_angle: NonNegative = 1.5707963267948966
     """Largest steering angle either way [rad]."""
+
+
+class ContactConfig(Config):
+    """How a hull yields to what it touches, as a mass on a spring and a damper."""
+
+    duration: Annotated[float, Field(ge=0.05, le=2)] = 0.3
+    """Time from the first touch to the last of a hull that hits a wall and rebounds [s]: 0.2 to 0.5 for inflatables."""
+    damping_ratio: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
+    """Share of the critical damping; with 0.5 it rebounds with 0.3 of its speed."""
 
 
 class HullConfig(Config):

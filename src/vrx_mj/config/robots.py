@@ -22,7 +22,7 @@ from vrx_mj.config.base import (
     fault,
     faults,
 )
-from vrx_mj.config.dynamics import HullConfig, ServoConfig, Six, ThrusterConfig
+from vrx_mj.config.dynamics import ContactConfig, HullConfig, ServoConfig, Six, ThrusterConfig
 from vrx_mj.config.loading import Loading, read_source, referenced, validated
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.search import contained
@@ -153,6 +153,8 @@ class ProfileEntry(Config):
     """What is different about lift, drag and added mass."""
     thrusters: DriveEntry = DriveEntry()
     """What is different about the thrusters."""
+    contact: ContactConfig | None = None
+    """How its hull yields instead."""
     shot_impulse: NonNegative | None = None
     """Impulse of a shot of its ball shooters [N s]."""
 
@@ -182,6 +184,8 @@ class RobotConfig(Config):
     """Whether VRX's thruster and component files can furnish it."""
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
     """Lift, drag and added mass."""
+    contact: ContactConfig = ContactConfig()
+    """How its hull yields to what it touches."""
     thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
     """Thrusters by the names that commands have."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)

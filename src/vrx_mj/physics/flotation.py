@@ -13,20 +13,33 @@ millisecond, and a marker's centre of mass hangs 2 m below the float. Here drag 
 the end of the step, v + dt a and omega + dt alpha, and a and alpha come from Newton's and Euler's equations
 of the link as a free body (about its centre of mass at r from the origin):
     m (a + alpha x r + omega x (omega x r)) = F(a) + m g,      I alpha + omega x I omega = T(a, alpha).
-F is diagonal in a; with a eliminated, three equations for alpha remain. MuJoCo, given the wrench
-(F, T), comes to the same a and alpha while nothing touches the link. As dt goes to 0 it is VRX's formula.
+F is diagonal in a; with a eliminated, three equations for alpha remain. As dt goes to 0 it is VRX's formula.
+
+What touches the link must meet that drag too. So MuJoCo's inertia gets dt D, D = diag(k, k, k_z, kappa, kappa, kappa)
+for the velocity of the origin and the turn, and the wrench that is applied is (F, T) + dt D (a, alpha):
+    (M + dt D) (v' - v) = dt ((F, T) + dt D (a, alpha) + what touches it).
+While nothing touches it v' - v = dt (a, alpha), as above; a contact is resisted by M + dt D.
 """
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
 
-__all__ = ["Sums", "flotation", "sums_wrench", "water_at_elements", "water_rise", "wet_sums"]
+__all__ = [
+    "Flotation", "Sums", "add_flotation_drag", "flotation", "flotation_of_step", "sums_wrench", "water_at_elements",
+    "water_rise", "wet_sums",
+]  # fmt: skip
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.integer]
 
 _TINY = 1.0e-6
 """Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
@@ -53,6 +66,17 @@ class Sums(NamedTuple):
     zy: float
     kappa: float
     limit: float
+
+
+class Flotation(NamedTuple):
+    """What a link's elements do in a step: the wrench at its end, and what that comes from."""
+
+    wrench: Wrench
+    sums: Sums
+    acceleration: Vector
+    """Of the link's origin as a free body [m/s2], world axes."""
+    turning: Vector
+    """Its angular acceleration [rad/s2], world axes."""
 
 
 class Inertia(NamedTuple):
@@ -94,8 +118,8 @@ def water_at_elements(
 def flotation(
     body: Record, elements: Table, water: Table | None, motion: Motion,
     height: float, rise: float, dt: float, external: Wrench,
-) -> Wrench:  # fmt: skip
-    """Return buoyancy and drag: world axes, about the link's centre of mass, without weight.
+) -> Flotation:  # fmt: skip
+    """Return buoyancy and drag at the end of a step: world axes, about the link's centre of mass, without weight.
 
     `height` [m] and `rise` [m/s] are the water's at the link's origin; what `water`, if it is given, says of an element
     in its row of `ELEMENT_STATE` is added to them. Without it what compiles knows nothing of it, and is faster.
@@ -117,7 +141,34 @@ def flotation(
         lowest = sums.limit  # elements that would pull down let go, and more of them may follow
     end = (slip[0] + dt * a[0], slip[1] + dt * a[1], slip[2] + dt * a[2])
     end_spin = (spin[0] + dt * alpha[0], spin[1] + dt * alpha[1], spin[2] + dt * alpha[2])
-    return sums_wrench(sums, end, end_spin)
+    return Flotation(sums_wrench(sums, end, end_spin), sums, a, alpha)
+
+
+@kernel
+def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float, damping: Floats) -> Wrench:
+    """Return the wrench to apply in a step whose inertia has dt D, about the link's centre of mass.
+
+    `damping`, (3,), gets dt (k, k_z, kappa) for `add_flotation_drag` [kg, kg, kg m2].
+    """
+    k, kz, kappa = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
+    damping[0], damping[1], damping[2] = k, kz, kappa
+    a, alpha = found.acceleration, found.turning
+    fx, fy, fz = k * a[0], k * a[1], kz * a[2]
+    x, y, z = rotate(motion, body.com[0], body.com[1], body.com[2])
+    more = Wrench(
+        fx, fy, fz,
+        kappa * alpha[0] - (y * fz - z * fy),
+        kappa * alpha[1] - (z * fx - x * fz),
+        kappa * alpha[2] - (x * fy - y * fx),
+    )  # fmt: skip
+    return add(found.wrench, more)
+
+
+@kernel
+def add_flotation_drag(inertia: Floats, inertia_row: Ints, dof: int, damping: Floats) -> None:
+    """Add dt D to the block of a free joint at `dof` in MuJoCo's sparse lower inertia."""
+    for i in range(6):
+        inertia[inertia_row[dof + i] + i] += damping[0] if i < 2 else damping[1] if i == 2 else damping[2]
 
 
 @kernel

@@ -9,7 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.flotation import flotation, water_at_elements, water_rise
+from vrx_mj.physics.flotation import (
+    add_flotation_drag,
+    flotation,
+    flotation_of_step,
+    water_at_elements,
+    water_rise,
+)
 from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, kernel
@@ -78,7 +84,7 @@ def advance(
         thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
         blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
         sampling, samples))
-    added, done, quiet_before = np.empty((6, 6)), 0, False
+    added, damping, done, quiet_before = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False
     while done < steps and not full(sampling, samples):
         sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
         capture(clocks, moments, qpos, qvel, marks, time)
@@ -90,12 +96,13 @@ def advance(
         push_hulls(hulls, stations, thrusters, thruster_state, waves, sea[0], air,
                    qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
         push_floats(floats, elements, float_state, element_state, followers, waypoints, follower_state,
-                    waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
+                    waves, sea[0], air, qpos, qvel, xfrc_applied, damping, time, dt)
         push_docks(blocks, block_state, raft_work, moorings, elements, element_state,
                    waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
         alone = apart(movers, obstacles, qpos, look[0])
         idle = alone and quiet_before and look[0].unbound != 0  # the step before found nothing, nor would this one
-        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row, hulls, added, blocks, raft_work, idle)
+        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row,
+             hulls, added, floats, damping, blocks, raft_work, idle)
         quiet_before = alone
         note_touches(contacts, touches, time - dt)
         done += 1
@@ -134,9 +141,9 @@ def load_on_hull(
 def move(
     model: Address, data: Address,
     qpos: Floats, qvel: Floats, inertia: Floats, inertia_row: Ints, hulls: Table, added: Floats,
-    blocks: Table, raft_work: Table, idle: bool,
+    floats: Table, damping: Floats, blocks: Table, raft_work: Table, idle: bool,
 ) -> None:  # fmt: skip
-    """`mj_step`, stage by stage, with the hulls' added mass and the docks' drag put into the inertia on the way.
+    """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
     Its checks are left out: they write warnings to a file, and `diverged` tells more. So are, while they are `idle`,
     the stages about constraints, actuators and sensors, an eighth of a boat's step.
@@ -147,6 +154,8 @@ def move(
         hull = hulls[i]
         added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
         add_to_inertia(inertia, inertia_row, hull.dof, added)
+    for i in range(floats.size):
+        add_flotation_drag(inertia, inertia_row, floats[i].dof, damping[i])
     raft_drag(blocks, raft_work, inertia, inertia_row)
     mj_factor_m(model, data)
     if not idle:
@@ -210,13 +219,13 @@ def push_floats(
     floats: Table, elements: Table, float_state: Table, element_state: Table,
     followers: Table, waypoints: Table, follower_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, time: float, dt: float,
+    qpos: Floats, qvel: Floats, xfrc_applied: Floats, damping: Floats, time: float, dt: float,
 ) -> None:  # fmt: skip
     """Let water, wind and their own strength push all floating objects."""
     for i in range(floats.size):
         wrench = floating(
             floats[i], elements, float_state[i], element_state, followers, waypoints, follower_state,
-            waves, sea, air, qpos, qvel, time, dt,
+            waves, sea, air, qpos, qvel, damping[i], time, dt,
         )  # fmt: skip
         apply(xfrc_applied, floats[i].body, wrench)
 
@@ -243,10 +252,11 @@ def floating(
     item: Record, elements: Table, state: Record, water: Table,
     followers: Table, waypoints: Table, follower_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, time: float, dt: float,
+    qpos: Floats, qvel: Floats, damping: Floats, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; none on what is held."""
     if state.held != 0:
+        damping[:] = 0.0
         return zero_wrench()
     body = motion(qpos, qvel, item.qpos, item.dof)
     load = wind_on_float(item, body, air)
@@ -254,10 +264,12 @@ def floating(
         load = add(load, follow(followers[item.follower], waypoints, follower_state[item.follower], item.com, body))
     if item.profile == VRX3:
         water_at_elements(item, elements, water, body, waves, sea, time, dt)
-        return add(load, flotation(item, elements, water, body, 0.0, 0.0, dt, load))
-    height = surface_height(waves, sea, body.x, body.y, time)
-    rise = water_rise(state, height, dt)
-    return add(load, flotation(item, elements, None, body, height, rise, dt, load))
+        found = flotation(item, elements, water, body, 0.0, 0.0, dt, load)
+    else:
+        height = surface_height(waves, sea, body.x, body.y, time)
+        rise = water_rise(state, height, dt)
+        found = flotation(item, elements, None, body, height, rise, dt, load)
+    return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
 @kernel

@@ -31,7 +31,11 @@ def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> b
 
 
 def _launch(rig: Rig, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
-    """Put the ball to the muzzle, with the launcher's axes, and let it go along their x."""
+    """Put the ball to the muzzle, with the launcher's axes, and let it go along their x.
+
+    It starts with the speed that gravity takes in half a step more: a step takes gravity off before it moves, and so
+    its places are those of the parabola.
+    """
     assert sensor.ball is not None, f"{sensor.name} has no ball"
     data, ball, mount = rig.data, rig.floats[sensor.ball], sensor.mount
     muzzle = Mount(mount.position + mount.rotation @ sensor.config.muzzle, mount.rotation, mount.orientation)
@@ -39,6 +43,7 @@ def _launch(rig: Rig, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
     velocity = place.rotation[:, 0] * (sensor.config.impulse / float(ball["mass"]))
     if inherits:
         velocity += place.velocity
+    velocity -= 0.5 * rig.timestep * rig.model.opt.gravity
     qpos, dof = int(ball["qpos"]), int(ball["dof"])
     data.qpos[qpos : qpos + 3], data.qpos[qpos + 3 : qpos + 7] = place.position, place.orientation
     data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, 0.0

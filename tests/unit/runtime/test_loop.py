@@ -19,6 +19,13 @@ FLEETS = {
 BUOY = {"name": "buoy", "model": "dock_block_2x2", "pose": [20, 20, 1.0, 0.3, 0, 0]}
 
 
+def nothing_in_the_inertia(parameters):
+    """No added mass of hulls and no drag of floats: both are parts of the inertia here."""
+    NONE(parameters)
+    for item in parameters["floats"]:
+        item.update(linear_drag=0.0, angular_drag=0.0)
+
+
 def void(parameters):
     """Water without weight or drag."""
     for hull in parameters["hulls"]:
@@ -26,8 +33,8 @@ def void(parameters):
 
 
 @pytest.mark.parametrize("fleet", FLEETS.values(), ids=FLEETS)
-def test_a_step_is_mj_step_where_no_mass_is_added(fleet):
-    sim = simulation(fleet, edit=NONE, objects=[BUOY])
+def test_a_step_is_mj_step_where_nothing_is_added_to_the_inertia(fleet):
+    sim = simulation(fleet, edit=nothing_in_the_inertia, objects=[BUOY])
     twin = mujoco.MjData(sim.model)
     flat = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE))
     touched = 0
