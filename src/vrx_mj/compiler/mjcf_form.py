@@ -110,7 +110,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
         **dict.fromkeys(("pos", "axis", "range", "damping"), _numbers),
         "limited": _TRUTH,
     },
-    "inertial": dict.fromkeys(("pos", "mass", "diaginertia", "fullinertia"), _numbers),
+    "inertial": dict.fromkeys(("pos", "quat", "mass", "diaginertia", "fullinertia"), _numbers),
     "geom": {
         "name": _name,
         "type": _one_of("plane", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"),

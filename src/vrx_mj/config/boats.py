@@ -22,6 +22,9 @@ __all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
 
 Vector = tuple[float, float, float]
 
+YIELDING = ContactConfig()
+"""What a robot's file does not say of contacts."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -87,7 +90,8 @@ class Boat:
     wind: Vector | None
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
-    contact: ContactConfig = ContactConfig()
+    contact: ContactConfig = YIELDING
+    """How the hull yields to what it touches."""
 
 
 def assembled(

@@ -91,7 +91,8 @@ def _built(order: Order) -> Boat:
     if notes:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    return replace(boat, hydrodynamics=water, sensors=sensors, name=order.robot, contact=profile.contact or config.contact)
+    contact = profile.contact or config.contact
+    return replace(boat, hydrodynamics=water, contact=contact, sensors=sensors, name=order.robot)
 
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:

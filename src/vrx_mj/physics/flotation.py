@@ -166,9 +166,13 @@ def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float,
 
 @kernel
 def add_flotation_drag(inertia: Floats, inertia_row: Ints, dof: int, damping: Floats) -> None:
-    """Add dt D to the block of a free joint at `dof` in MuJoCo's sparse lower inertia."""
-    for i in range(6):
-        inertia[inertia_row[dof + i] + i] += damping[0] if i < 2 else damping[1] if i == 2 else damping[2]
+    """Add dt D to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
+
+    D is diagonal, and a row ends with its diagonal: that of a body whose frame is its principal one has nothing else.
+    """
+    for i in range(dof, dof + 6):
+        end = inertia_row[i + 1] if i + 1 < inertia_row.size else inertia.size
+        inertia[end - 1] += damping[0] if i < dof + 2 else damping[1] if i == dof + 2 else damping[2]
 
 
 @kernel

@@ -85,11 +85,9 @@ def advance(
         blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
         sampling, samples))
     added, damping, done, quiet_before = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False
-    while done < steps and not full(sampling, samples):
+    while done < steps and not full(sampling, samples) and not diverged(qpos, qvel):
         sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
         capture(clocks, moments, qpos, qvel, marks, time)
-        if diverged(qpos, qvel):
-            return -1
         time += dt
         gust_step(wind[0], wind_state[0], dt)
         air = wind_velocity(wind[0], wind_state[0])
@@ -97,12 +95,12 @@ def advance(
                    qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
         push_floats(floats, elements, float_state, element_state, followers, waypoints, follower_state,
                     waves, sea[0], air, qpos, qvel, xfrc_applied, damping, time, dt)
-        push_docks(blocks, block_state, raft_work, moorings, elements, element_state,
-                   waves, sea[0], air, qpos, qvel, xfrc_applied, time, dt)
+        push_docks(blocks, block_state, raft_work, moorings, elements, element_state, waves, sea[0], air,
+                   qpos, qvel, xfrc_applied, time, dt)
         alone = apart(movers, obstacles, qpos, look[0])
         idle = alone and quiet_before and look[0].unbound != 0  # the step before found nothing, nor would this one
-        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row,
-             hulls, added, floats, damping, blocks, raft_work, idle)
+        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row, hulls, added, floats, damping, blocks,
+             raft_work, idle)
         quiet_before = alone
         note_touches(contacts, touches, time - dt)
         done += 1

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import World
 from vrx_mj.config.sensors import BallShooterConfig
-from vrx_mj.errors import StateError
+from vrx_mj.errors import CompileError, StateError
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
@@ -79,7 +79,7 @@ class Rig:
         self.sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
         self.wind = tables.table(tables.WIND, [{**{field: wind[field] for field in WIND}, "key": 0}])
         self.wind_seed = int(wind["seed"])
-        self.hulls = tables.table(tables.HULL, [self._free_body(row) for row in parameters["hulls"]])
+        self.hulls = tables.table(tables.HULL, [self._whole_body(row) for row in parameters["hulls"]])
         self.stations = tables.table(tables.STATION, parameters["stations"])
         self.thrusters = tables.table(tables.THRUSTER, [self._engine(row) for row in parameters["thrusters"]])
         floats = [{"follower": NO_ROW, **self._free_body(row)} for row in parameters["floats"]]
@@ -87,7 +87,7 @@ class Rig:
         self.followers = tables.table(tables.FOLLOWER, parameters.get("followers", ()))
         self.waypoints = tables.table(tables.WAYPOINT, parameters.get("path_points", ()))
         self.elements = tables.table(tables.ELEMENT, parameters["elements"])
-        self.blocks = tables.table(tables.BLOCK, [self._free_body(row) for row in parameters["blocks"]])
+        self.blocks = tables.table(tables.BLOCK, [self._whole_body(row) for row in parameters["blocks"]])
         self.moorings = tables.table(tables.MOORING, parameters["moorings"])
         self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.thruster_state = np.zeros(len(self.thrusters), tables.THRUSTER_STATE)
@@ -289,6 +289,19 @@ class Rig:
             "dof": int(self.model.jnt_dofadr[joint]),
         }
         return {**row, **ids}
+
+    def _whole_body(self, row: Row) -> Row:
+        """The same for a body of which MuJoCo keeps the whole inertia, as what is added to that needs.
+
+        Raises:
+            CompileError: its frame is the principal one, of which MuJoCo keeps the diagonal.
+        """
+        own = self._free_body(row)
+        if self.model.dof_simplenum[own["dof"]] > 0:
+            raise CompileError(
+                f"body {row['body']}: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
+            )
+        return own
 
     def _engine(self, row: Row) -> Row:
         """Replace names by ids in a thruster's row; a fixed engine has no joint."""

@@ -250,4 +250,6 @@ def test_the_implicit_step_ends_at_the_drag_of_its_end():
     later = moving(
         moved[:3], (0.2, -0.1, 0.8), (*np.array(moved[12:15]) + dt * turn.T @ origin, *turn.T @ (spin + dt * alpha))
     )
-    assert wrench == pytest.approx(flotation(body, elements, water, later, 0.0, 0.0, 0.0, zero_wrench()).wrench, rel=1e-9)
+    assert wrench == pytest.approx(
+        flotation(body, elements, water, later, 0.0, 0.0, 0.0, zero_wrench()).wrench, rel=1e-9
+    )

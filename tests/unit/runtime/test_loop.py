@@ -1,11 +1,15 @@
 """The compiled loop against MuJoCo's own `mj_step`, stage by stage."""
 
+import dataclasses
+import math
+import re
+
 import mujoco
 import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import AHEAD, added_mass, boats, head_on, same_bits, simulation, water
+from integration.sailing import AHEAD, added_mass, boats, edited, head_on, same_bits, simulation, water
 from integration.sensing import GUN, sailing
 from vrx_mj.runtime.simulation import SIGNATURE
 
@@ -125,3 +129,46 @@ def test_nothing_acts_on_a_ball_that_waits():
     assert sim.fire("a")
     sim.step(duration=2.0)  # it has fallen into the water
     assert sim.data.xfrc_applied[ball].any()
+
+
+SPHERE = """<robot name="ball"><link name="base_link">
+<inertial><mass value="200"/><inertia ixx="30" iyy="30" izz="30" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="2 1 0.5"/></geometry></collision>
+</link></robot>"""
+"""A boat whose frame is its principal one: MuJoCo would keep only the diagonal of its inertia."""
+
+
+def test_added_mass_of_a_boat_whose_inertia_is_diagonal(tmp_path):
+    """F = R (m + A) R^T a and T = (I + A) alpha, though the boat is turned and its inertia isotropic."""
+    (tmp_path / "ball.urdf").write_text(SPHERE, encoding="utf-8")
+    (tmp_path / "fleet.yaml").write_text(
+        "boats: [{name: a, robot: ./ball.urdf, pose: [0, 0, 0, 0, 0, 0.7]}]", encoding="utf-8"
+    )
+    with pytest.warns(vrx_mj.VrxWarning):
+        world = vrx_mj.compile_world(
+            {"physics": {"gravity": 0.0}, "sea": {"model": "none"}}, fleet=tmp_path / "fleet.yaml"
+        )
+
+    def heavy_sideways(parameters):
+        void(parameters)
+        added_mass(0, 300, 0, 0, 0, 70)(parameters)
+
+    sim = vrx_mj.Simulation(edited(world, heavy_sideways))
+    sim.data.qfrc_applied[:6] = 100.0, 0.0, 0.0, 0.0, 0.0, 50.0
+    sim.advance(1)
+    along, across = math.cos(0.7) / 200.0, -math.sin(0.7) / 500.0
+    expected = [along * math.cos(0.7) - across * math.sin(0.7), along * math.sin(0.7) + across * math.cos(0.7)]
+    assert sim.data.qvel[:2] == pytest.approx(np.multiply(expected, 100.0 * 0.01), rel=1e-9)
+    assert sim.data.qvel[5] == pytest.approx(50.0 * 0.01 / (30 + 70), rel=1e-9)
+
+
+def test_an_inertia_that_mujoco_keeps_as_a_diagonal_is_refused():
+    world = simulation(FLEETS["fixed engines"]).world
+    text = re.sub(
+        r"<inertial pos=[^>]*fullinertia=[^>]*>", '<inertial pos="0 0 0" mass="9" diaginertia="3 2 1"/>', world.mjcf
+    )
+    with pytest.raises(vrx_mj.VrxError) as caught:
+        vrx_mj.Simulation(dataclasses.replace(world, mjcf=text))
+    assert str(caught.value) == (
+        "body a/base_link: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
+    )
