@@ -20,7 +20,7 @@ from unit.physics.rows import (
     oracle,
     sea_of,
 )
-from vrx_mj.physics.flotation import flotation, water_rise
+from vrx_mj.physics.flotation import add_flotation_drag, flotation, flotation_of_step, water_rise
 from vrx_mj.physics.motion import Wrench, motion, zero_wrench
 from vrx_mj.physics.tables import FLOAT_STATE
 from vrx_mj.physics.volumes import submerged
@@ -187,3 +187,28 @@ def test_a_dry_object_feels_nothing():
     wrench = flotation(body, elements, None, moved, 0.0, 0.0, 0.01, zero_wrench()).wrench
     assert np.abs(wrench).max() == 0.0
     assert not any(math.isnan(value) for value in wrench)
+
+
+@given(angles=small, twist=twists, z=st.floats(-0.6, 0.4))
+def test_what_the_inertia_holds_is_added_to_the_wrench(angles, twist, z):
+    """(F, T) + dt D (a, alpha), with the force at the origin, 2 m from the marker's centre of mass."""
+    for body, elements in (floating([MARKER]), floating([BOX, POLE], **LIGHT_BUOY)):
+        moved, damping = moving((1, 2, z), angles, twist), np.full(3, np.nan)
+        found = flotation(body, elements, None, moved, 0.0, 0.0, 0.01, zero_wrench())
+        more = np.subtract(flotation_of_step(body, moved, found, 0.01, damping), found.wrench)
+        at_origin = more[3:] + np.cross(matrix(moved) @ body["com"], more[:3])
+        assert damping == pytest.approx(0.01 * np.array([found.sums.k, found.sums.kz, found.sums.kappa]))
+        assert more[:3] == pytest.approx(damping[[0, 0, 1]] * found.acceleration, rel=1e-9, abs=1e-9)
+        assert at_origin == pytest.approx(damping[2] * np.array(found.turning), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("rows", [[1, 1, 1, 1, 1, 1], [1, 2, 3, 4, 5, 6]], ids=["diagonal", "whole"])
+@pytest.mark.parametrize("behind", [0, 2])
+def test_the_inertia_gets_the_damping_on_its_diagonal(rows, behind):
+    counts = np.array([1, 2, *rows, *[1] * behind])
+    starts = np.concatenate(([0], np.cumsum(counts)[:-1]))
+    inertia = np.zeros(counts.sum())
+    add_flotation_drag(inertia, starts, 2, np.array([2.0, 3.0, 5.0]))
+    diagonal = inertia[np.cumsum(counts) - 1]
+    assert diagonal.tolist() == [0, 0, 2, 2, 3, 5, 5, 5, *[0] * behind]
+    assert inertia.sum() == 22.0
