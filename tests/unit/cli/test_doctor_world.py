@@ -82,7 +82,11 @@ def test_models_that_overlap_are_told(tmp_path):
 
 def test_frames_that_two_boats_share_are_told():
     fake = SimpleNamespace(
-        boats=("wamv1", "wamv2"), mounted=lambda _boat: [SimpleNamespace(frame="cam_link", name="cam")]
+        boats=("wamv1", "wamv2"),
+        mounted=lambda _boat: [
+            SimpleNamespace(frame="cam_link", name="cam", config=SimpleNamespace(type="camera")),
+            SimpleNamespace(frame="map", name="truth", config=SimpleNamespace(type="p3d")),
+        ],
     )
     (row,) = doctor_world._problems("sensor frames", shared_frames(fake), "none")
     assert row == Row(

@@ -169,10 +169,10 @@ def overlaps(sim: Simulation) -> Iterator[str]:
 
 
 def shared_frames(sim: Simulation) -> Iterator[str]:
-    """Frames of sensors that two boats have."""
+    """Frames of sensors that two boats have; ground truth is in the world's frame, which is nobody's."""
     owners: dict[str, str] = {}
     for boat in sim.boats:
-        for sensor in sim.mounted(boat):
+        for sensor in (sensor for sensor in sim.mounted(boat) if sensor.config.type != "p3d"):
             other = owners.setdefault(sensor.frame, boat)
             if other != boat:
                 yield (
