@@ -132,11 +132,11 @@ def test_one_urdf_under_several_names_has_the_names_of_each(scene):
         assert [one for one in found if not one.startswith(f"{boat}/")] == []
 
 
-def test_a_fleet_of_one_urdf_has_the_names_of_each_boat(scene, tmp_path):
-    urdf = tmp_path / "mine.urdf"
-    urdf.write_text(scene.network.table.parameters["/wamv1/robot_description"], encoding="utf-8")
+def test_a_fleet_of_one_urdf_has_the_names_of_each_boat(scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.urdf").write_text(scene.network.table.parameters["/wamv1/robot_description"], encoding="utf-8")
     boats = [{"name": name, "pose": [0, 20 * i, 0.1, 0, 0, 0]} for i, name in enumerate(("a", "b"))]
-    fleet = served(vrx_mj.compile_world("ocean", fleet={"robot": str(urdf), "boats": boats}))
+    fleet = served(vrx_mj.compile_world("ocean", fleet={"robot": "mine.urdf", "boats": boats}))
     for boat in ("a", "b"):
         assert [one for one in names_of(fleet, boat) if not one.startswith(f"{boat}/")] == []
 
