@@ -20,6 +20,7 @@ from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
+from vrx_mj.config.urdf.namespaces import in_namespace
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.urdf.xacro_limits import ExpressionError
@@ -143,7 +144,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
     """
     config = load_robot(order.robot, order.folder)
     arguments, _ = _equipment(order, config)
-    text = robot_urdf(config, order, namespace=namespace, arguments=arguments)
+    text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
     folder = config.description_file.absolute().parent
     return with_file_uris(text, MeshFiles(folder, own_packages(), package_paths()))
 

@@ -82,7 +82,11 @@ def test_models_that_overlap_are_told(tmp_path):
 
 def test_frames_that_two_boats_share_are_told():
     fake = SimpleNamespace(
-        boats=("wamv1", "wamv2"), mounted=lambda _boat: [SimpleNamespace(frame="cam_link", name="cam")]
+        boats=("wamv1", "wamv2"),
+        mounted=lambda _boat: [
+            SimpleNamespace(frame="cam_link", name="cam", config=SimpleNamespace(type="camera")),
+            SimpleNamespace(frame="map", name="truth", config=SimpleNamespace(type="p3d")),
+        ],
     )
     (row,) = doctor_world._problems("sensor frames", shared_frames(fake), "none")
     assert row == Row(
@@ -100,7 +104,7 @@ def test_publishers_of_commands_without_a_boat_are_told():
     lost = [("/wamv/thrusters/left_thrust_cmd", ["/rostopic_1"]), ("/clock", ["/gazebo"]), ("/chatter", ["/talker"])]
     heard = [("/wamv2/cmd_vel", ["/pilot"])]
     meant = "did you mean /wamv1/thrusters/left_thrust_cmd?"
-    advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no boat subscribes: {meant}"
+    advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no subscriber: {meant}"
     assert doctor_world.command_row(sim, lost + heard) == Row(
         "command topics", "1 published without a subscriber", "no", advice
     )

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from vrx_mj.errors import nearest
+from vrx_mj.adapters.ros.topic_names import TopicHints
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.thrusters import Thruster
 
@@ -24,8 +24,6 @@ LOOK_RATE = 1.0
 AGROUND = 2
 """So many looks at which a boat touches land, in a row, tell that it is aground."""
 THRUST = "_thrust_cmd"
-KNOWN = ("/thrusters/", "/cmd_vel", "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
-"""What a topic has in it that is meant for the simulation."""
 
 
 class Diagnosis:
@@ -37,6 +35,7 @@ class Diagnosis:
         self._times: dict[tuple[str, str], deque[float]] = {}
         self._ashore: dict[str, int] = {}
         self._number = -1
+        self._hints = TopicHints()
         self.moved()
         for line in shared_frames(sim):
             self._once(line, line)
@@ -48,16 +47,12 @@ class Diagnosis:
 
     def stranger(self, stranger: "Stranger", table: "Table") -> None:
         """Somebody publishes where nobody listens."""
-        topic = stranger.topic
-        if topic in table.inputs or not any(part in topic for part in KNOWN):
+        topic, key = stranger.topic, f"{stranger.topic} {stranger.sender}"
+        if topic in table.inputs or key in self._told:
             return
-        tails = (topic.split("/", 2)[-1], topic.rpartition("/")[2])
-        same = (f"/{boat}/{tail}" for tail in tails for boat in self._sim.boats)
-        close = next((name for name in same if name in table.inputs), None) or nearest(topic, table.inputs)
-        hint = f"did you mean {close}?" if close else f"topics of boats begin with /{self._sim.boats[0]}/"
-        self._once(
-            f"{topic} {stranger.sender}", f"{topic} has a publisher, {stranger.sender}, but no boat subscribes: {hint}"
-        )
+        hint = self._hints(topic, stranger.type, table, self._sim.boats)
+        if hint:
+            self._once(key, f"{topic} has a publisher, {stranger.sender}, but no subscriber: {hint}")
 
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
@@ -169,10 +164,10 @@ def overlaps(sim: Simulation) -> Iterator[str]:
 
 
 def shared_frames(sim: Simulation) -> Iterator[str]:
-    """Frames of sensors that two boats have."""
+    """Frames of sensors that two boats have; ground truth is in the world's frame, which is nobody's."""
     owners: dict[str, str] = {}
     for boat in sim.boats:
-        for sensor in sim.mounted(boat):
+        for sensor in (sensor for sensor in sim.mounted(boat) if sensor.config.type != "p3d"):
             other = owners.setdefault(sensor.frame, boat)
             if other != boat:
                 yield (

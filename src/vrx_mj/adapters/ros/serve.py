@@ -237,17 +237,27 @@ def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
             tell("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.host not in LOOPBACK:
         tell("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
-        for line in _to_paste(wanted):
-            tell("INFO", line)
+        _tell_others(wanted, tell)
     if os.environ.get("VRX_DEBUG") == "false":
         tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
 
 
-def _to_paste(wanted: Wanted) -> Iterator[str]:
-    """What to type on other machines."""
-    from vrx_mj.adapters.ros.ros1.address import announced
+def _tell_others(wanted: Wanted, tell: Tell) -> None:
+    """Tell what to type on other machines, or why they cannot reach this one."""
+    from vrx_mj.adapters.ros.ros1.address import announced, unreachable
 
-    here = announced(wanted.host, "localhost")
+    if not wanted.ros1 and wanted.rosbridge is None:
+        return
+    why = unreachable(wanted.host, "localhost")
+    if why is not None:
+        tell("WARN", why)
+        return
+    for line in _to_paste(wanted, announced(wanted.host, "localhost")):
+        tell("INFO", line)
+
+
+def _to_paste(wanted: Wanted, here: str) -> Iterator[str]:
+    """What to type on other machines, to which this one is `here`."""
     if wanted.ros1:
         port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
         uri = f"http://{here}:{port}"

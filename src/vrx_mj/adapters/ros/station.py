@@ -22,6 +22,7 @@ from vrx_mj.adapters.ros.table.boats import description
 from vrx_mj.adapters.ros.table.bodies import Bodies
 from vrx_mj.adapters.ros.table.host import CmdVel
 from vrx_mj.adapters.ros.table.vrx3 import make_vrx3_table
+from vrx_mj.config.urdf.namespaces import in_namespace
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -234,7 +235,9 @@ class Station:
 
     def description(self, boat: str) -> str:
         """A boat's URDF; a VrxError where the files that it was made of are not here."""
-        return self._joined[boat][0] if boat in self._joined else description(self.sim.world, boat)
+        if boat in self._joined:
+            return in_namespace(self._joined[boat][0], boat)
+        return description(self.sim.world, boat)
 
     def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU].

@@ -19,13 +19,17 @@ from vrx_mj.adapters.ros.messages import new
         ("/wamv/thrusters/left_thrust_cmd", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
         ("/wamv2/thrusters/lft_thrust_cmd", "did you mean /wamv2/thrusters/left_thrust_cmd?"),
         ("/x/y/cmd_vel", "did you mean /wamv1/cmd_vel?"),
+        ("/wamv1/cmd_val", "did you mean /wamv1/cmd_vel?"),
+        ("/wamv1/left_thrust_cmd", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
+        ("/wamv2/thruster/left_thrust_cmd", "did you mean /wamv2/thrusters/left_thrust_cmd?"),
+        ("/wamv1/thrusters/left_thrust", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
     ],
 )
 def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic, hint):
     scene.inbox.stranger(topic, "std_msgs/Float32", "/rostopic_1")
     scene.inbox.stranger("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
     scene.station.receive()
-    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no boat subscribes: {hint}"
+    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no subscriber: {hint}"
 
 
 def test_a_command_that_comes_too_rarely_is_told(scene):

@@ -1,9 +1,11 @@
 """What networks ask of a served simulation: commands and services."""
 
 import math
+import xml.etree.ElementTree as ET
 
 import pytest
 
+import vrx_mj
 from ros_scene import call, run, served
 from vrx_mj.adapters.ros.messages import new
 
@@ -105,6 +107,38 @@ def test_a_boat_joins_with_its_topics_and_leaves_with_them(scene):
     assert scene.sim.boats == ("wamv1", "wamv2", "wamv7")
     assert call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv7").success
     assert {*scene.network.table.outputs, *scene.network.table.inputs} == before
+
+
+def names_of(scene, boat):
+    """All names of a boat's links, joints and frames that programs get."""
+    robot = ET.fromstring(scene.network.table.parameters[f"/{boat}/robot_description"])
+    yield from (element.get("name") for tag in ("link", "joint") for element in robot.findall(tag))
+    outputs = scene.network.table.outputs
+    yield from outputs[f"/{boat}/joint_states"].make().name
+    for topic in ("/tf", "/tf_static"):
+        frames = outputs[topic].make().transforms
+        yield from (frame.child_frame_id for frame in frames if frame.header.frame_id.startswith(f"{boat}/"))
+
+
+def test_one_urdf_under_several_names_has_the_names_of_each(scene):
+    urdf = scene.network.table.parameters["/wamv1/robot_description"]
+    for number, name in enumerate(("guest", "wamv7")):
+        place = {"position": {"x": -500.0, "y": 220.0 + 20.0 * number, "z": 0.1}}
+        call(scene, "/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel",
+             model_name=name, model_xml=urdf, initial_pose=place)  # fmt: skip
+    for boat in ("wamv1", "guest", "wamv7"):
+        found = list(names_of(scene, boat))
+        assert len(found) > 30
+        assert [one for one in found if not one.startswith(f"{boat}/")] == []
+
+
+def test_a_fleet_of_one_urdf_has_the_names_of_each_boat(scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.urdf").write_text(scene.network.table.parameters["/wamv1/robot_description"], encoding="utf-8")
+    boats = [{"name": name, "pose": [0, 20 * i, 0.1, 0, 0, 0]} for i, name in enumerate(("a", "b"))]
+    fleet = served(vrx_mj.compile_world("ocean", fleet={"robot": "mine.urdf", "boats": boats}))
+    for boat in ("a", "b"):
+        assert [one for one in names_of(fleet, boat) if not one.startswith(f"{boat}/")] == []
 
 
 SDF = (

@@ -142,6 +142,26 @@ def test_the_frame_of_a_steered_engine_turns(scene):
     assert "wamv1/base_link" not in frames  # where the boat is stays untold unless --truth says so
 
 
+def test_ground_truth_is_of_the_boats_own_frame_in_map():
+    fleet = {"usv_count": 2, "layout": "line", "sensors": ["ground_truth"]}
+    topics = {boat: f"/{boat}/sensors/position/p3d_wamv" for boat in ("wamv1", "wamv2")}
+    scene = served(vrx_mj.compile_world("ocean", fleet=fleet), wanted=set(topics.values()))
+    run(scene, 0.2)
+    for boat, topic in topics.items():
+        odometry = scene.network.got[topic][-1].message
+        assert (odometry.header.frame_id, odometry.child_frame_id) == ("map", f"{boat}/base_link")
+        assert odometry.pose.pose.position.y == pytest.approx(scene.sim.observe()[boat].position[1], abs=0.1)
+    assert scene.told == []  # two boats whose readings are in `map` share no frame of theirs
+
+
+@pytest.mark.parametrize(("written", "published"), [(120, 120.0), (180, 180.0), (270, -90.0), (-90, -90.0)])
+def test_the_direction_of_the_wind_is_from_minus_180_to_180_degrees(written, published):
+    world = {"extends": "ocean", "wind": {"direction": written, "mean_velocity": 6.0}}
+    scene = served(vrx_mj.compile_world(world), wanted={"/vrx/debug/wind/direction"})
+    run(scene, 0.2)
+    assert scene.network.got["/vrx/debug/wind/direction"][-1].message.data == pytest.approx(published)
+
+
 def test_the_wind_is_the_simulations_own():
     world = {"extends": "ocean", "wind": {"direction": 120, "mean_velocity": 6.0, "var_gain": 3.0, "seed": 3}}
     scene = served(vrx_mj.compile_world(world), wanted={"/vrx/debug/wind/speed", "/vrx/debug/wind/direction"})

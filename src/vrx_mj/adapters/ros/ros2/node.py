@@ -169,7 +169,7 @@ class Node:
             others = ", ".join(self._publishing(CLOCK))
             self._once(f"{CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
         for topic, types in self._node.get_topic_names_and_types():
-            if topic in self._out or topic in self._in or topic in OURS:
+            if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
                 continue
             for sender in self._publishing(topic):
                 self._inbox.stranger(topic, types[0].replace("/msg/", "/"), sender, "vrx3")

@@ -3,6 +3,7 @@
 import io
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,9 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
         stem = _stem(boat, config.topic, config.name, taken)
         for tail, kind, make in _made(config):
             yield Output(stem + tail, kind, make, config.rate, key)
+        if config.type == "p3d":
+            truth = partial(_odometry, f"{boat}/{config.link}")
+            yield Output(stem, "nav_msgs/Odometry", truth, config.rate, key)
         if config.type == "camera":
             yield _info(host, sensor, f"{stem}/camera_info")
         if config.type == "pinger":
@@ -210,13 +214,13 @@ def _imu(reading: Reading) -> Message:
     )
 
 
-def _odometry(reading: Reading) -> Message:
+def _odometry(child: str, reading: Reading) -> Message:
+    """The pose and twist of the frame `child` in `map`."""
     truth: Truth = reading.data
-    boat = reading.frame.partition("/")[0]
     return new(
         "nav_msgs/Odometry",
         header=header(reading.time, "map"),
-        child_frame_id=f"{boat}/base_link",
+        child_frame_id=child,
         pose={"pose": {"position": vector(truth.position), "orientation": turned(truth.orientation)}},
         twist={"twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)}},
     )
@@ -282,6 +286,5 @@ _MADE: dict[str, tuple[Made, ...]] = {
         ("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
     ),
     "imu": (("/data", "sensor_msgs/Imu", _imu),),
-    "p3d": (("", "nav_msgs/Odometry", _odometry),),
     "pinger": (("/range_bearing", "usv_msgs/RangeBearing", _heard),),
 }

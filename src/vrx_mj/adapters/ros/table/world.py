@@ -44,13 +44,13 @@ def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, 
 
 
 def _wind(host: Host) -> Iterator[Output]:
-    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from east."""
+    """Speed [m/s], and where the wind blows to [degrees], counter-clockwise from east, from -180 to 180."""
 
     def speed() -> Message:
         return new("std_msgs/Float64", data=host.sim.wind.speed)
 
     def direction() -> Message:
-        return new("std_msgs/Float64", data=math.degrees(host.sim.wind.direction) % 360.0)
+        return new("std_msgs/Float64", data=math.degrees(host.sim.wind.direction))
 
     yield Output("/vrx/debug/wind/speed", "std_msgs/Float64", speed, WIND_RATE)
     yield Output("/vrx/debug/wind/direction", "std_msgs/Float64", direction, WIND_RATE)
