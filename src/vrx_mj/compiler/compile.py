@@ -18,7 +18,7 @@ from vrx_mj.compiler.fields import place_fields
 from vrx_mj.compiler.fitting import boat_rows, fitted
 from vrx_mj.compiler.markers import marker_rows
 from vrx_mj.compiler.objects import object_piece
-from vrx_mj.compiler.parameters import float_row, sea_parameters, wind_parameters
+from vrx_mj.compiler.parameters import float_row, sea_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.compiler.robots import stiffness
 from vrx_mj.compiler.scene import scene_parameters, scene_values
@@ -28,6 +28,7 @@ from vrx_mj.compiler.swimmers import follower_row
 from vrx_mj.compiler.tasks import task_parameters, waypoints
 from vrx_mj.compiler.templates import PREFIX, Piece, render
 from vrx_mj.compiler.terrain import shoreline, terrain_piece
+from vrx_mj.compiler.wind import newcomer_wind, warn_if_unpushed, wind_parameters
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
@@ -114,6 +115,8 @@ class _Assembly:
             self._add_object(item)
         for boat in self.boats:
             self._add_boat(boat)
+        owned = [(boat, self._built(boat).wind) for boat in self.boats]
+        warn_if_unpushed(self.config.name, self.config.wind, self.config.physics, owned)
         self._add_balls()
         self._add_task()
         world = make_world(self._text(), self.assets, self._parameters(seed))
@@ -268,7 +271,7 @@ def spawn_parameters(config: WorldConfig) -> dict[str, Any]:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
     return {
         **config.spawn.model_dump(include={"robot", "thrusters", "sensors"}),
-        "wind": [item.model_dump() for item in config.wind.objects] if config.wind else [],
+        "wind": newcomer_wind(config.wind, config.physics),
         "quirks": config.physics.quirks,
     }
 

@@ -71,7 +71,7 @@ def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
 
 def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
     """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
-    listed = world.wind.objects if world.wind else ()
+    listed = (world.wind.objects if world.wind else None) or ()
     if not listed:
         return []
     known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))

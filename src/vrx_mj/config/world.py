@@ -127,8 +127,10 @@ class WindConfig(Config):
     """Seed of the gusts; 0 leaves it to the world's seed."""
     update_rate: float = 10.0
     """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
-    objects: tuple[WindObject, ...] = ()
-    """What the wind pushes, besides boats whose robot has coefficients of its own."""
+    objects: tuple[WindObject, ...] | None = None
+    """What the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
+
+    `[]`: nothing at all."""
 
 
 class PhysicsConfig(Config):
