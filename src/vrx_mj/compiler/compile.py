@@ -28,7 +28,7 @@ from vrx_mj.compiler.swimmers import follower_row
 from vrx_mj.compiler.tasks import task_parameters, waypoints
 from vrx_mj.compiler.templates import PREFIX, Piece, render
 from vrx_mj.compiler.terrain import shoreline, terrain_piece
-from vrx_mj.compiler.wind import newcomer_wind, warn_if_unpushed, wind_parameters
+from vrx_mj.compiler.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
@@ -115,8 +115,7 @@ class _Assembly:
             self._add_object(item)
         for boat in self.boats:
             self._add_boat(boat)
-        owned = [(boat, self._built(boat).wind) for boat in self.boats]
-        warn_if_unpushed(self.config.name, self.config.wind, self.config.physics, owned)
+        self._check_wind()
         self._add_balls()
         self._add_task()
         world = make_world(self._text(), self.assets, self._parameters(seed))
@@ -219,6 +218,16 @@ class _Assembly:
                 raise ConfigError([problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")]) from error
             _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
         return self.kinds[boat.order]
+
+    def _check_wind(self) -> None:
+        config = self.config
+        warn_if_unpushed(
+            config.name, config.wind, config.physics, [(boat, self._built(boat).wind) for boat in self.boats]
+        )
+        names = {name for boat in self.boats for name in (boat.name, boat.robot)}
+        names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}
+        names |= {name for dock in self.docks if dock.config.dynamic for name in (dock.name, dock.parent)}
+        warn_if_unmoved(config.name, config.wind, names)
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
         """Put a piece into the world, its names after `name` and a slash."""

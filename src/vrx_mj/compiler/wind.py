@@ -7,10 +7,19 @@ from typing import Any
 
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.errors import VrxWarning
 
-__all__ = ["NO_WIND", "boat_wind", "newcomer_wind", "warn_if_unpushed", "wind_coefficients", "wind_parameters"]
+__all__ = [
+    "NO_WIND",
+    "boat_wind",
+    "newcomer_wind",
+    "warn_if_unmoved",
+    "warn_if_unpushed",
+    "wind_coefficients",
+    "wind_parameters",
+]
 
 NO_WIND = (0.0, 0.0, 0.0)
 STALE = "wind_stale_link"
@@ -80,6 +89,17 @@ def warn_if_unpushed(
         lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
         advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list the boat in the world's `wind.objects`"
         warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
+
+
+def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
+    """One warning if the wind lists things, but no kind of boat, of which none can move."""
+    names = {*moving, *catalogue("robots")} if wind is not None and wind.objects else set()
+    idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
+    if idle:
+        text = f"world {world}: wind.objects has no effect on {_first(idle)}"
+        warnings.warn(
+            f"{text}; list boats, objects that float, and docks with `dynamic: true`", VrxWarning, stacklevel=5
+        )
 
 
 def _first(names: Iterable[str]) -> str:

@@ -97,6 +97,25 @@ def test_no_warning_of_what_is_meant(plank, wind):
     assert messages(lambda: vrx_mj.compile_world(world, fleet=plank))[1] == []
 
 
+def test_wind_on_what_cannot_move_is_warned_of():
+    """A static object, a fixed dock, and a course of things that float under names of their own."""
+    names = {"post": "post", "course": "short_navigation_course0", "buoy": "mb_marker_buoy_red"}
+    objects = [
+        {"name": name, "model": model, "pose": [30 * i, 60, 0, 0, 0, 0]}
+        for i, (name, model) in enumerate(names.items())
+    ]
+    dock = {"name": "dock", "pose": [0, -60, 0, 0, 0, 0], "layout": "X X\nXXX"}
+    listed = [*names, "dock", "cora", "wamv", "mb_marker_buoy_red"]
+    wind = {**ABEAM, "objects": [{"model": name, "coefficients": [1, 1, 1]} for name in listed]}
+    world = {"extends": "ocean", "objects": objects, "docks": [dock], "wind": wind}
+    assert messages(lambda: vrx_mj.compile_world(world, fleet=ALONE))[1] == [
+        (
+            "world world: wind.objects has no effect on post, course, dock; list boats, objects that float, and docks with "
+            "`dynamic: true`"
+        )
+    ]
+
+
 def test_a_batch_says_which_parameters_change_nothing():
     still = {"extends": "ocean", "sea": {"model": "none"}, "wind": {"objects": []}, "spawn": {"sensors": "none"}}
     batch = vrx_mj.Batch(vrx_mj.compile_world(still), 2)
