@@ -38,7 +38,7 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxWarning
+from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -214,8 +214,7 @@ class _Assembly:
             try:
                 self.kinds[boat.order] = build_boat(replace(boat.order, profile=self.config.physics.profile))
             except UnknownNameError as error:
-                own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
-                raise ConfigError([problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")]) from error
+                raise ConfigError([self._problem(boat, error)]) from error
             _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
         return self.kinds[boat.order]
 
@@ -228,6 +227,13 @@ class _Assembly:
         names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}
         names |= {name for dock in self.docks if dock.config.dynamic for name in (dock.name, dock.parent)}
         warn_if_unmoved(config.name, config.wind, names)
+
+    def _problem(self, boat: BoatConfig, error: UnknownNameError) -> Problem:
+        """What is wrong with a boat, at the place that orders it: in the fleet's file, or the world's without one."""
+        if self._fleet.is_empty and not self._fleet.section:
+            return problem_at(self.config.section, ("spawn", "sensors"), str(error))
+        own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
+        return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
         """Put a piece into the world, its names after `name` and a slash."""
@@ -262,7 +268,7 @@ class _Assembly:
             "markers": marker_rows(config.markers, waypoints(self.task)),
             "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,
             "terrain": config.terrain,
-            "shoreline": shoreline(config.terrain) if config.terrain else [],
+            "shoreline": shoreline(config.terrain, config.folder) if config.terrain else [],
             "scene": scene_parameters(config),
             "camera": config.camera,
         }
