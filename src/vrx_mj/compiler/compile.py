@@ -18,7 +18,7 @@ from vrx_mj.compiler.fields import place_fields
 from vrx_mj.compiler.fitting import boat_rows, fitted
 from vrx_mj.compiler.markers import marker_rows
 from vrx_mj.compiler.objects import object_piece
-from vrx_mj.compiler.parameters import float_row, sea_parameters, wind_parameters
+from vrx_mj.compiler.parameters import float_row, sea_parameters
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.compiler.robots import stiffness
 from vrx_mj.compiler.scene import scene_parameters, scene_values
@@ -28,6 +28,7 @@ from vrx_mj.compiler.swimmers import follower_row
 from vrx_mj.compiler.tasks import task_parameters, waypoints
 from vrx_mj.compiler.templates import PREFIX, Piece, render
 from vrx_mj.compiler.terrain import shoreline, terrain_piece
+from vrx_mj.compiler.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.compiler.world import World, make_world
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
@@ -37,7 +38,7 @@ from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig, load_world
-from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxWarning
+from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -114,6 +115,7 @@ class _Assembly:
             self._add_object(item)
         for boat in self.boats:
             self._add_boat(boat)
+        self._check_wind()
         self._add_balls()
         self._add_task()
         world = make_world(self._text(), self.assets, self._parameters(seed))
@@ -212,10 +214,26 @@ class _Assembly:
             try:
                 self.kinds[boat.order] = build_boat(replace(boat.order, profile=self.config.physics.profile))
             except UnknownNameError as error:
-                own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
-                raise ConfigError([problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")]) from error
+                raise ConfigError([self._problem(boat, error)]) from error
             _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
         return self.kinds[boat.order]
+
+    def _check_wind(self) -> None:
+        config = self.config
+        warn_if_unpushed(
+            config.name, config.wind, config.physics, [(boat, self._built(boat).wind) for boat in self.boats]
+        )
+        names = {name for boat in self.boats for name in (boat.name, boat.robot)}
+        names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}
+        names |= {name for dock in self.docks if dock.config.dynamic for name in (dock.name, dock.parent)}
+        warn_if_unmoved(config.name, config.wind, names)
+
+    def _problem(self, boat: BoatConfig, error: UnknownNameError) -> Problem:
+        """What is wrong with a boat, at the place that orders it: in the fleet's file, or the world's without one."""
+        if self._fleet.is_empty and not self._fleet.section:
+            return problem_at(self.config.section, ("spawn", "sensors"), str(error))
+        own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
+        return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
         """Put a piece into the world, its names after `name` and a slash."""
@@ -250,7 +268,7 @@ class _Assembly:
             "markers": marker_rows(config.markers, waypoints(self.task)),
             "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,
             "terrain": config.terrain,
-            "shoreline": shoreline(config.terrain) if config.terrain else [],
+            "shoreline": shoreline(config.terrain, config.folder) if config.terrain else [],
             "scene": scene_parameters(config),
             "camera": config.camera,
         }
@@ -268,7 +286,7 @@ def spawn_parameters(config: WorldConfig) -> dict[str, Any]:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
     return {
         **config.spawn.model_dump(include={"robot", "thrusters", "sensors"}),
-        "wind": [item.model_dump() for item in config.wind.objects] if config.wind else [],
+        "wind": newcomer_wind(config.wind, config.physics),
         "quirks": config.physics.quirks,
     }
 

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from vrx_mj.compiler.parameters import NO_WIND, element_row, wind_coefficients
+from vrx_mj.compiler.parameters import element_row
 from vrx_mj.compiler.placement import PlacedDock
 from vrx_mj.compiler.templates import Geom, Mesh, Piece, geoms, meshes
 from vrx_mj.compiler.trees import BlockTree, block_tree
+from vrx_mj.compiler.wind import NO_WIND, wind_coefficients
 from vrx_mj.config.bays import PlacardConfig
 from vrx_mj.config.displays import RGB
 from vrx_mj.config.docks import Cell

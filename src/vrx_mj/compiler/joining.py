@@ -25,6 +25,7 @@ from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.compiler.scored import Touch
 from vrx_mj.compiler.shooters import ball_name, ball_names, spare_ball
 from vrx_mj.compiler.templates import PREFIX, Piece, render
+from vrx_mj.compiler.wind import warn_if_unpushed
 from vrx_mj.compiler.world import World
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import build_boat
@@ -112,7 +113,8 @@ class _Joining:
     def world(self) -> World:
         old, boat = self._old, self._boat
         spawn = old.get("spawn", {})
-        self._wind = WindConfig.model_validate({"objects": spawn.get("wind", ())})
+        blowing = {"mean_velocity": abs(old["wind"]["mean"]), "var_gain": old["wind"]["gain"]}
+        self._wind = WindConfig.model_validate({"objects": spawn.get("wind"), **blowing})
         physics = {"profile": old["profile"], "gravity": old["gravity"], "quirks": spawn.get("quirks", ())}
         self._physics = PhysicsConfig.model_validate(physics)
         fit = fitted(_built(boat, old["profile"]), boat.engines, boat.color)
@@ -122,6 +124,7 @@ class _Joining:
             raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
         self._place(boat.name, fit.piece, boat.pose)
         self._rows = boat_rows(fit, boat, old, self._wind, self._physics)
+        warn_if_unpushed(old["name"], self._wind, self._physics, [(boat, fit.boat.wind)])
         self._add_balls()
         return self._joined()
 

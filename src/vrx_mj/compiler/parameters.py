@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vrx_mj.compiler.placement import PlacedObject
+from vrx_mj.compiler.wind import NO_WIND, wind_coefficients
 from vrx_mj.config.objects import BuoyancyElement
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.profiles import CLASSIC
@@ -14,14 +15,11 @@ from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
 Row = dict[str, Any]
-NO_WIND = (0.0, 0.0, 0.0)
 NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
 PROFILES = {"vrx": VRX, "vrx3": VRX3}
 """Codes of the profiles in the runtime's tables."""
-FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001}
-"""How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
 DENSITY = 997.0
 """In profile vrx3, of the water that an object displaces which does not say [kg/m3]. VRX 3's PolyhedraBuoyancyDrag.cc.
 """
@@ -47,38 +45,6 @@ def sea_parameters(sea: SeaConfig) -> Row:
         "period": sea.period,
         "direction": list(along),
     }
-
-
-def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Row:
-    """The gust process and its direction; a world without wind is one of 0 m/s."""
-    wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
-    toward = math.radians(wind.direction)
-    return {
-        "direction": [math.cos(toward), math.sin(toward)],
-        "mean": wind.mean_velocity,
-        "gain": wind.var_gain,
-        "time_constant": wind.var_time,
-        "first_step": FIRST_GUST[profile],
-        "seed": wind.seed,
-        "update_rate": wind.update_rate,
-    }
-
-
-def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float] | None:
-    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
-    for item in wind.objects if wind else ():
-        if item.model in names:
-            return item.coefficients
-    return None
-
-
-def boat_wind(
-    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Sequence[float] | None
-) -> list[float]:
-    """Coefficients for a boat: the world's, or else its `own`; none where the world keeps VRX's `wind_stale_link`."""
-    if "wind_stale_link" in physics.quirks:
-        return list(NO_WIND)
-    return list(wind_coefficients(wind, name, robot) or own or NO_WIND)
 
 
 def hull_physics(physics: PhysicsConfig) -> Row:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -42,6 +42,7 @@ __all__ = [
     "Vec3",
     "fault",
     "faults",
+    "keys_of",
     "numbers",
     "text_faults",
 ]
@@ -109,6 +110,9 @@ class Config(BaseModel):
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
 
+    folder_keys: ClassVar[Mapping[str, str]] = {}
+    """Of fields that hold a folder, the key whose relative path starts there; others hold that of the whole section."""
+
     @model_validator(mode="before")
     @classmethod
     def _from_file(cls, data: Any) -> Any:
@@ -123,11 +127,17 @@ class Config(BaseModel):
         }
         if huge := [place for key, value in plain.items() if key in fields for place in _huge(cls, key, value)]:
             raise faults(*huge)
-        if isinstance(data, Section) and "folder" in fields:
-            if "folder" in data:
-                raise faults((("folder",), unknown_key("folder", [key for key in fields if key != "folder"])))
-            plain["folder"] = data.folder
+        if isinstance(data, Section):
+            for own in (name for name, field in fields.items() if field.exclude):
+                if own in data:
+                    raise faults(((own,), unknown_key(own, keys_of(cls))))
+                plain[own] = data.folder_of(cls.folder_keys.get(own, ""))
         return plain
+
+
+def keys_of(model: type[Config]) -> list[str]:
+    """The keys that a file may give a model, in their order."""
+    return [name for name, field in model.model_fields.items() if not field.exclude]
 
 
 def _huge(model: type[Config], key: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], str]]:

@@ -88,7 +88,7 @@ def _built(order: Order) -> Boat:
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
     water, derived = _hydrodynamics(boat, config, profile)
-    notes = (*boat.warnings, derived) if derived else boat.warnings
+    notes = [note for note in (*boat.warnings, derived, _unfurnished(boat, order, config)) if note]
     if notes:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
@@ -165,9 +165,7 @@ def _plain_urdf(file: Path) -> str | None:
 def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:
     if order.layout is None:
         return next(iter(config.layouts.values()), {})
-    if order.layout not in config.layouts:
-        raise UnknownNameError("thruster layout", order.layout, known=config.layouts)
-    return config.layouts[order.layout]
+    return config.layout(order.layout, order.robot)
 
 
 def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple[str, ...] | None]:
@@ -192,6 +190,14 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
         if name not in known:
             raise UnknownNameError("sensor or suite" if config.suites else "sensor", name, [*known, *config.suites])
     return tuple(known[name] for name in wanted)
+
+
+def _unfurnished(boat: Boat, order: Order, config: RobotConfig) -> str:
+    """A note where VRX's sensors are asked for, and the boat's own files say which it carries."""
+    if order.sensors != (VRX,) or (config.suites and not order.components):
+        return ""
+    carried = ", ".join(sensor.name for sensor in boat.sensors) or "none"
+    return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
 
 
 def _hydrodynamics(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[HydrodynamicsConfig, str]:

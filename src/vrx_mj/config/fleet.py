@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -68,8 +68,10 @@ class BoatConfig(Config):
     """Path of a component file."""
     sensors: tuple[str, ...] | None = None
     """Suites or names of sensors; None: what the robot or its component file carries."""
-    parts_folder: Folder = None
-    """Where relative paths of `thrusters` and `components` start."""
+    thrusters_folder: Folder = None
+    """Where a relative path of `thrusters` starts."""
+    components_folder: Folder = None
+    """Where a relative path of `components` starts."""
     pose: Pose
     """Of `base_link` in the world [m, rad]."""
     color: Color | None = None
@@ -83,8 +85,8 @@ class BoatConfig(Config):
     def order(self) -> Order:
         """How the boat is built; boats of equal orders are alike."""
         layout = self.thrusters if self.thrusters and not is_path(self.thrusters) else None
-        file = contained(self.thrusters, self.parts_folder) if self.thrusters and layout is None else None
-        parts = contained(self.components, self.parts_folder) if self.components else None
+        file = contained(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
+        parts = contained(self.components, self.components_folder) if self.components else None
         return Order(self.robot, self.folder, layout, file, parts, self.sensors)
 
 
@@ -125,7 +127,10 @@ def _controller(value: str) -> str:
 class _Built(Config):
     """What a fleet and a single boat of it can both say."""
 
+    folder_keys: ClassVar = {"folder": "robot", "thrusters_folder": "thrusters", "components_folder": "components"}
     folder: Folder = None
+    thrusters_folder: Folder = None
+    components_folder: Folder = None
     robot: str | None = None
     """Kind of boat; by default that of the world's spawn."""
     thrusters: str | None = None
@@ -151,7 +156,7 @@ class _Built(Config):
     def _robot_has_them(cls, value: str | None, info: ValidationInfo) -> str | None:
         robot, folder = info.data.get("robot"), info.data.get("folder")
         if value is not None and is_path(value):
-            check(info, lambda: load_parts(contained(value, folder), "thrusters"))
+            check(info, lambda: load_parts(contained(value, info.data.get("thrusters_folder")), "thrusters"))
         elif value is not None and robot is not None:
             check(info, lambda: check_thrusters(robot, value, folder))
         return value
@@ -160,7 +165,7 @@ class _Built(Config):
     @classmethod
     def _can_be_read(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is not None:
-            check(info, lambda: load_parts(contained(value, info.data.get("folder")), "components"))
+            check(info, lambda: load_parts(contained(value, info.data.get("components_folder")), "components"))
         return value
 
 
@@ -328,16 +333,18 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
     levels = [level for level in (entry, fleet) if level is not None]
     owner = next((level for level in levels if level.robot), spawn)
     robot = str(owner.robot)
-    parts = next((level for level in levels if level.thrusters or level.components), spawn)
+    driven = next((level for level in levels if level.thrusters), None)
+    furnished = next((level for level in levels if level.components), None)
     engines = next((level.engines for level in levels if level.engines), None)
     return BoatConfig(
         folder=owner.folder,
         name=name,
         robot=robot,
         thrusters=_layout(levels, robot, owner.folder, spawn),
-        components=next((level.components for level in levels if level.components), None),
+        components=furnished.components if furnished else None,
         sensors=_sensors(levels, robot, spawn),
-        parts_folder=parts.folder,
+        thrusters_folder=driven.thrusters_folder if driven else None,
+        components_folder=furnished.components_folder if furnished else None,
         pose=pose,
         color=entry.color if entry else None,
         engines=engines or "fixed",

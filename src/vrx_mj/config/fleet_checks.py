@@ -12,7 +12,7 @@ from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.slots import room_faults
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
 __all__ = ["load_fleet"]
 
@@ -65,13 +65,13 @@ def _thruster_faults(boats: Sequence[Located]) -> Iterator[Fault]:
             continue
         try:
             check_thrusters(boat.robot, boat.thrusters, boat.folder)
-        except UnknownNameError as error:
+        except VrxError as error:
             yield (*own, "thrusters"), str(error)
 
 
 def _wind_problems(world: WorldConfig, boats: Sequence[Located]) -> list[Problem]:
     """Wind on things that are no boats, docks, objects of the world, nor kinds of such."""
-    listed = world.wind.objects if world.wind else ()
+    listed = (world.wind.objects if world.wind else None) or ()
     if not listed:
         return []
     known = {name for item in boats for name in (item.boat.name, item.boat.robot)} | set(catalogue("robots"))

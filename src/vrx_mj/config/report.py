@@ -7,7 +7,7 @@ from typing import Any, cast, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from vrx_mj.config.base import Config
+from vrx_mj.config.base import Config, keys_of
 from vrx_mj.config.tree import Place, Section, key_path, locate
 from vrx_mj.config.wording import choice, shown, unknown_key
 from vrx_mj.errors import Problem
@@ -78,7 +78,7 @@ def _keys(model: type[Config], section: Section, path: tuple[str | int, ...]) ->
         if isinstance(step, str) and step in owner.model_fields:
             owner = _model_in(owner.model_fields[step].annotation, node) or owner
     top = ["extends"] if owner is model else []
-    return [*top, *(key for key in owner.model_fields if key != "folder")]
+    return [*top, *keys_of(owner)]
 
 
 def _model_in(annotation: Any, value: Any) -> type[Config] | None:

@@ -29,6 +29,7 @@ from vrx_mj.config.search import contained
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
+from vrx_mj.errors import UnknownNameError, VrxError
 
 __all__ = [
     "HydrodynamicsEntry",
@@ -215,6 +216,19 @@ class RobotConfig(Config):
     def in_profile(self, profile: str) -> ProfileEntry:
         """What is different in worlds of a profile; in the classic one nothing is."""
         return ProfileEntry() if profile == CLASSIC else self.profiles.vrx3
+
+    def layout(self, name: str, robot: str) -> Mapping[str, str]:
+        """The xacro arguments of a layout of thrusters; `robot` is what messages call this one.
+
+        Raises:
+            UnknownNameError: it has other layouts.
+            VrxError: it has none.
+        """
+        if name in self.layouts:
+            return self.layouts[name]
+        if self.layouts:
+            raise UnknownNameError("thruster layout", name, self.layouts)
+        raise VrxError(f"not allowed for robot {robot}, whose own files say where its thrusters are; remove it")
 
     @property
     def description_file(self) -> Path:

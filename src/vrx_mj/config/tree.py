@@ -13,6 +13,10 @@ APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
 REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
+FURNISHED = {"robot": ("thrusters", "components", "sensors")}
+"""Keys that say something of another one's value: a file with another robot takes none of them from its base."""
+USUAL = {"robot": "wamv"}
+"""Values of such keys where a file says none."""
 DEEPEST = 40
 """Levels of nesting that a file or a dict may have."""
 
@@ -54,6 +58,10 @@ class Section(dict[str, Any]):
         """The folder in which relative paths of this section start."""
         return self.place.file.folder
 
+    def folder_of(self, key: str) -> Path | None:
+        """The folder in which a relative path of a key starts: that of the file that says it, which may be the base."""
+        return self.entries[key].value.file.folder if key in self.entries else self.folder
+
 
 class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no slots
     """A list that knows the places of its entries."""
@@ -89,8 +97,9 @@ def of_python(value: Any, file: File, depth: int = 0) -> Any:
 def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> Section:
     """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
 
-    A task of another type replaces that of the base.
+    A task of another type replaces that of the base; what a base says of its robot is not said of another one.
     """
+    base = _without_furniture(base, over)
     values, entries = {**base, **over}, {**base.entries, **over.entries}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
@@ -101,6 +110,17 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):
             values[key] = Items.of((*old, *new), (*old.places, *new.places), (*old.numbers, *new.numbers))
     return Section(values, over.place, entries)
+
+
+def _without_furniture(base: Section, over: Section) -> Section:
+    """The base without what it says of a value that `over` replaces by another."""
+    gone = {
+        key
+        for owner, keys in FURNISHED.items()
+        if owner in over and over[owner] != base.get(owner, USUAL[owner])
+        for key in keys
+    }
+    return Section({key: value for key, value in base.items() if key not in gone}, base.place, base.entries)
 
 
 def _differ(old: Section, new: Section) -> bool:

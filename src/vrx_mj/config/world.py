@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -37,7 +37,7 @@ from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
-from vrx_mj.errors import UnknownNameError, VrxWarning
+from vrx_mj.errors import VrxWarning
 
 __all__ = [
     "Georeference",
@@ -127,8 +127,10 @@ class WindConfig(Config):
     """Seed of the gusts; 0 leaves it to the world's seed."""
     update_rate: float = 10.0
     """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
-    objects: tuple[WindObject, ...] = ()
-    """What the wind pushes, besides boats whose robot has coefficients of its own."""
+    objects: tuple[WindObject, ...] | None = None
+    """What the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
+
+    `[]`: nothing at all."""
 
 
 class PhysicsConfig(Config):
@@ -206,13 +208,14 @@ Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
 class SpawnConfig(Config):
     """The one boat of a run without a fleet."""
 
+    folder_keys: ClassVar = {"folder": "robot"}
     folder: Folder = None
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     """Pose in the world [m, rad]."""
     robot: str = "wamv"
-    """Kind of boat: a name, or a path relative to this file."""
+    """Kind of boat: a name, or a path relative to this file. Another one than the base's takes no keys of the base's."""
     thrusters: str = "T"
-    """Layout of the thrusters: H, T or X."""
+    """Layout of the thrusters: H, T or X; only for a robot that has layouts."""
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default what the robot carries."""
 
@@ -233,6 +236,7 @@ class SpawnConfig(Config):
 class WorldConfig(Config):
     """A world's file, on top of those that it extends."""
 
+    folder_keys: ClassVar = {"folder": "terrain"}
     folder: Folder = None
     name: str = "world"
     """Name of the world; by default that of the file."""
@@ -299,10 +303,8 @@ class WorldConfig(Config):
 
 
 def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
-    """Refuses a layout of thrusters that the kind of boat does not have; a robot without layouts has the one."""
-    known = load_robot(robot, folder).layouts
-    if layout not in known:
-        raise UnknownNameError("thruster layout", layout, known)
+    """Refuse a layout of thrusters that the kind of boat does not have."""
+    load_robot(robot, folder).layout(layout, robot)
 
 
 def load_world(source: Source) -> WorldConfig:

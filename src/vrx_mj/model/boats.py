@@ -209,7 +209,7 @@ class Spawn:
     """Layout of its thrusters."""
     sensors: tuple[Text, ...] | None = None
     """Suites or sensors; None: what the robot carries."""
-    wind: tuple[WindCoefficients, ...] = ()
-    """How the wind acts on it."""
+    wind: tuple[WindCoefficients, ...] | None = None
+    """How the wind acts on it, besides by its robot's own coefficients; (): not at all."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds that are kept."""

@@ -311,6 +311,7 @@ class Batch(RowTables):
                                 ("waves", waves), ("mass", mass), ("thrust", thrust))
             if value is not None
         }  # fmt: skip
+        self._warn_of_no_effect(given)
         if "wind_speed" in given:
             self._wind["mean"][which, 0] = given["wind_speed"]
         if "gusts" in given:

@@ -1,5 +1,7 @@
 """The tables of a batch: what each row has of its own, and how it is copied."""
 
+import warnings
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -8,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
+from vrx_mj.errors import VrxWarning
 from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
@@ -70,6 +73,16 @@ class RowTables:
         for row, flat in enumerate(state["mujoco"]):
             mujoco.mj_setState(self._model_of(row), self._data[row], flat, SIGNATURE)
         self._observe()
+
+    def _warn_of_no_effect(self, given: Mapping[str, Floats]) -> None:
+        """Warn of parameters that change nothing: wind where it pushes nothing, waves where the sea has none."""
+        rig, name = self._rig, self.world.name
+        pushed = any(table["wind"].any() for table in (rig.hulls, rig.floats, rig.blocks))
+        if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
+            text = f"{' and '.join(idle)} without effect: the wind pushes nothing in world {name}"
+            warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=4)
+        if not rig.waves["amplitude"].any() and "waves" in given and given["waves"].any():
+            warnings.warn(f"waves without effect: the sea of world {name} has none", VrxWarning, stacklevel=4)
 
     def _model_of(self, row: int) -> mujoco.MjModel:
         return self._own_models.get(row, (self._model,))[0]

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from vrx_mj.compiler.markers import AHEAD, marker_rows
-from vrx_mj.compiler.parameters import DENSITY, boat_wind, float_row, sea_parameters, wind_parameters
+from vrx_mj.compiler.parameters import DENSITY, float_row, sea_parameters
 from vrx_mj.compiler.placement import PlacedObject
 from vrx_mj.compiler.scored import touches_of
 from vrx_mj.compiler.swimmers import follower_row
+from vrx_mj.compiler.wind import boat_wind, wind_parameters
 from vrx_mj.config.markers import MarkersConfig
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.paths import PathConfig

@@ -161,11 +161,18 @@ def test_a_package_that_nobody_has_is_told(folder):
 
 @pytest.mark.parametrize(
     ("sensors", "expected"),
-    [(None, ["bow", "stern"]), (("vrx",), ["bow", "stern"]), (("none",), []), ((), []), (("stern",), ["stern"])],
+    [(None, ["bow", "stern"]), (("none",), []), ((), []), (("stern",), ["stern"])],
 )
 def test_sensors_of_a_robot_without_suites_are_all_none_or_some(folder, sensors, expected):
     write(folder, boat_urdf=BOAT)
     assert names(build("boat.urdf", sensors=sensors)) == expected
+
+
+def test_vrx_s_sensors_are_those_of_the_robot_where_it_has_no_suites_with_a_warning(folder):
+    write(folder, boat_urdf=BOAT)
+    text = "robot boat.urdf: `sensors: vrx` adds no sensor: it carries those of its own files, bow, stern"
+    with pytest.warns(VrxWarning, match=f"^{text}$"):
+        assert names(build("boat.urdf", sensors=("vrx",))) == ["bow", "stern"]
 
 
 VRX_SUITE = ["front_left_camera", "front_right_camera", "middle_right_camera", "gps_wamv", "imu_wamv", "lidar_wamv",

@@ -1,0 +1,108 @@
+"""Wind of a compiled world: its gusts, and the coefficients of what it pushes."""
+
+import math
+import warnings
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.profiles import CLASSIC
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.errors import VrxWarning
+
+__all__ = [
+    "NO_WIND",
+    "boat_wind",
+    "newcomer_wind",
+    "warn_if_unmoved",
+    "warn_if_unpushed",
+    "wind_coefficients",
+    "wind_parameters",
+]
+
+NO_WIND = (0.0, 0.0, 0.0)
+STALE = "wind_stale_link"
+"""VRX's defect by which the wind pushes no boat."""
+FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001}
+"""How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
+
+SHOWN_NAMES = 3
+"""Boats that a warning names."""
+
+Coefficients = Sequence[float]
+
+
+def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> dict[str, Any]:
+    """The gust process and its direction; a world without wind is one of 0 m/s."""
+    wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
+    toward = math.radians(wind.direction)
+    return {
+        "direction": [math.cos(toward), math.sin(toward)],
+        "mean": wind.mean_velocity,
+        "gain": wind.var_gain,
+        "time_constant": wind.var_time,
+        "first_step": FIRST_GUST[profile],
+        "seed": wind.seed,
+        "update_rate": wind.update_rate,
+    }
+
+
+def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float] | None:
+    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
+    for item in (wind.objects if wind else None) or ():
+        if item.model in names:
+            return item.coefficients
+    return None
+
+
+def boat_wind(
+    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Coefficients | None
+) -> list[float]:
+    """Coefficients for a boat: the world's, or else its `own`; none where the world says that it pushes nothing."""
+    if STALE in physics.quirks:
+        return list(NO_WIND)
+    return list(wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND)
+
+
+def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
+    """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it is no drag."""
+    return physics.profile == CLASSIC if wind is None else wind.objects != ()
+
+
+def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> list[dict[str, Any]] | None:
+    """What the wind pushes, for boats that join later; None: those with coefficients of their own, []: nothing."""
+    if wind is not None and wind.objects:
+        return [item.model_dump() for item in wind.objects]
+    return None if _pushes_boats(wind, physics) else []
+
+
+def warn_if_unpushed(
+    world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, Coefficients | None]]
+) -> None:
+    """One warning if a wind blows that has no coefficients for some boats, each given with those of its own."""
+    if wind is None or wind.objects == () or STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
+        return
+    still = [boat for boat, own in boats if not own and wind_coefficients(wind, boat.name, boat.robot) is None]
+    if still:
+        text = f"world {world}: the wind does not push {_first(boat.name for boat in still)}"
+        lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
+        advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list the boat in the world's `wind.objects`"
+        warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
+
+
+def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
+    """One warning if the wind lists things, but no kind of boat, of which none can move."""
+    names = {*moving, *catalogue("robots")} if wind is not None and wind.objects else set()
+    idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
+    if idle:
+        text = f"world {world}: wind.objects has no effect on {_first(idle)}"
+        warnings.warn(
+            f"{text}; list boats, objects that float, and docks with `dynamic: true`", VrxWarning, stacklevel=5
+        )
+
+
+def _first(names: Iterable[str]) -> str:
+    known = list(dict.fromkeys(names))
+    more = [f"{len(known) - SHOWN_NAMES} more"] if len(known) > SHOWN_NAMES else []
+    return ", ".join([*known[:SHOWN_NAMES], *more])
