@@ -9,16 +9,18 @@ from vrx_mj.packages import importing
 with importing("vrx_mj.adapters.gym", "Gymnasium", "rl"):
     import gymnasium
 
+from vrx_mj.adapters.gym.options import episode_steps
 from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.single import Env
 from vrx_mj.adapters.gym.vector import VectorEnv
 
 __all__ = ["Env", "VectorEnv"]
 
-for _name in PROBLEMS:
+for _name, _problem in PROBLEMS.items():
     gymnasium.register(
         f"vrx_mj/{_name}-v0",
-        entry_point="vrx_mj.adapters.gym.single:Env",
+        entry_point="vrx_mj.adapters.gym.single:RegisteredEnv",
         vector_entry_point="vrx_mj.adapters.gym.vector:VectorEnv",
+        max_episode_steps=episode_steps(_problem.duration),
         kwargs={"problem": _name},
     )

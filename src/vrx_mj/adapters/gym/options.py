@@ -12,12 +12,16 @@ from gymnasium.vector import AutoresetMode
 from vrx_mj.arguments import as_number
 from vrx_mj.errors import shown
 
-__all__ = ["PERIOD", "as_floats", "check_count", "check_picture", "episode_steps", "is_number", "reset_mode"]
+__all__ = [
+    "PERIOD", "as_floats", "check_count", "check_picture", "episode_steps", "is_number", "reset_mode", "step_limit",
+]  # fmt: skip
 
 PERIOD = 0.1
 """Of an action [s]: 10 physics steps."""
 LONGEST = 1e9
 """Episode, at most [s]."""
+ENDLESS = 1 << 60
+"""Steps of an episode that is not truncated."""
 MOST = 1_000_000
 """Rows of an environment."""
 LARGEST = 8192
@@ -31,6 +35,30 @@ def episode_steps(duration: Any) -> int:
     if duration > LONGEST:
         raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {LONGEST:g} s")
     return round(float(duration) / PERIOD)
+
+
+def step_limit(duration: Any, most: Any, default: float) -> int:
+    """Steps after which an episode is truncated.
+
+    Args:
+        duration: of an episode [s], or None.
+        most: Gymnasium's `max_episode_steps`, -1 for no such number, or None.
+        default: duration [s] where neither is given.
+
+    Raises:
+        gymnasium.error.Error: one of both is invalid, or the duration is longer than so many steps.
+    """
+    if most is None:
+        return episode_steps(default if duration is None else duration)
+    if not isinstance(most, int | np.integer) or isinstance(most, bool) or (most < 1 and most != -1):
+        text = "a whole number above 0 is needed, or -1 for no limit"
+        raise gymnasium.error.Error(f"invalid max_episode_steps {shown(most)}: {text}")
+    limit = ENDLESS if most == -1 else min(int(most), ENDLESS)
+    steps = limit if duration is None else episode_steps(duration)
+    if steps > limit:
+        text = f"truncates an episode after {limit * PERIOD:g} s; give max_episode_steps={steps} instead"
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: max_episode_steps={limit} {text}")
+    return steps
 
 
 def check_count(name: str, value: Any) -> None:

@@ -31,6 +31,11 @@ class Picture:
         """Without what is made for the first picture."""
         return {"_world": self._world, "_lens": self._lens, "_model": None}
 
+    def close(self) -> None:
+        """Free the drawing context; the next picture makes a new one."""
+        if self._model is not None:
+            self._cameras.close()
+
     def draw(self, batch: Batch, row: int, waves: float) -> npt.NDArray[np.uint8]:
         """The picture (height, width, 3) of a row, from behind and above its first boat; `waves` is as in `take`."""
         x, y, _, w, qx, qy, z = batch.features[row, 0, :7]

@@ -8,16 +8,18 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from vrx_mj.adapters.gym.features import Floats32
-from vrx_mj.adapters.gym.options import as_floats
+from vrx_mj.adapters.gym.options import as_floats, episode_steps
+from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.vector import VectorEnv
+from vrx_mj.arguments import check_name
 
-__all__ = ["Env"]
+__all__ = ["Env", "RegisteredEnv"]
 
 
 class Env(gymnasium.Env[Floats32, Floats32]):
     """One boat and one problem; actions, observations, rewards and options are those of `VectorEnv`.
 
-    `reset` must be called before the first episode and after each one.
+    `reset` must be called before the first episode and after each one. After `close` it opens the environment again.
     """
 
     metadata = VectorEnv.metadata
@@ -40,6 +42,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
     ) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode; `options` are ignored."""
         super().reset(seed=seed, options=options)
+        self._rows.closed = False
         self._rows.use(0, self.np_random)
         observation, info = self._rows.reset()
         self._ended = False
@@ -64,5 +67,20 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         return None if pictures is None else pictures[0]
 
     def close(self) -> None:
-        """Release threads and renderer; further calls have no effect."""
+        """Free the renderer; further calls have no effect."""
         self._rows.close()
+
+
+class RegisteredEnv(Env):
+    """An `Env` as `gymnasium.make` makes it: Gymnasium's `TimeLimit` truncates its episodes, at `max_episode_steps`."""
+
+    def __init__(self, problem: str, *, duration: float | None = None, **options: Any) -> None:
+        """Compile the world; the arguments are those of `Env`, except that `duration` has no default.
+
+        Raises:
+            gymnasium.error.Error: an option is invalid, or `duration` is longer than the registered
+                `max_episode_steps`: `gymnasium.make` does not say whether its caller gave others.
+        """
+        check_name("problem", problem, PROBLEMS)
+        most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
+        super().__init__(problem, duration=duration, max_episode_steps=most, **options)

@@ -12,7 +12,8 @@ from gymnasium.vector.utils import batch_space
 
 from vrx_mj.adapters.gym.features import BOUND, Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
-from vrx_mj.adapters.gym.options import PERIOD, as_floats, check_count, check_picture, episode_steps, reset_mode
+from vrx_mj.adapters.gym.infos import final, masked
+from vrx_mj.adapters.gym.options import PERIOD, as_floats, check_count, check_picture, reset_mode, step_limit
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Problem
 from vrx_mj.adapters.gym.problems import PROBLEMS
@@ -56,6 +57,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         world: Source | None = None,
         fleet: Source | None = None,
         duration: float | None = None,
+        max_episode_steps: int | None = None,
         wind_speed: Range = None,
         gusts: Range = None,
         waves: Range = None,
@@ -74,7 +76,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             num_envs: number of rows.
             world: world to use instead of the problem's own; without a task, and with a dock for Docking.
             fleet: fleet of one boat; by default a WAM-V with VRX's layout H.
-            duration: duration of an episode [s], after which it is truncated.
+            duration: duration of an episode [s], after which it is truncated; by default the problem's.
+            max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
+                no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
             wind_speed: mean wind [m/s], from any direction. This and the next four: a number, or a pair (least,
                 greatest) from which each episode draws; by default as in the world.
             gusts: standard deviation of the gusts [m/s].
@@ -95,7 +99,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
         kind = PROBLEMS[problem]
-        self._most = episode_steps(kind.duration if duration is None else duration)
+        self._most = step_limit(duration, max_episode_steps, kind.duration)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._variety = Variety(num_envs, wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
@@ -156,17 +160,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         reward, done = self._problem.judge(seen, ~idle)
         self._steps[going] += 1
         reward, done = np.where(idle | diverged, 0.0, reward), (done & ~idle) | diverged
-        cut = (self._steps >= self._most) & ~done & ~idle
-        observation, info = self._observe(seen), self._told(diverged)
+        cut = (self._steps >= self._most) & ~idle
+        observation, facts = self._observe(seen), {**self._problem.facts(), "diverged": diverged}
         self._over = done | cut
         if self._mode is AutoresetMode.SAME_STEP and self._over.any():
-            ended = np.flatnonzero(self._over)
-            info = {"final_obs": _of(ended, observation), "_final_obs": self._over, "final_info": info,
-                    "_final_info": self._over, **info}  # fmt: skip
-            self._begin(ended)
-            observation = self._observe(self._seen())
-            return observation, reward, done, cut, info
-        return observation, reward, done, cut, info
+            info = masked(facts, ~self._over) | final(facts, observation, self._over)
+            self._begin(np.flatnonzero(self._over))
+            return self._observe(self._seen()), reward, done, cut, info
+        return observation, reward, done, cut, masked(facts, ~idle)
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
@@ -179,7 +180,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         return tuple(self._picture.draw(self._batch, row, factor) for row, factor in enumerate(waves))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """The rows go with the environment."""
+        """Free the renderer; the rows go with the environment."""
+        self._picture.close()
 
     # Inside
 
@@ -218,13 +220,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
     def _observe(self, seen: Seen) -> Floats32:
         """What is observed; rows that have diverged see nothing."""
         return self._features.of(seen.own, self._last, self._problem.observe(seen))
-
-    def _told(self, diverged: npt.NDArray[np.bool_]) -> dict[str, Any]:
-        every = np.ones(self.num_envs, np.bool_)
-        info: dict[str, Any] = {}
-        for name, value in (*self._problem.facts().items(), ("diverged", diverged)):
-            info[name], info[f"_{name}"] = value, every
-        return info
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
         self._random.check_begun()
@@ -272,11 +267,3 @@ def commanded(actions: Floats32, limits: npt.NDArray[np.float64]) -> npt.NDArray
     """Commands (rows, channels) that actions in [-1, 1] mean, by the greatest astern and ahead, (channels, 2)."""
     wanted = actions.astype(np.float64)
     return np.where(wanted < 0.0, wanted * limits[:, 0], wanted * limits[:, 1])
-
-
-def _of(rows: npt.NDArray[np.int64], observation: Floats32) -> npt.NDArray[np.object_]:
-    """Observations of some rows, None for the others, as Gymnasium wants it."""
-    found = np.full(len(observation), None, object)
-    for row in rows.tolist():
-        found[row] = observation[row].copy()
-    return found

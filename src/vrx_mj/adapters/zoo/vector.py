@@ -206,7 +206,8 @@ class TeamVectorEnv:
         return tuple(self._drawn(row) for row in range(self.num_envs))
 
     def close(self) -> None:
-        """Close the environment; further calls have no effect."""
+        """Free the renderer; further calls have no effect."""
+        self._picture.close()
         self.closed = True
 
     # Inside

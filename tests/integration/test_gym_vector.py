@@ -1,0 +1,200 @@
+"""Every registered environment as rows, against Gymnasium's own vectorisation of single ones: all that is returned."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import vrx_mj.adapters.gym  # noqa: F401
+from vrx_mj.adapters.gym import VectorEnv
+from vrx_mj.adapters.gym.options import PERIOD
+from vrx_mj.adapters.gym.problems import PROBLEMS
+
+IDS = sorted(name for name in gymnasium.registry if name.startswith("vrx_mj/"))
+ROWS = 4
+DIVERGES, LATE = 2, 1
+"""A row that diverges, and one whose episodes begin later than those of the others."""
+VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
+
+
+def pair(name, mode, **options):
+    """The rows, and Gymnasium's own vectorisation of as many single environments."""
+    ours = gymnasium.make_vec(name, num_envs=ROWS, autoreset_mode=mode, **options)
+    theirs = gymnasium.make_vec(
+        name, num_envs=ROWS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **options
+    )
+    return ours, theirs
+
+
+def plain(value):
+    """Anything that an environment returns, as copies of names, types and numbers that compare exactly."""
+    if isinstance(value, dict):
+        return {name: plain(one) for name, one in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(one) for one in value]
+    if isinstance(value, np.ndarray):
+        told = [plain(one) for one in value] if value.dtype == object else value.tobytes()
+        return value.dtype.str, value.shape, told, value.tolist() if value.dtype != object else None
+    return type(value).__name__, value
+
+
+def batches(env):
+    """The `Batch` of each row, and the number of the row in it."""
+    if isinstance(env, VectorEnv):
+        return [(env._batch, row) for row in range(ROWS)]
+    return [(one.unwrapped._rows._batch, 0) for one in env.envs]
+
+
+def played(env, steps=14):
+    """What was returned, and the same as it reads after all steps."""
+    random, masked = np.random.default_rng(5), np.arange(ROWS) == LATE
+    returned = [env.reset(seed=3)]
+    copies = [plain(returned[0])]
+    for step in range(steps):
+        if step == 2:
+            returned.append(env.reset(options={"reset_mask": masked.copy()}))
+        if step == 3:
+            batch, row = batches(env)[DIVERGES]
+            batch.set_boat(batch.boats[0], velocity=(9e6, 0, 0, 0, 0, 9e6), rows=[row])
+        action = random.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+        returned.append(env.step(action))
+        ended = returned[-1][2] | returned[-1][3]
+        if env.metadata["autoreset_mode"] is AutoresetMode.DISABLED and ended.any():
+            returned.append(env.reset(options={"reset_mask": ended.copy()}))
+        copies += [plain(one) for one in returned[len(copies) :]]
+    return returned, copies
+
+
+def bootstraps(returned):
+    """How many values of last observations a learner adds: Gymnasium's masks of those that were truncated."""
+    return sum(int((one[4]["_final_obs"] & one[3]).sum()) for one in returned if "_final_obs" in one[-1])
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+@pytest.mark.parametrize("name", IDS)
+def test_rows_return_what_gymnasium_s_own_vectorisation_returns(name, mode):
+    """Observations, rewards, ends, and every key of `info` with its mask, type and nesting, over ends of all kinds."""
+    ours, theirs = pair(name, mode, max_episode_steps=5, **VARIED)
+    for space in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(ours, space) == getattr(theirs, space)
+    (found, seen), (expected, wanted) = played(ours), played(theirs)
+    for number, (one, other) in enumerate(zip(seen, wanted, strict=True)):
+        assert one == other, f"call {number}"
+    assert [plain(one) for one in found] == seen, "what was returned changed afterwards"
+    steps = [one for one in expected if len(one) == 5]
+    assert any(one[2].any() for one in steps)
+    assert any(one[3].any() and not one[3].all() for one in steps)
+    assert bootstraps(found) == bootstraps(expected)
+    assert (bootstraps(expected) > 0) == (mode is AutoresetMode.SAME_STEP)
+    ours.close()
+    theirs.close()
+
+
+# What Gymnasium and stable-baselines3 check of single ones
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasium_s_checker_draws_too(name, recwarn):
+    env = gymnasium.make(name, width=32, height=24)
+    check_env(env.unwrapped)
+    env.close()
+    assert not [str(item.message) for item in recwarn]
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", IDS)
+def test_an_environment_that_was_drawn_and_closed_is_opened_by_its_reset(name):
+    """As `check_env` of stable-baselines3 uses it: drawn, closed, then reset and stepped."""
+    env = gymnasium.make(name, render_mode="rgb_array", width=32, height=24)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    assert (env.render_mode, env.metadata["render_modes"]) == ("rgb_array", ["rgb_array"])
+    before = env.render()
+    env.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match=r"^the environment is closed$"):
+        env.step(env.action_space.sample())
+    observation, _ = env.reset()
+    for _ in range(10):
+        assert np.isfinite(observation).all()
+        observation, reward, done, cut, info = env.step(env.action_space.sample())
+        assert (type(reward), type(done), type(cut), type(info)) == (float, bool, bool, dict)
+    picture = env.render()
+    assert (picture.shape, picture.dtype) == (before.shape, before.dtype) == ((24, 32, 3), np.uint8)
+    env.close()
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", IDS)
+def test_the_checker_of_stable_baselines3_has_nothing_to_say(name, recwarn):
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    checker.check_env(gymnasium.make(name, render_mode="rgb_array", width=32, height=24), skip_render_check=False)
+    assert not [str(item.message) for item in recwarn]
+
+
+# How long episodes are
+
+
+def length(env, most):
+    """Steps until the first episode ends; None if it goes on for `most`."""
+    env.reset(seed=1)
+    still = np.zeros(env.action_space.shape, np.float32)
+    for number in range(most):
+        _, _, done, cut, _ = env.step(still)
+        assert not np.any(done)
+        if np.any(cut):
+            return number + 1
+    return None
+
+
+def lengths(name, most, **options):
+    """Those of a single environment, of rows, and of Gymnasium's vectorisation of single ones."""
+    made = (
+        gymnasium.make(name, **options),
+        gymnasium.make_vec(name, num_envs=1, threads=1, **options),
+        gymnasium.make_vec(name, num_envs=1, vectorization_mode="sync", **options),
+    )
+    return {length(env, most) for env in made}
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_the_registered_number_of_steps_is_the_duration_of_the_problem(name):
+    kind = PROBLEMS[name.removeprefix("vrx_mj/").removesuffix("-v0")]
+    registered = gymnasium.spec(name).max_episode_steps
+    assert registered * PERIOD == pytest.approx(kind.duration)
+    for env in (gymnasium.make(name), gymnasium.make_vec(name, num_envs=1)):
+        assert env.spec.max_episode_steps == registered
+
+
+def test_episodes_are_as_long_as_what_makes_them_says():
+    name, registered = "vrx_mj/StationKeeping-v0", 600
+    assert lengths(name, 602) == {registered}
+    assert lengths(name, 602, max_episode_steps=601) == {601}
+    assert lengths(name, 602, max_episode_steps=-1) == {None}
+    assert lengths(name, 9, max_episode_steps=4) == {4}
+    assert lengths(name, 9, duration=0.3) == {3}
+    assert lengths(name, 9, duration=0.3, max_episode_steps=4) == {3}
+    assert lengths(name, 9, duration=0.3, max_episode_steps=-1) == {3}
+    again = gymnasium.make(gymnasium.make(name, duration=0.5, max_episode_steps=8).spec)
+    assert (length(again, 9), again.spec.max_episode_steps) == (5, 8)
+    assert length(VectorEnv("StationKeeping", 1, duration=60.1), 602) == 601
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_a_duration_that_gymnasium_would_cut_short_is_refused(make):
+    with pytest.raises(gymnasium.error.Error) as caught:
+        make("vrx_mj/StationKeeping-v0", duration=90)
+    assert str(caught.value) == (
+        "invalid duration 90: max_episode_steps=600 truncates an episode after 60 s; "
+        "give max_episode_steps=900 instead"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("steps", [0, -2, 1.5, True, "many"])
+def test_numbers_of_steps_that_are_none(steps):
+    with pytest.raises(gymnasium.error.Error) as caught:
+        VectorEnv("StationKeeping", 1, max_episode_steps=steps)
+    assert str(caught.value) == (
+        f"invalid max_episode_steps {steps!r}: a whole number above 0 is needed, or -1 for no limit"
+    )
