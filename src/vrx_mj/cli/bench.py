@@ -30,12 +30,16 @@ from vrx_mj.cli.bench_batch import (
 )
 from vrx_mj.cli.bench_worlds import DT, SEA, fleet, sailing
 from vrx_mj.compiler.compile import compile_world
+from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.simulation import Simulation
 
 Row = dict[str, Any]
 ROUNDS = 15
 ROWS = 15
 """Figures that `measure` takes: for the progress only."""
+VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
+NO_MEMORY = "it needs the memory of a process, which only Linux gives"
+NO_TIMES = "it needs the processor time of ended processes, which Windows does not give"
 
 BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
@@ -54,7 +58,10 @@ BARE_WORLD = """
 
 
 def measure() -> list[Row]:
-    """Every row: name, value, unit, budget, whether it is inside, and the figures that the value was made of."""
+    """Every row: name, value, unit, budget, whether it is inside, and the figures that the value was made of.
+
+    Where something is missing here, value and verdict are None, and `missing` says what.
+    """
     rows: list[Row] = []
     with Bar("measuring", ROWS, "figures") as bar:
         for row in chain(_measured(), batch_rows()):
@@ -69,11 +76,11 @@ def _measured() -> Iterator[Row]:
     yield _row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
     yield _row("record_overhead", record_overhead(), "of the run", 0.05)
     yield _row("import_s", import_seconds(), "s", 0.1)
-    yield _row("help_s", processor_seconds("--help"), "s of processor time", 0.3)
-    yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5)
+    yield _row("help_s", processor_seconds("--help"), "s of processor time", 0.3, missing=NO_TIMES)
+    yield _row("list_s", processor_seconds("list", "worlds"), "s of processor time", 0.5, missing=NO_TIMES)
     yield _row("compile_100_s", compile_seconds(100), "s", 3.0)
     yield _row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
-    yield _row("rss_3_mb", resident_megabytes(), "MB", 350.0)
+    yield _row("rss_3_mb", resident_megabytes(), "MB", 350.0, missing=NO_MEMORY)
     yield _row("rtf_1", real_time_factor(), "x real time", None)
 
 
@@ -81,11 +88,12 @@ def batch_rows() -> list[Row]:
     """Those about `vrx_mj.Batch`."""
     threads, processes = two_threads_and_two_processes()
     parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
+    without = needs_extra("it", "Gymnasium", "rl")
     return [
         _row("batch_boat_steps_per_s", boat_steps_per_second(), "boat steps/s", None),
         _row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
-        _row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None),
-        _row("batch_mb_per_row", megabytes_per_row(), "MB", None),
+        _row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
+        _row("batch_mb_per_row", megabytes_per_row(), "MB", None, missing=NO_MEMORY),
     ]
 
 
@@ -96,11 +104,20 @@ def print_rows(rows: list[Row]) -> None:
         table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
     for row in rows:
         budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
-        value = f"{row['value']:,.0f}" if row["value"] >= 1e4 else f"{row['value']:.4g}"
-        table.add_row(row["name"], value, row["unit"], budget, "yes" if row["ok"] else "[red]no[/]")
+        table.add_row(row["name"], _figure(row["value"]), row["unit"], budget, VERDICTS[row["ok"]])
         for part, figure in row["parts"].items():
             table.add_row("", f"{figure:,.0f}", part)
-    Console().print(table)
+    out = Console()
+    out.print(table)
+    for row in rows:
+        if row["missing"]:
+            out.print(f"{row['name']} is not measured: {row['missing']}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _figure(value: float | None) -> str:
+    if value is None:
+        return "not measured"
+    return f"{value:,.0f}" if value >= 1e4 else f"{value:.4g}"
 
 
 def _row(
@@ -111,15 +128,20 @@ def _row(
     *,
     at_least: bool = False,
     parts: Mapping[str, float] | None = None,
+    missing: str = "",
 ) -> Row:
+    """A row; a value that is not a number was not measured, and `missing` says what that takes."""
+    known = not math.isnan(value)
+    inside = value >= (budget or 0.0) if at_least else value <= (budget or 0.0)
     return {
         "name": name,
-        "value": value,
+        "value": value if known else None,
         "unit": unit,
         "budget": budget,
         "limit": "at least" if at_least else "at most",
-        "ok": budget is None or (value >= budget if at_least else value <= budget),
+        "ok": inside if known and budget is not None else None,
         "parts": dict(parts or {}),
+        "missing": "" if known else missing,
     }
 
 
@@ -193,15 +215,17 @@ def import_seconds() -> float:
 
 
 def processor_seconds(*words: str) -> float:
-    """Processor time of `vrx-mj` with these words, warm: user and system, median of nine [s]; not known on Windows."""
+    """Processor time of `vrx-mj` with these words, warm: user and system, median of nine [s]."""
     return statistics.median(child_seconds([sys.executable, "-m", "vrx_mj", *words]) for _ in range(9))
 
 
 def child_seconds(command: list[str]) -> float:
-    """Processor time that a command takes [s]."""
+    """Processor time that a command takes [s]; not a number on Windows, which counts none of ended processes."""
     before = os.times()
     subprocess.run(command, capture_output=True, check=True)
     after = os.times()
+    if os.name == "nt":
+        return math.nan
     return (after.children_user - before.children_user) + (after.children_system - before.children_system)
 
 

@@ -4,6 +4,7 @@ Beside it stand the figures that a published guide to fleets in VRX gives for Ga
 """
 
 import json
+import math
 import statistics
 import subprocess
 import sys
@@ -76,13 +77,13 @@ def fleet_row(boats: int, *, paced: float = PACED, free: float = FREE) -> Row:
     worlds, each = in_worlds_of(boats)
     advance = _afloat(worlds, each)
     loaded = time.perf_counter() - begun
-    pace = real_time_factor(advance, free)
+    pace, memory = real_time_factor(advance, free), resident_memory() / 1e6
     return {
         "boats": worlds * each,
         "worlds": worlds,
         "load_s": loaded,
         "cpu_share": processor_share(advance, paced),
-        "memory_mb": resident_memory() / 1e6,
+        "memory_mb": None if math.isnan(memory) else memory,
         "real_time_factor": pace,
     }
 
