@@ -1,5 +1,7 @@
 """A batch's rows are simulations, to the last bit, whatever the number of rows and threads."""
 
+import copy
+import inspect
 import multiprocessing
 import os
 import threading
@@ -9,7 +11,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.errors import CommandError, DivergedError, UnknownNameError
+from vrx_mj.errors import CommandError, DivergedError, StateError, UnknownNameError
 
 SEA = {
     "extends": "ocean_buoys",
@@ -164,6 +166,51 @@ def test_a_row_with_a_parameter_of_its_own(boat, varied, change):
     assert batch.get_state(1).sha256 == alone(boat, 6, change=change, commands=ONE, duration=1.0)
     assert batch.get_state(1).sha256 != alone(boat, 6, commands=ONE, duration=1.0)
     assert batch.get_state(2).sha256 == alone(boat, 7, commands=ONE, duration=1.0)
+
+
+DIFFERENT = {
+    "wind_speed": (2.0, "wind_speed 2, not 5"), "wind_direction": (1.0, "wind_direction 1, not 0.523599"),
+    "gusts": (0.5, "gusts 0.5, not 2"), "waves": (0.5, "waves 0.5, not 1"), "mass": (1.25, "mass 1.25, not 1"),
+    "thrust": (0.8, "thrust 0.8, not 1"),
+}  # fmt: skip
+"""A value of each parameter that differs from the world's, and what is said of it."""
+
+
+@pytest.mark.parametrize("n", [1, 3])
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_the_state_of_a_row_that_differs_from_its_world_is_refused_by_name(boat, name, n):
+    value, text = DIFFERENT[name]
+    batch = vrx_mj.Batch(boat, n, seed=5)
+    batch.vary([n - 1], **{name: value})
+    batch.reset()
+    batch.advance(10)
+    sim = vrx_mj.Simulation(boat)
+    before = sim.get_state().sha256
+    state = batch.get_state(n - 1)
+    for one in (state, vrx_mj.State.from_bytes(state.to_bytes()), copy.deepcopy(batch).get_state(n - 1)):
+        with pytest.raises(StateError) as raised:
+            sim.set_state(one)
+        assert str(raised.value) == (
+            f"the state belongs to a row of a Batch that differs from the world {boat.sha256[:12]}: {text}"
+        )
+    assert sim.get_state().sha256 == before
+    if n > 1:
+        assert sim.set_state(batch.get_state(0))
+
+
+def test_all_that_differs_is_named_and_what_the_world_has_is_no_difference(boat):
+    batch = vrx_mj.Batch(boat, 3, seed=5)
+    assert set(DIFFERENT) == set(inspect.signature(batch.vary).parameters) - {"rows"}
+    batch.vary(mass=[1.25, 1.0, 1.0], waves=[0.25, 1.0, 1.0], thrust=1.0, wind_speed=5.0, gusts=2.0)
+    batch.reset()
+    sim = vrx_mj.Simulation(boat)
+    with pytest.raises(StateError, match=r": waves 0.25, not 1, mass 1.25, not 1$"):
+        sim.set_state(batch.get_state(0))
+    plain = batch.get_state(1)
+    assert b"varied" not in plain.to_bytes()
+    assert sim.set_state(plain)
+    batch.vary([0], mass=1.0, waves=1.0)
+    assert sim.set_state(batch.get_state(0))
 
 
 def test_a_row_that_diverges_stands_until_it_is_reset(boat):

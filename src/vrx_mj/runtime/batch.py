@@ -26,7 +26,7 @@ from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_values, row_vectors, which_rows
 from vrx_mj.runtime.row_tables import STACKED, RowTables
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
-from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.runtime.state import STATE_VERSION, Parameter, State
 from vrx_mj.runtime.stepping import stepping_models
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.warmup import announced
@@ -305,13 +305,18 @@ class Batch(RowTables):
         """
         which = which_rows(self.n, rows)
         lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
+        parameters: dict[Parameter, npt.ArrayLike | None] = {
+            "wind_speed": wind_speed, "wind_direction": wind_direction, "gusts": gusts, "waves": waves, "mass": mass,
+            "thrust": thrust,
+        }  # fmt: skip
         given = {
             name: row_values(name, value, len(which), lowest.get(name, 0.0))
-            for name, value in (("wind_speed", wind_speed), ("wind_direction", wind_direction), ("gusts", gusts),
-                                ("waves", waves), ("mass", mass), ("thrust", thrust))
+            for name, value in parameters.items()
             if value is not None
-        }  # fmt: skip
+        }
         self._warn_of_no_effect(given)
+        for name, values in given.items():
+            self._varied[name][which] = values
         if "wind_speed" in given:
             self._wind["mean"][which, 0] = given["wind_speed"]
         if "gusts" in given:
@@ -332,6 +337,8 @@ class Batch(RowTables):
     def get_state(self, row: int) -> State:
         """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does.
 
+        No `Simulation` takes the state of a row that differs from its world because of `vary`.
+
         Raises:
             CommandError: the row does not exist.
         """
@@ -339,8 +346,9 @@ class Batch(RowTables):
         moving = b"".join(self._stacks[name][row].tobytes() for name in STACKED) + self._rig.touches.tobytes()
         ours, seed = moving + self._rig.moments.pack(), int(self._seeds[row])
         return State(
-            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving
-        )
+            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving,
+            varied=self._differences(row),
+        )  # fmt: skip
 
     # Inside
 

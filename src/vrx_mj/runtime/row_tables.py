@@ -15,6 +15,7 @@ from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
 from vrx_mj.runtime.rows import FEATURES, ROW
+from vrx_mj.runtime.state import Parameter
 
 __all__ = ["STACKED", "RowTables"]
 
@@ -24,9 +25,14 @@ STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "foll
 """Tables that change from step to step, in the order in which a state has them."""
 CARRIED = (
     "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_hulls",
-    "_thrusters",
+    "_thrusters", "_varied",
 )  # fmt: skip
 """What a copy of a batch has besides its world and MuJoCo's states."""
+VARIED: dict[Parameter, tuple[str, str]] = {
+    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
+    "waves": ("waves", "amplitude"), "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
+}  # fmt: skip
+"""What `Batch.vary` changes: table and column of a rig in which it is, or the product with a factor."""
 
 
 class RowTables:
@@ -40,6 +46,7 @@ class RowTables:
     _rig: Rig
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
     _masses: Floats
+    _varied: dict[Parameter, Floats]
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -114,12 +121,30 @@ class RowTables:
         )
         self._wind = self._spread(rig.wind[None])
         self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
+        self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
         self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
         self._channels = channels_of(self.world, rig.thrusters)
 
     def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """A stack with a part for every row, from one that all have in common."""
         return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
+
+    def _usual(self) -> dict[Parameter, float]:
+        """The world's own values of what `vary` changes."""
+        wind = self._rig.wind[0]
+        toward = float(np.arctan2(wind["direction"][1], wind["direction"][0]))
+        return {"wind_speed": float(wind["mean"]), "wind_direction": toward, "gusts": float(wind["gain"]),
+                "waves": 1.0, "mass": 1.0, "thrust": 1.0}  # fmt: skip
+
+    def _differences(self, row: int) -> dict[Parameter, tuple[float, float]]:
+        """Parameters in which a row differs from its world, as a state has them."""
+        usual, found = self._usual(), {}
+        for name, (table, column) in VARIED.items():
+            stack = getattr(self, f"_{table}")
+            own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._rig, table)[column]
+            if own.tobytes() != common.tobytes():
+                found[name] = float(self._varied[name][row]), usual[name]
+        return found
 
     def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""

@@ -3,9 +3,10 @@
 import hashlib
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,9 @@ STATE_VERSION = 3
 LONGEST = 1e9
 """Latest time of a state [s]."""
 Size = Annotated[int, Field(ge=0, lt=1 << 48)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Parameter = Literal["wind_speed", "wind_direction", "gusts", "waves", "mass", "thrust"]
+"""What `Batch.vary` changes."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Header:
     """How many numbers follow."""
     moving: Size
     task: str
+    varied: dict[Parameter, tuple[Finite, Finite]] = field(default_factory=dict)
 
 
 VERSION, HEADER = TypeAdapter[Any](Version), TypeAdapter[Any](Header)
@@ -70,6 +75,8 @@ class State:
     """Number of bytes of `ours` that affect the motion; the rest are the sensors' moments."""
     task: str = ""
     """State of the referee as JSON; empty if the world has no task."""
+    varied: Mapping[Parameter, tuple[float, float]] = field(default_factory=dict)
+    """Parameters that `Batch.vary` has made differ from the world's: value of the row, and of the world."""
 
     @property
     def sha256(self) -> str:
@@ -85,7 +92,8 @@ class State:
         """Check that a run of the world with this fingerprint can continue from this state.
 
         Raises:
-            StateError: the state belongs to another world or another version, or is not finite.
+            StateError: the state belongs to another world, to a row of a batch that differs from this world, or to
+                another version, or is not finite.
         """
         check_version(self.version)
         check_kind("check", world, str, "the sha256 of a world", StateError)
@@ -99,6 +107,9 @@ class State:
             raise StateError(
                 f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world[:12])}"
             )
+        if self.varied:
+            other = ", ".join(f"{name} {value:.6g}, not {usual:.6g}" for name, (value, usual) in self.varied.items())
+            raise StateError(f"the state belongs to a row of a Batch that differs from the world {world[:12]}: {other}")
         check_time(self.time)
         if not 0 <= self.moving <= len(self.ours):
             raise StateError(f"invalid moving {self.moving} of a state: from 0 to {len(self.ours)} is needed")
@@ -109,7 +120,7 @@ class State:
 
     def to_bytes(self) -> bytes:
         """The state as one block of bytes for `from_bytes`, without pickle."""
-        header = {
+        header: dict[str, Any] = {
             "version": self.version,
             "world": self.world,
             "seed": self.seed,
@@ -118,6 +129,8 @@ class State:
             "moving": self.moving,
             "task": self.task,
         }
+        if self.varied:
+            header["varied"] = dict(self.varied)
         return json.dumps(header).encode() + b"\n" + self.mujoco.astype("<f8").tobytes() + self.ours
 
     @staticmethod
@@ -146,7 +159,7 @@ class State:
         numbers, ours = np.frombuffer(body[:size], "<f8").copy(), body[size:]
         if header.moving > len(ours):
             raise StateError(f"the saved state is truncated: {len(ours)} of {header.moving} bytes that move")
-        return State(version, header.world, header.seed, time, numbers, ours, header.moving, header.task)
+        return State(version, header.world, header.seed, time, numbers, ours, header.moving, header.task, header.varied)
 
     def save(self, path: str | Path) -> None:
         """Write the state to a file, as a whole or not at all.
@@ -175,7 +188,8 @@ class State:
         return State.from_bytes(block)
 
 
-KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str}
+KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
+         "varied": Mapping}  # fmt: skip
 """Types of the fields of a state."""
 
 

@@ -51,6 +51,11 @@ def header_of(state, **changes):
         ({"seed": 1.5}, "seed: expected a whole number, got 1.5"),
         ({"world": 7}, "world: expected text, got 7; put it in quotes"),
         ({"task": {}}, "task: expected text, got no keys"),
+        ({"varied": {"mass": 1.25}}, "varied.mass: expected a list, got 1.25"),
+        (
+            {"varied": {"length": [2.0, 1.0]}},
+            "varied.length.[key]: expected wind_speed, wind_direction, gusts, waves, mass or thrust, got 'length'",
+        ),
         ({"time": 1.0}, "time: expected text, got 1; put it in quotes"),
         ({"time": "soon"}, "invalid time 'soon'"),
         ({"time": "0x1p99999"}, "invalid time '0x1p99999'"),
