@@ -24,6 +24,7 @@ from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.row_memory import allocating, check_memory
 from vrx_mj.runtime.row_tables import STACKED, RowTables
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, Parameter, State
@@ -63,7 +64,8 @@ class Batch(RowTables):
             threads: number of threads; by default OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or the number of cores.
 
         Raises:
-            CommandError: `world` is not a World or has a task, or `n` or `threads` is below 1.
+            CommandError: `world` is not a World or has a task, `n` or `threads` is below 1, or there is no memory for
+                so many rows.
         """
         check_kind("Batch", world, World, "a World, as compile_world returns it")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
@@ -86,7 +88,9 @@ class Batch(RowTables):
         self._crew = Crew(int(threads or thread_count()))
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
-        self._build()
+        check_memory(self.n, self._rig.data)
+        with allocating(self.n, self._rig.data):
+            self._build()
         self._pace, self._turn = 1e-5, Turn("batch")
         with announced(advance_rows):
             self.reset(seed=seed)
@@ -301,7 +305,8 @@ class Batch(RowTables):
             thrust: factor of all thrusters' forces.
 
         Raises:
-            CommandError: the shape is wrong, or a number is not finite or negative (or 0 for `mass`).
+            CommandError: the shape is wrong, or a number is not finite or negative (or 0 for `mass`), or there is no
+                memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
         lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
@@ -331,7 +336,8 @@ class Batch(RowTables):
             self._thrusters = self._spread(self._thrusters)
             self._thrusters["gain"][which] = given["thrust"][:, None]
         if "mass" in given:
-            self._weigh(which, given["mass"])
+            with allocating(self.n, self._rig.data):
+                self._weigh(which, given["mass"])
 
     @in_turn
     def get_state(self, row: int) -> State:

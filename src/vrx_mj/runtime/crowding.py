@@ -1,4 +1,8 @@
-"""Bodies that overlap in more contacts than MuJoCo has memory for: it ends the process, so they are refused before."""
+"""Memory for contacts, and bodies that overlap in more than it takes: MuJoCo ends the process, so they are refused.
+
+A `Simulation` has memory for heaps of bodies. Rows of a batch, of which there are thousands, have as much as the shapes
+of their world can need, and at most what MuJoCo chooses, which is 13 MB of address space and more.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +13,9 @@ import numpy.typing as npt
 
 from vrx_mj.errors import CommandError
 
-__all__ = ["arena_bytes", "check_room", "crowded", "fitting", "most_contacts"]
+__all__ = ["arena_bytes", "check_room", "crowded", "fitting", "most_contacts", "row_arena_bytes"]
+
+Rows = npt.NDArray[np.bool_]
 
 PER_THING, MOST = 4 << 20, 1 << 30
 """Address space for contacts and solver for each thing that was placed in a world, and at most [bytes]; memory is used
@@ -19,6 +25,21 @@ LEAST = 32 << 20
 PER_CONTACT = 6000
 """Memory that a contact needs with its constraints [bytes]: 2800 with 20 boats on one spot, and as much to spare."""
 
+IDLE, PER_DOF_PAIR = 256 << 10, 128
+"""Memory of a world in which nothing touches, and for each pair of degrees of freedom [bytes]: MuJoCo uses 216 bytes
+with one boat and 3,700 with twenty, which have 120 degrees of freedom."""
+PER_SHAPE = 8
+"""Contacts for each shape of two things in contact; boxes touch each other in so many. Two WAM-Vs of 33 shapes each on
+one spot make 149 contacts at most, of 20,000 positions, and one within the 22 blocks of a dock 87."""
+SHAPES = [
+    int(kind)
+    for kind in (
+        mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX,
+    )
+]  # fmt: skip
+"""Shapes of which it is known how many contacts two of them make; others keep MuJoCo's own choice."""
+
 CLOSE, FEW = 10.0, 4
 """Where more boats than these few are so near to each other [m], their contacts are counted when one is placed."""
 
@@ -27,6 +48,37 @@ def arena_bytes(things: int) -> int:
     """Memory for contacts and solver of a world in which so many things were placed; -1: what MuJoCo chooses."""
     wanted = min(MOST, PER_THING * things)
     return wanted if wanted > LEAST else -1
+
+
+def row_arena_bytes(model: mujoco.MjModel) -> int:
+    """Memory for contacts and solver that a world needs as a row of a batch; at most what its model has now."""
+    touching = (model.geom_contype | model.geom_conaffinity) != 0
+    if model.npair or model.nflex or not np.isin(model.geom_type[touching], SHAPES).all():
+        return int(model.narena)
+    contacts = sum(_pair_contacts(model, one, other) for one, other in _pairs(model, touching))
+    wanted = IDLE + PER_DOF_PAIR * model.nv**2 + PER_CONTACT * contacts
+    return min(int(wanted), int(model.narena))
+
+
+def _pairs(model: mujoco.MjModel, touching: Rows) -> Iterator[tuple[Rows, Rows]]:
+    """Shapes of each two things, moving trees or what stands still, and of each tree with parts that may touch."""
+    welded = model.body_weldid[model.geom_bodyid]
+    thing = np.where(welded == 0, 0, model.body_rootid[model.geom_bodyid])
+    things = [touching & (thing == root) for root in np.unique(thing[touching])]
+    for number, one in enumerate(things):
+        if len(np.unique(welded[one])) > 1:
+            yield one, one
+        for other in things[:number]:
+            yield one, other
+
+
+def _pair_contacts(model: mujoco.MjModel, one: Rows, other: Rows) -> int:
+    """Contacts of two things, at most, by the numbers of their shapes."""
+    kinds, masks = (np.bitwise_or.reduce(values[one]) for values in (model.geom_contype, model.geom_conaffinity))
+    if not ((kinds & model.geom_conaffinity[other]) | (masks & model.geom_contype[other])).any():
+        return 0
+    here, there = int(one.sum()), int(other.sum())
+    return PER_SHAPE * min(here * there, here + there)
 
 
 def most_contacts(model: mujoco.MjModel) -> int:

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-__all__ = ["core_share", "free_memory", "thread_count"]
+__all__ = ["core_share", "free_memory", "thread_count", "total_memory"]
 
 ROOT = Path("/")
 """Where `sys/fs/cgroup` and `proc` are; Linux has them."""
@@ -12,7 +12,7 @@ ROOT = Path("/")
 def free_memory(root: Path = ROOT) -> float | None:
     """Memory [bytes] that is free for this process; None where the system does not tell."""
     group = root / "sys/fs/cgroup"
-    known = [_available(root / "proc/meminfo")]
+    known = [_meminfo(root / "proc/meminfo", "MemAvailable")]
     for limit, used in (
         (group / "memory.max", group / "memory.current"),
         (group / "memory/memory.limit_in_bytes", group / "memory/memory.usage_in_bytes"),
@@ -20,6 +20,14 @@ def free_memory(root: Path = ROOT) -> float | None:
         most, now = _first(limit), _first(used)
         known.append(most - now if most is not None and now is not None else None)
     return min((free for free in known if free is not None), default=None)
+
+
+def total_memory(root: Path = ROOT) -> float | None:
+    """Memory [bytes] that this process may take at most, free or not; None where the system does not tell."""
+    group = root / "sys/fs/cgroup"
+    known = [_meminfo(root / "proc/meminfo", "MemTotal")]
+    known += [_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes")]
+    return min((most for most in known if most is not None), default=None)
 
 
 def core_share(root: Path = ROOT) -> tuple[int, float]:
@@ -55,10 +63,10 @@ def _first(file: Path, index: int = 0) -> float | None:
         return None
 
 
-def _available(file: Path) -> float | None:
+def _meminfo(file: Path, name: str) -> float | None:
     try:
         lines = file.read_text(encoding="ascii").splitlines()
     except (OSError, ValueError):
         return None
-    found = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
+    found = [line.split()[1] for line in lines if line.startswith(f"{name}:")]
     return 1024.0 * float(found[0]) if found else None

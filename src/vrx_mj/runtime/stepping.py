@@ -15,7 +15,7 @@ import numpy as np
 
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
-from vrx_mj.runtime.crowding import arena_bytes
+from vrx_mj.runtime.crowding import arena_bytes, row_arena_bytes
 
 __all__ = ["Stepping", "stepping_models"]
 
@@ -44,8 +44,8 @@ SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "in
 def stepping_models(world: World) -> Models:
     """The model that steps, from the saved form without anything that is only looked at, and its quiet twin.
 
-    The twin has no shapes at all; it steps the same data while nothing can touch anything. Both have the memory for
-    contacts that MuJoCo chooses: thousands of rows may have data of them.
+    The twin has no shapes at all; it steps the same data while nothing can touch anything. The model has the memory for
+    contacts that its shapes can need (`row_arena_bytes`): thousands of rows may have data of it.
 
     Raises:
         CompileError: MuJoCo cannot compile the saved world.
@@ -57,7 +57,7 @@ class Stepping:
     """The stepping models of a world, and of those that it becomes as boats come and go."""
 
     def __init__(self, *, roomy: bool = True) -> None:
-        """`roomy`: whether there is memory for heaps of what was placed."""
+        """`roomy`: whether there is memory for heaps of what was placed, as a `Simulation` has it but no row."""
         self._roomy = roomy
         self._text: _Text | None = None
         self._specs: tuple[mujoco.MjSpec, mujoco.MjSpec] | None = None
@@ -114,6 +114,11 @@ class Stepping:
         things = sum(item.startswith(PLACED) for item in text.items)
         for spec in self._specs if self._roomy else ():
             spec.memory = arena_bytes(things)
+        models = solid.compile(), quiet.compile()
+        if self._roomy:
+            return models
+        for spec, model in zip(self._specs, models, strict=True):
+            spec.memory = row_arena_bytes(model)
         return solid.compile(), quiet.compile()
 
 

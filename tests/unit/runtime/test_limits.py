@@ -42,6 +42,7 @@ def test_limits_of_containers(tmp_path, monkeypatch):
     meminfo = {"proc__meminfo": "MemTotal: 9 kB\nMemAvailable:    2000000 kB\n"}
     group = "sys__fs__cgroup__"
     assert limits.free_memory(tmp_path) is None
+    assert limits.total_memory(tmp_path) is None
     assert limits.core_share(tmp_path) == (8, 8.0)
     new = files(
         tmp_path / "2", **meminfo,
@@ -49,12 +50,15 @@ def test_limits_of_containers(tmp_path, monkeypatch):
            f"{group}cpu_dot_max": "150000 100000\n"},
     )  # fmt: skip
     assert (limits.free_memory(new), limits.core_share(new)) == (500.0, (8, 1.5))
+    assert limits.total_memory(new) == 900.0
     free = files(
         tmp_path / "3", **meminfo, **{f"{group}memory_dot_max": "max\n", f"{group}cpu_dot_max": "max 100000\n"}
     )
     assert (limits.free_memory(free), limits.core_share(free)) == (2048000000.0, (8, 8.0))
+    assert limits.total_memory(free) == 9 * 1024.0
     old = files(tmp_path / "1", **{
         f"{group}memory__memory_dot_limit_in_bytes": "900", f"{group}memory__memory_dot_usage_in_bytes": "100",
         f"{group}cpu__cpu_dot_cfs_quota_us": "200000", f"{group}cpu__cpu_dot_cfs_period_us": "100000",
     })  # fmt: skip
     assert (limits.free_memory(old), limits.core_share(old)) == (800.0, (8, 2.0))
+    assert limits.total_memory(old) == 900.0

@@ -1,0 +1,173 @@
+"""Memory of a batch's rows: as much as their shapes can need, and an error of ours where it is not there."""
+
+import re
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+import vrx_mj
+from vrx_mj.adapters.gym.problems import PROBLEMS
+from vrx_mj.errors import CommandError
+from vrx_mj.runtime import row_memory
+from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
+from vrx_mj.runtime.row_memory import allocating, check_memory
+from vrx_mj.runtime.stepping import stepping_models
+
+TWO = {"thrusters": "H", "sensors": "none",
+       "boats": [{"name": name, "pose": [0, 12 * k, 0.1, 0, 0, 0]} for k, name in enumerate("ab")]}  # fmt: skip
+ONE_BOAT = IDLE + PER_DOF_PAIR * 6**2
+
+
+def compiled(name):
+    """A world of one boat, or of two in open water."""
+    world = PROBLEMS["Docking" if name == "Docking" else "StationKeeping"].world
+    return vrx_mj.compile_world(world, fleet=TWO if name == "two" else {"sensors": "none"})
+
+
+@pytest.fixture(scope="module", params=["Docking", "two"])
+def world(request):
+    return compiled(request.param)
+
+
+def test_rows_without_contacts_take_little():
+    solid, quiet = stepping_models(compiled("StationKeeping"))
+    assert (solid.narena, quiet.narena) == (ONE_BOAT, ONE_BOAT)
+
+
+def body(place, *geoms, joint="<freejoint/>"):
+    return f"<body pos='{place}'>{joint}{''.join(geoms)}</body>"
+
+
+BOX, BALL, MESH = "<geom size='1 1 1' type='box'/>", "<geom size='1'/>", "<geom type='mesh' mesh='m'/>"
+GHOST, ODD = "<geom size='1' contype='0' conaffinity='0'/>", "<geom size='1' contype='2' conaffinity='2'/>"
+PART = body("0 0 2", BOX, joint="<joint type='hinge'/>")
+
+
+@pytest.mark.parametrize(
+    ("bodies", "contacts"),
+    [
+        (body("0 0 0", BOX) + body("9 0 0", BOX), 8),
+        (body("0 0 0", BOX, BALL) + body("9 0 0", BOX, BALL, BALL), 8 * 5),
+        (body("0 0 0", BOX) + body("9 0 0", BOX) + body("9 9 0", BOX), 3 * 8),
+        (body("0 0 0", BOX, GHOST) + body("9 0 0", GHOST), 0),
+        (body("0 0 0", BOX) + body("9 0 0", ODD), 0),
+        (BOX + body("0 0 9", BOX), 8),
+        (BOX + body("0 0 9", BOX, joint=""), 0),
+        (body("0 0 0", BOX, PART), 8 * 4),
+        (body("0 0 0", MESH) + body("9 0 0", BOX), None),
+        ("<geom type='plane' size='1 1 1'/>" + body("0 0 9", BOX), None),
+    ],
+)
+def test_room_is_for_the_contacts_of_each_two_things_that_may_touch(bodies, contacts):
+    mesh = "<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>"
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{mesh}<worldbody>{bodies}</worldbody></mujoco>")
+    wanted = None if contacts is None else IDLE + PER_DOF_PAIR * model.nv**2 + PER_CONTACT * contacts
+    assert row_arena_bytes(model) == (wanted or model.narena)
+
+
+def test_more_than_mujoco_chooses_is_never_taken():
+    four = {"usv_count": 4, "layout": "line", "spacing": 12, "sensors": "none"}
+    solid, _ = stepping_models(vrx_mj.compile_world("ocean", fleet=four))
+    assert solid.narena == 14 << 20
+
+
+def heap(model, random):
+    """A position in which bodies overlap."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    places = [*data.geom_xpos[model.body_weldid[model.geom_bodyid] == 0, :2]] or [np.zeros(2)]
+    at, near = places[random.integers(len(places))], random.choice([0.0, 0.1, 0.5, 1.5])
+    qpos = np.array(model.qpos0)
+    for start in model.jnt_qposadr:
+        qpos[start : start + 3] = [*at, 0.0] + random.normal(0.0, 1.0, 3) * near
+        turn = np.array([1.0, 0.0, 0.0, 0.0]) + random.normal(0.0, 1.0, 4) * random.choice([0.0, 0.1, 1.0])
+        qpos[start + 3 : start + 7] = turn / np.linalg.norm(turn)
+    return qpos
+
+
+def test_bodies_within_each_other_take_a_third_of_the_room_at_most(world):
+    (model, _), random, contacts = stepping_models(world), np.random.default_rng(2), []
+    data = mujoco.MjData(model)
+    for _ in range(300):
+        mujoco.mj_resetData(model, data)
+        data.qpos[:] = heap(model, random)
+        mujoco.mj_step(model, data)
+        contacts.append(data.ncon)
+        assert not any(warning.number for warning in data.warning)
+    assert max(contacts) > 40
+    assert data.maxuse_arena < model.narena / 3
+
+
+def test_a_row_that_touches_moves_as_a_simulation_does(world):
+    batch = vrx_mj.Batch(world, 2, seed=3, threads=1)
+    qpos = heap(batch._model, np.random.default_rng(4))
+    for k, boat in enumerate(batch.boats):
+        x, y = qpos[7 * k : 7 * k + 2]
+        batch.set_boat(boat, pose=(x + k, y, 0.1, 0.1, 0.2, 0.3), rows=[1])
+    sim = vrx_mj.Simulation(world)
+    sim.set_state(batch.get_state(1))
+    for _ in range(10):
+        batch.advance(10)
+        sim.advance(10)
+        assert sim.get_state().sha256 == batch.get_state(1).sha256
+    assert sim.data.ncon > 0
+
+
+# Where there is none
+
+
+@pytest.fixture(scope="module")
+def data():
+    return mujoco.MjData(stepping_models(compiled("StationKeeping"))[0])
+
+
+def test_more_rows_than_the_machine_has_memory_for_are_refused(data, monkeypatch):
+    monkeypatch.setattr(row_memory, "total_memory", lambda: 8e9)
+    check_memory(17_000, data)
+    with pytest.raises(CommandError) as raised:
+        check_memory(18_000, data)
+    assert str(raised.value) == (
+        "no memory for 18000 rows: 8.4 GB are needed, 0.47 MB a row, and at most 8.0 GB can be had; make fewer rows"
+    )
+    monkeypatch.setattr(row_memory, "total_memory", lambda: None)
+    check_memory(10**6, data)
+
+
+@pytest.mark.parametrize("error", [MemoryError, mujoco.FatalError])
+def test_memory_that_the_system_refuses_is_an_error_with_the_rows_and_the_memory(data, error):
+    with pytest.raises(CommandError) as raised, allocating(2048, data):
+        raise error("could not allocate")
+    assert str(raised.value) == (
+        "no memory for 2048 rows: 1.5 GB of address space are needed, 0.73 MB a row; make fewer rows, or raise the "
+        "limit (ulimit -v)"
+    )
+
+
+LIMITED = """
+import resource
+from pathlib import Path
+from vrx_mj.adapters.gym import VectorEnv
+VectorEnv("StationKeeping", 4, mass=(0.9, 1.1), threads=1).reset(seed=1)
+now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (now + 1_200_000_000,) * 2)
+env = VectorEnv("StationKeeping", 600, mass=(0.9, 1.1), threads=1)
+env.reset(seed=1)
+env.step(env.action_space.sample())
+try:
+    VectorEnv("StationKeeping", 5000, threads=1)
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
+def test_under_a_limit_of_address_space_rows_take_a_megabyte_and_too_many_are_refused():
+    done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(
+        r"CommandError no memory for 5000 rows: 3\.\d GB of address space are needed, .*\n", done.stdout
+    )
