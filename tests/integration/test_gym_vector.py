@@ -1,5 +1,7 @@
 """Every registered environment as rows, against Gymnasium's own vectorisation of single ones: all that is returned."""
 
+import pickle
+
 import gymnasium
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import vrx_mj.adapters.gym  # noqa: F401
+from integration.returned import plain
 from vrx_mj.adapters.gym import VectorEnv
 from vrx_mj.adapters.gym.options import PERIOD
 from vrx_mj.adapters.gym.problems import PROBLEMS
@@ -25,18 +28,6 @@ def pair(name, mode, **options):
         name, num_envs=ROWS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **options
     )
     return ours, theirs
-
-
-def plain(value):
-    """Anything that an environment returns, as copies of names, types and numbers that compare exactly."""
-    if isinstance(value, dict):
-        return {name: plain(one) for name, one in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(one) for one in value]
-    if isinstance(value, np.ndarray):
-        told = [plain(one) for one in value] if value.dtype == object else value.tobytes()
-        return value.dtype.str, value.shape, told, value.tolist() if value.dtype != object else None
-    return type(value).__name__, value
 
 
 def batches(env):
@@ -89,6 +80,26 @@ def test_rows_return_what_gymnasium_s_own_vectorisation_returns(name, mode):
     assert (bootstraps(expected) > 0) == (mode is AutoresetMode.SAME_STEP)
     ours.close()
     theirs.close()
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+@pytest.mark.parametrize("name", IDS)
+def test_what_is_pickled_continues(name, make):
+    """Over the end of an episode, of rows that were drawn apart."""
+    env = make(name, max_episode_steps=5, **VARIED)
+    random = np.random.default_rng(5)
+    actions = random.uniform(-1, 1, (7, *env.action_space.shape)).astype(np.float32)
+    env.reset(seed=3)
+    for action in actions[:3]:
+        env.step(action)
+    other = pickle.loads(pickle.dumps(env))
+    for action in actions[3:5]:
+        assert plain(other.step(action)) == plain(env.step(action))
+    assert plain(other.reset()) == plain(env.reset())
+    for action in actions[5:]:
+        assert plain(other.step(action)) == plain(env.step(action))
+    env.close()
+    other.close()
 
 
 # What Gymnasium and stable-baselines3 check of single ones

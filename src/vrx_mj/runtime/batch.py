@@ -27,7 +27,7 @@ from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_values
 from vrx_mj.runtime.row_memory import allocating, check_memory
 from vrx_mj.runtime.row_tables import STACKED, RowTables
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
-from vrx_mj.runtime.state import STATE_VERSION, Parameter, State
+from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.warmup import announced
@@ -310,7 +310,7 @@ class Batch(RowTables):
         """
         which = which_rows(self.n, rows)
         lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
-        parameters: dict[Parameter, npt.ArrayLike | None] = {
+        parameters: dict[str, npt.ArrayLike | None] = {
             "wind_speed": wind_speed, "wind_direction": wind_direction, "gusts": gusts, "waves": waves, "mass": mass,
             "thrust": thrust,
         }  # fmt: skip

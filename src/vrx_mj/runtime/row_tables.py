@@ -15,7 +15,6 @@ from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
 from vrx_mj.runtime.rows import FEATURES, ROW
-from vrx_mj.runtime.state import Parameter
 
 __all__ = ["STACKED", "RowTables"]
 
@@ -28,7 +27,7 @@ CARRIED = (
     "_thrusters", "_varied",
 )  # fmt: skip
 """What a copy of a batch has besides its world and MuJoCo's states."""
-VARIED: dict[Parameter, tuple[str, str]] = {
+VARIED: dict[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
     "waves": ("waves", "amplitude"), "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
 }  # fmt: skip
@@ -46,7 +45,7 @@ class RowTables:
     _rig: Rig
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
     _masses: Floats
-    _varied: dict[Parameter, Floats]
+    _varied: dict[str, Floats]
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -129,14 +128,14 @@ class RowTables:
         """A stack with a part for every row, from one that all have in common."""
         return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
 
-    def _usual(self) -> dict[Parameter, float]:
+    def _usual(self) -> dict[str, float]:
         """The world's own values of what `vary` changes."""
         wind = self._rig.wind[0]
         toward = float(np.arctan2(wind["direction"][1], wind["direction"][0]))
         return {"wind_speed": float(wind["mean"]), "wind_direction": toward, "gusts": float(wind["gain"]),
                 "waves": 1.0, "mass": 1.0, "thrust": 1.0}  # fmt: skip
 
-    def _differences(self, row: int) -> dict[Parameter, tuple[float, float]]:
+    def _differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Parameters in which a row differs from its world, as a state has them."""
         usual, found = self._usual(), {}
         for name, (table, column) in VARIED.items():

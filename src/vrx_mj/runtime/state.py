@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +23,8 @@ LONGEST = 1e9
 """Latest time of a state [s]."""
 Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Parameter = Literal["wind_speed", "wind_direction", "gusts", "waves", "mass", "thrust"]
-"""What `Batch.vary` changes."""
+Parameter = Annotated[str, Field(pattern="^[a-z_]{1,40}$")]
+"""Name of something that `Batch.vary` changes."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class State:
     """Number of bytes of `ours` that affect the motion; the rest are the sensors' moments."""
     task: str = ""
     """State of the referee as JSON; empty if the world has no task."""
-    varied: Mapping[Parameter, tuple[float, float]] = field(default_factory=dict)
+    varied: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Parameters that `Batch.vary` has made differ from the world's: value of the row, and of the world."""
 
     @property

@@ -53,8 +53,8 @@ def header_of(state, **changes):
         ({"task": {}}, "task: expected text, got no keys"),
         ({"varied": {"mass": 1.25}}, "varied.mass: expected a list, got 1.25"),
         (
-            {"varied": {"length": [2.0, 1.0]}},
-            "varied.length.[key]: expected wind_speed, wind_direction, gusts, waves, mass or thrust, got 'length'",
+            {"varied": {"Mass": [2.0, 1.0]}},
+            "varied.Mass.[key]: string should match pattern '^[a-z_]{1,40}$', got 'Mass'",
         ),
         ({"time": 1.0}, "time: expected text, got 1; put it in quotes"),
         ({"time": "soon"}, "invalid time 'soon'"),

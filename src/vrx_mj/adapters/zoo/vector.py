@@ -231,7 +231,7 @@ class TeamVectorEnv:
         """Advance rows; which of them have diverged."""
         with contextlib.suppress(DivergedError):
             self._batch.step(self._actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
-        return self._batch.diverged
+        return self._batch.diverged.copy()
 
     def _come(self, going: Mask, team: Team) -> None:
         """Let boats join rows in which somebody goes on."""
