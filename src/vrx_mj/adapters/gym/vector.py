@@ -93,7 +93,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
 
         Raises:
             gymnasium.error.Error: an option is invalid.
-            VrxError: the world or the fleet is invalid, as for `compile_world`.
+            VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
         check_name("problem", problem, PROBLEMS)
         check_count("num_envs", num_envs)

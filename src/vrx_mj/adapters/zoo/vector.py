@@ -107,7 +107,7 @@ class TeamVectorEnv:
 
         Raises:
             gymnasium.error.Error: an option is invalid.
-            VrxError: the world or the fleet is invalid, as for `compile_world`.
+            VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
         check_count("num_envs", num_envs)
         check_picture(render_mode, RENDER_MODES, width, height)
