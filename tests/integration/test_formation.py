@@ -1,5 +1,6 @@
 """Boats in formation, sailed: speeds and turns that are held, places that are kept."""
 
+import math
 from itertools import combinations
 
 import numpy as np
@@ -119,6 +120,26 @@ def test_boats_follow_one_of_them_round_a_turn_on_its_own_track():
     assert max(formation.off.values()) < 1.0
     assert max(np.linalg.norm(led - place, axis=1).min() for place in end[1:]) < 0.5  # where the leader was
     assert nearest(tracks) > 7.0
+
+
+@pytest.mark.filterwarnings(GROUND_TRUTH)
+def test_boats_follow_one_that_moves_sideways_and_the_error_is_the_distance_from_their_places():
+    formation = Formation(leader="wamv1", shape="column", spacing=10.0)
+
+    def controller(obs, t):
+        return {**formation(obs, t), "wamv1": {"lateral": 0.25}}
+
+    fleet = {"usv_count": 3, "layout": "column", "spacing": 10, "sensors": "none", "thrusters": "T"}
+    sim, tracks = sailed(CALM, fleet, controller, 70.0)
+    place, *others = tracks[-1]
+    assert abs(place[1]) > 20.0
+    assert abs(math.sin(sim.observe()["wamv1"].heading)) < 0.3  # sideways, for its bow stays in the east
+    gaps = [float(np.linalg.norm(place - other)) for other in others]
+    assert gaps == pytest.approx([10.0, 20.0], abs=max(formation.off.values()) + 1.5)  # the track is bent
+    assert max(formation.off.values()) < 2.0
+    for name, other in zip(("wamv2", "wamv3"), others, strict=True):
+        goal = formation.goals[name]
+        assert formation.off[name] == pytest.approx(math.dist(other, (goal.x, goal.y)), abs=0.01)
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)
