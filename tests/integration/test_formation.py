@@ -8,7 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.control.formation import Formation
-from vrx_mj.control.navigation import Navigator
+from vrx_mj.control.navigation import Navigator, true_estimate
 from vrx_mj.control.velocity import VelocityKeeper
 from vrx_mj.errors import SensorError
 
@@ -59,6 +59,28 @@ def test_a_surge_speed_and_a_yaw_rate_are_reached_and_held(world, surge, turn):
     held = np.array(seen[300:])  # after 30 s: four times as long as a WAM-V skids on
     assert np.abs(held[:, :, 0] - surge).max() < 0.02
     assert np.abs(held[:, :, 1] - turn).max() < 0.002
+
+
+@pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.4), (1.5, -0.3), (-0.5, 0.2)])
+def test_a_circle_has_the_radius_of_speed_over_yaw_rate_where_the_sway_is_held(speed, turn):
+    """The engines of layout H push across too little for tight turns: a sideslip is left, and the speed is held."""
+    boats = [{"name": layout, "thrusters": layout, "pose": [0, 60 * i, 0, 0, 0, 0]} for i, layout in enumerate(LAYOUTS)]
+    keepers, slips = {}, []
+
+    def controller(obs, t):
+        now = {name: true_estimate(boat) for name, boat in obs.items()}
+        for name in obs.keys() - keepers.keys():
+            keepers[name] = VelocityKeeper(obs[name].thrusters, hold_sway=True)
+        slips.append([math.atan2(abs(now[name].sway), abs(now[name].surge)) for name in LAYOUTS])
+        return {name: keepers[name](now[name], t, speed, turn) for name in LAYOUTS}
+
+    _, tracks = sailed(
+        CALM, {"sensors": "none", "boats": boats}, controller, math.ceil(40.0 + 2.0 * math.pi / abs(turn))
+    )
+    for places in tracks[400:].swapaxes(0, 1):  # a whole circle and what is left of its last step
+        across = (np.ptp(places[:, 0]) + np.ptp(places[:, 1])) / 4
+        assert across == pytest.approx(abs(speed / turn), rel=0.02)
+    assert (np.max(slips[400:], axis=0) < [0.7, 0.02, 0.02]).all()
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)
