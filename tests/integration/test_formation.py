@@ -63,7 +63,7 @@ def test_a_surge_speed_and_a_yaw_rate_are_reached_and_held(world, surge, turn):
 
 @pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.4), (1.5, -0.3), (-0.5, 0.2)])
 def test_a_circle_has_the_radius_of_speed_over_yaw_rate_where_the_sway_is_held(speed, turn):
-    """The engines of layout H push across too little for tight turns: a sideslip is left, and the speed is held."""
+    """Engines astern push across with 100 N at most: in tight turns a sideslip is left, and the speed is held."""
     boats = [{"name": layout, "thrusters": layout, "pose": [0, 60 * i, 0, 0, 0, 0]} for i, layout in enumerate(LAYOUTS)]
     keepers, slips = {}, []
 
@@ -80,7 +80,7 @@ def test_a_circle_has_the_radius_of_speed_over_yaw_rate_where_the_sway_is_held(s
     for places in tracks[400:].swapaxes(0, 1):  # a whole circle and what is left of its last step
         across = (np.ptp(places[:, 0]) + np.ptp(places[:, 1])) / 4
         assert across == pytest.approx(abs(speed / turn), rel=0.02)
-    assert (np.max(slips[400:], axis=0) < [0.7, 0.02, 0.02]).all()
+    assert (np.max(slips[400:], axis=0) < [0.7, 0.4, 0.02]).all()
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)

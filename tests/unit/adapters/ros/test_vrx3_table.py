@@ -86,7 +86,8 @@ def station(sim, *transports):
 
 def compiled(sensors, profile="vrx"):
     fleet = {"boats": [{"name": "wamv", "pose": [0, 0, -0.1, 0, 0, 0]}], "thrusters": "H", "sensors": sensors}
-    return vrx_mj.compile_world({"physics": {"profile": profile}, "sea": CALM, "wind": {}}, fleet=fleet)
+    world = {"physics": {"profile": profile}, "sea": CALM, "wind": {}, "georeference": SYDNEY}
+    return vrx_mj.compile_world(world, fleet=fleet)
 
 
 @pytest.fixture(scope="module")
