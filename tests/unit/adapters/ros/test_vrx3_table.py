@@ -8,6 +8,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM
+from integration.sensing import SYDNEY
 from vrx_mj.adapters.ros import cdr
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import is_known, new
