@@ -1,5 +1,6 @@
 """Boats in formation, sailed: speeds and turns that are held, places that are kept."""
 
+import math
 from itertools import combinations
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.control.formation import Formation
-from vrx_mj.control.navigation import Navigator
+from vrx_mj.control.navigation import Navigator, true_estimate
 from vrx_mj.control.velocity import VelocityKeeper
 from vrx_mj.errors import SensorError
 
@@ -58,6 +59,28 @@ def test_a_surge_speed_and_a_yaw_rate_are_reached_and_held(world, surge, turn):
     held = np.array(seen[300:])  # after 30 s: four times as long as a WAM-V skids on
     assert np.abs(held[:, :, 0] - surge).max() < 0.02
     assert np.abs(held[:, :, 1] - turn).max() < 0.002
+
+
+@pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.4), (1.5, -0.3), (-0.5, 0.2)])
+def test_a_circle_has_the_radius_of_speed_over_yaw_rate_where_the_sway_is_held(speed, turn):
+    """Engines astern push across with 100 N at most: in tight turns a sideslip is left, and the speed is held."""
+    boats = [{"name": layout, "thrusters": layout, "pose": [0, 60 * i, 0, 0, 0, 0]} for i, layout in enumerate(LAYOUTS)]
+    keepers, slips = {}, []
+
+    def controller(obs, t):
+        now = {name: true_estimate(boat) for name, boat in obs.items()}
+        for name in obs.keys() - keepers.keys():
+            keepers[name] = VelocityKeeper(obs[name].thrusters, hold_sway=True)
+        slips.append([math.atan2(abs(now[name].sway), abs(now[name].surge)) for name in LAYOUTS])
+        return {name: keepers[name](now[name], t, speed, turn) for name in LAYOUTS}
+
+    _, tracks = sailed(
+        CALM, {"sensors": "none", "boats": boats}, controller, math.ceil(40.0 + 2.0 * math.pi / abs(turn))
+    )
+    for places in tracks[400:].swapaxes(0, 1):  # a whole circle and what is left of its last step
+        across = (np.ptp(places[:, 0]) + np.ptp(places[:, 1])) / 4
+        assert across == pytest.approx(abs(speed / turn), rel=0.02)
+    assert (np.max(slips[400:], axis=0) < [0.7, 0.4, 0.02]).all()
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)
@@ -119,6 +142,26 @@ def test_boats_follow_one_of_them_round_a_turn_on_its_own_track():
     assert max(formation.off.values()) < 1.0
     assert max(np.linalg.norm(led - place, axis=1).min() for place in end[1:]) < 0.5  # where the leader was
     assert nearest(tracks) > 7.0
+
+
+@pytest.mark.filterwarnings(GROUND_TRUTH)
+def test_boats_follow_one_that_moves_sideways_and_the_error_is_the_distance_from_their_places():
+    formation = Formation(leader="wamv1", shape="column", spacing=10.0)
+
+    def controller(obs, t):
+        return {**formation(obs, t), "wamv1": {"lateral": 0.25}}
+
+    fleet = {"usv_count": 3, "layout": "column", "spacing": 10, "sensors": "none", "thrusters": "T"}
+    sim, tracks = sailed(CALM, fleet, controller, 70.0)
+    place, *others = tracks[-1]
+    assert abs(place[1]) > 20.0
+    assert abs(math.sin(sim.observe()["wamv1"].heading)) < 0.3  # sideways, for its bow stays in the east
+    gaps = [float(np.linalg.norm(place - other)) for other in others]
+    assert gaps == pytest.approx([10.0, 20.0], abs=max(formation.off.values()) + 1.5)  # the track is bent
+    assert max(formation.off.values()) < 2.0
+    for name, other in zip(("wamv2", "wamv3"), others, strict=True):
+        goal = formation.goals[name]
+        assert formation.off[name] == pytest.approx(math.dist(other, (goal.x, goal.y)), abs=0.01)
 
 
 @pytest.mark.filterwarnings(GROUND_TRUTH)

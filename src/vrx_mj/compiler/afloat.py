@@ -14,12 +14,14 @@ import numpy.typing as npt
 import shapely
 
 from vrx_mj.compiler.docks import block_corners
+from vrx_mj.compiler.free_origin import Frame, Place, free_origin
 from vrx_mj.compiler.placement import PlacedDock, PlacedObject
 from vrx_mj.compiler.terrain import shoreline
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order
 from vrx_mj.config.derive import boat_box
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.fleet_checks import far_from_all
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig
@@ -46,6 +48,9 @@ FARTHEST = 200.0
 CLEARANCE = 1.0
 """From the origin of an object to a boat that is moved [m], beside the margin."""
 ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
+
+
+LAND = "land"
 
 
 class _Thing(NamedTuple):
@@ -78,8 +83,12 @@ def boats_afloat(
     areas = _areas(boats, built)
     things = _things(config, docks)
     found = _faults(boats, areas, things)
+    buoys = shapely.buffer(shapely.points([item.pose[:2] for item in objects]), CLEARANCE) if objects else []
+    if far := far_from_all(fleet, located, config):
+        spawn = config.spawn.pose[:2]
+        better = _better_origin(fleet.frame(config), areas, things, buoys, water=spawn, middle=spawn)
+        warnings.warn(f"{far}; {better or 'give it another origin'}", VrxWarning, stacklevel=4)
     if found and nudge:
-        buoys = shapely.buffer(shapely.points([item.pose[:2] for item in objects]), CLEARANCE) if objects else []
         places = _free_places(areas, found, things, buoys)
         boats = [_moved(boat, places[i], found[i]) if places.get(i) else boat for i, boat in enumerate(boats)]
         found = {i: text for i, text in found.items() if places[i] is None}
@@ -88,8 +97,32 @@ def boats_afloat(
     elif found:
         advice = f"no free place within {FARTHEST:g} m" if nudge else ADVICE
         texts = {i: f"{found[i]}; {advice}" for i in sorted(found)}
+        if len(boats) > 1 and (fleet.layout or fleet.origin != "world"):
+            frame = fleet.frame(config)
+            better = _better_origin(frame, areas, things, buoys, water=frame[:2])
+            texts[min(texts)] += f"; {better}" if better else ""
         raise ConfigError([problem_at(fleet.section, located[i].where, text) for i, text in texts.items()])
     return tuple(boats)
+
+
+def _better_origin(
+    frame: Frame,
+    areas: FloatArray,
+    things: Sequence[_Thing],
+    buoys: Sequence[Area],
+    *,
+    water: Place,
+    middle: Place | None = None,
+) -> str:
+    """The origin that `free_origin` finds, as advice; empty if there is none."""
+    land = next((thing.area for thing in things if thing.on == LAND), shapely.Polygon())
+    taken = shapely.union_all([*(thing.area for thing in things if thing.on != LAND), *buoys])
+    corners = np.array([shapely.get_coordinates(area)[:4] for area in areas])
+    origin = free_origin(corners, frame, land, taken, water=water, middle=middle)
+    if origin is None:
+        return ""
+    x, y, yaw = origin
+    return f"`origin: [{x:g}, {y:g}, {yaw:g}]` puts the whole fleet into free water"
 
 
 def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
@@ -131,7 +164,7 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
         land = _land(shoreline(config.terrain, config.folder))
-        found.append(_Thing("land", f"the shore of {config.terrain}", land))
+        found.append(_Thing(LAND, f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
         found.append(_Thing(f"the dock '{dock.name}'", "it", blocks))

@@ -268,7 +268,7 @@ class FleetConfig(_Built):
         """Every boat of the fleet in a world, with what the file says about it."""
         if self.is_empty:
             return (Located(_boat(self, world.spawn, "wamv", world.spawn.pose, None), (), ()),)
-        frame = _frame(self, world)
+        frame = self.frame(world)
         moved = [(slot, _moved(slot.pose, frame)) for slot in slots(self, world.seed)]
         far = [
             problem_at(self.section, slot.where, _far_message(slot.name, pose)) for slot, pose in moved if _is_far(pose)
@@ -279,19 +279,18 @@ class FleetConfig(_Built):
             Located(_boat(self, world.spawn, slot.name, pose, slot.entry), slot.where, slot.own) for slot, pose in moved
         )
 
+    def frame(self, world: WorldConfig) -> tuple[float, float, float]:
+        """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
+        if self.origin == "world":
+            return 0.0, 0.0, 0.0
+        if isinstance(self.origin, tuple):
+            return self.origin
+        x, y, _, _, _, yaw = world.spawn.pose
+        return x, y, yaw
+
     def resolve(self, world: WorldConfig) -> tuple[BoatConfig, ...]:
         """Every boat of the fleet in a world, posed in world coordinates."""
         return tuple(item.boat for item in self.located(world))
-
-
-def _frame(fleet: FleetConfig, world: WorldConfig) -> tuple[float, float, float]:
-    """x, y [m] and yaw [rad] in the world of the frame that positions are given in."""
-    if fleet.origin == "world":
-        return 0.0, 0.0, 0.0
-    if isinstance(fleet.origin, tuple):
-        return fleet.origin
-    x, y, _, _, _, yaw = world.spawn.pose
-    return x, y, yaw
 
 
 def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:

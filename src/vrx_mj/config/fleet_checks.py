@@ -14,7 +14,7 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
-__all__ = ["load_fleet"]
+__all__ = ["far_from_all", "load_fleet"]
 
 OUTWARD = math.radians(5.0)
 """How near a heading is to outward that was meant so [rad]."""
@@ -35,7 +35,6 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:
-        _warn_if_far(fleet, boats, world)
         _warn_of_bearings(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
@@ -90,14 +89,17 @@ def _names(placements: Sequence[Placement], prefix: str) -> Iterator[str]:
         yield from _names(load_object(thing.model, thing.folder).objects, f"{prefix}{thing.name}/")
 
 
-def _warn_if_far(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> None:
+def far_from_all(fleet: FleetConfig, boats: Sequence[Located], world: WorldConfig) -> str:
+    """How far a fleet is from everything in a world, if that is suspicious; else empty."""
+    if not boats or fleet.is_empty:
+        return ""
     things: list[Placed] = [*world.objects, *world.docks]
     places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in things)]
     distance, nearest = min((math.dist(item.boat.pose[:2], pose[:2]), name) for item in boats for name, pose in places)
-    if distance > FAR:
-        text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
-        advice = f"more than {FAR:.0f} m; `origin: spawn` puts it around the spawn pose"
-        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
+    if distance <= FAR:
+        return ""
+    text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
+    return f"{text}; more than {FAR:.0f} m"
 
 
 def _warn_of_bearings(fleet: FleetConfig) -> None:

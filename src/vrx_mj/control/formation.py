@@ -85,15 +85,17 @@ def assigned(places: Sequence[Point], goals: Sequence[Point]) -> list[int]:
     return [int(goal) for goal in linear_sum_assignment(gaps)[1]]
 
 
-def pursuit(seen: Estimate, slot: Spot, speed: float) -> Point:
+def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.0)) -> Point:
     """The velocity [m/s, east and north] that brings a boat to a slot, which moves with its leader at a `speed` [m/s].
 
-    Constant bearing guidance: seen from the slot, the boat comes straight at it.
+    `drift` [m/s, east and north] is the velocity of the track itself. Constant bearing guidance: seen from the slot,
+    the boat comes straight at it.
     """
     dx, dy = slot.x - seen.x, slot.y - seen.y
     closing = CLOSING / math.sqrt(dx * dx + dy * dy + LOOKAHEAD * LOOKAHEAD)
     pace = slot.pace(speed)
-    return pace * math.cos(slot.direction) + closing * dx, pace * math.sin(slot.direction) + closing * dy
+    east, north = pace * math.cos(slot.direction), pace * math.sin(slot.direction)
+    return east + drift[0] + closing * dx, north + drift[1] + closing * dy
 
 
 def apart_velocity(seen: Estimate, wanted: Point, others: Sequence[Estimate], apart: float) -> Point:
@@ -213,7 +215,7 @@ class Formation:
         own, goal, speed = seen[name], self.goals[name], self.leader.speed
         keeper, pilot = self._helms[name]
         others = [other for key, other in seen.items() if key != name]
-        vx, vy = apart_velocity(own, pursuit(own, goal, speed), others, self.apart)
+        vx, vy = apart_velocity(own, pursuit(own, goal, speed, drift=self.leader.drift), others, self.apart)
         if abs(goal.pace(speed)) < REST and self.off[name] < BERTH and pilot.every_way:
             return pilot.sail(own, t, vx, vy, goal.direction)
         steady = max(0.0, STEADY - abs(goal.pace(speed)))

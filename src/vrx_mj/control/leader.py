@@ -12,6 +12,12 @@ __all__ = ["BoatLeader", "PathLeader"]
 
 PATIENCE = 15.0
 """A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
+DRIFTING = 0.3
+"""A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
+ASTERN = -0.5
+"""So does one whose course is farther off its heading than this cosine says: 120 degrees."""
+SMOOTH = 1.5
+"""Time constant with which the course of a boat is smoothed [s]."""
 
 
 class PathLeader:
@@ -27,6 +33,8 @@ class PathLeader:
         """How far it has come [m]."""
         self.speed = 0.0
         """[m/s]"""
+        self.drift = (0.0, 0.0)
+        """Velocity with which its track is carried along [m/s]: none."""
         self._full = speed
         self._then = math.inf
 
@@ -44,7 +52,11 @@ class PathLeader:
 
 
 class BoatLeader:
-    """A boat that leads the others on the track that it lays; ahead of it and at first that goes where it heads."""
+    """A boat that leads the others on the track that it lays over ground; ahead of it, and at first, that is straight.
+
+    The track follows the boat's course, whatever its heading: sideways too. While the boat is nearly at rest or goes
+    astern its course says nothing of where the others are to be, and the whole track is carried along with it.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -53,8 +65,13 @@ class BoatLeader:
         self.along = 0.0
         """How far it has come [m]."""
         self.speed = 0.0
-        """[m/s]"""
-        self._begun = False
+        """Along its track [m/s]."""
+        self.drift = (0.0, 0.0)
+        """Velocity with which its track is carried along [m/s, east and north]."""
+        self._velocity = (0.0, 0.0)
+        self._place: Point | None = None
+        self._gone = 0.0
+        self._then = 0.0
 
     def move(self, seen: Mapping[str, Estimate], t: float, lag: float) -> None:
         """Take in where the boat is; it does not know who is behind.
@@ -66,12 +83,33 @@ class BoatLeader:
         if boat is None:
             raise UnknownNameError("boat", self.name, known=seen)
         ahead = (math.cos(boat.heading), math.sin(boat.heading))
-        if not self._begun:
+        if self._place is None:
             start = (boat.x - CHORD * ahead[0], boat.y - CHORD * ahead[1])
-            self.track, self._begun = Track([start, (boat.x, boat.y)]), True
-        east, north = boat.x - self.track.end[0], boat.y - self.track.end[1]
-        gone = east * ahead[0] + north * ahead[1]
-        if gone >= STEP:
+            self.track, self._velocity = Track([start, (boat.x, boat.y)]), (boat.vx, boat.vy)
+            self._place = boat.x, boat.y
+        east, north = boat.x - self._place[0], boat.y - self._place[1]
+        self._smooth(east, north, t - self._then)
+        self._place, self._then = (boat.x, boat.y), t
+        vx, vy = self._velocity
+        speed = math.hypot(vx, vy)
+        if speed < DRIFTING or vx * ahead[0] + vy * ahead[1] < ASTERN * speed:
+            self.track.shift(east, north)
+            self.speed, self.drift = 0.0, self._velocity
+        else:
+            self.speed, self.drift = speed, (0.0, 0.0)
+            self._lay(boat, vx / speed, vy / speed)
+        self.along = self.track.length + self._gone
+
+    def _smooth(self, east: float, north: float, interval: float) -> None:
+        """The velocity over ground without what waves do to it."""
+        if interval > 0.0:
+            share, (vx, vy) = 1.0 - math.exp(-interval / SMOOTH), self._velocity
+            self._velocity = vx + share * (east / interval - vx), vy + share * (north / interval - vy)
+
+    def _lay(self, boat: Estimate, east: float, north: float) -> None:
+        """Extend the track by what the boat has come along its course, a unit vector."""
+        x, y = self.track.end
+        self._gone = max(0.0, (boat.x - x) * east + (boat.y - y) * north)
+        if self._gone >= STEP:
             self.track.extend((boat.x, boat.y))
-            gone = 0.0
-        self.along, self.speed = self.track.length + gone, max(0.0, boat.surge)
+            self._gone = 0.0

@@ -40,6 +40,7 @@ class Track:
     def __init__(self, points: Sequence[Point]) -> None:
         """At least two points apart, east and north [m]."""
         self._points = [points[0]]
+        self._shift = (0.0, 0.0)
         self._lengths = [0.0]
         for point in points[1:]:
             self.extend(point)
@@ -52,14 +53,18 @@ class Track:
     @property
     def end(self) -> Point:
         """The last point."""
-        return self._points[-1]
+        return self._points[-1][0] + self._shift[0], self._points[-1][1] + self._shift[1]
 
     def extend(self, point: Point) -> None:
         """Go on to a point; one nearer than a millimetre is none."""
-        gap = math.dist(self._points[-1], point)
+        gap = math.dist(self.end, point)
         if gap > 1e-3:
-            self._points.append(point)
+            self._points.append((point[0] - self._shift[0], point[1] - self._shift[1]))
             self._lengths.append(self._lengths[-1] + gap)
+
+    def shift(self, east: float, north: float) -> None:
+        """Carry the whole line along [m]."""
+        self._shift = self._shift[0] + east, self._shift[1] + north
 
     def spot(self, along: float, left: float = 0.0) -> Spot:
         """The place `along` [m] from the start and `left` [m] of the track there."""
@@ -75,7 +80,7 @@ class Track:
         start, end = self._lengths[leg - 1], self._lengths[leg]
         share = (along - start) / (end - start)
         (x0, y0), (x1, y1) = self._points[leg - 1], self._points[leg]
-        return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+        return x0 + share * (x1 - x0) + self._shift[0], y0 + share * (y1 - y0) + self._shift[1]
 
 
 def rounded(points: Sequence[Point], radius: float) -> list[Point]:

@@ -202,17 +202,6 @@ def test_a_fleet_that_only_names_thrusters_is_one_boat(world):
     assert (boat.name, boat.thrusters, boat.pose) == ("wamv", "H", world.spawn.pose)
 
 
-def test_a_fleet_far_from_everything_gives_one_warning(world):
-    with pytest.warns(VrxWarning) as caught:
-        load_fleet({"positions": [{"x": 500, "y": 0}, {"x": 600, "y": 0}]}, world)
-    assert [str(item.message) for item in caught] == [
-        (
-            "fleet fleet: 403 m from the spawn pose, the nearest thing in world world; more than 300 m; "
-            "`origin: spawn` puts it around the spawn pose"
-        )
-    ]
-
-
 def test_wind_on_nothing_is_an_error(here):
     world = load_world(
         {

@@ -169,6 +169,46 @@ def test_a_boat_that_leads_lays_the_track_of_the_others():
     assert str(caught.value) == "no boat named 'first'; known: other"
 
 
+def led(places, heading=0.0):
+    """A leader that was at places, called ten times a second."""
+    leader = BoatLeader("first")
+    for number, (x, y) in enumerate(places):
+        leader.move({"first": boat(x, y, heading)}, number / 10, 0.0)
+    return leader
+
+
+@pytest.mark.parametrize("course", [0.6, math.pi / 2, -math.pi / 2, 1.9])
+def test_a_track_follows_the_course_over_ground_whatever_the_heading(course):
+    leader = led([(0.1 * i * math.cos(course), 0.1 * i * math.sin(course)) for i in range(301)])
+    assert leader.speed == pytest.approx(1.0, abs=1e-3)
+    for behind in (0.0, 10.0, 20.0):
+        spot = leader.track.spot(leader.along - behind)
+        assert (spot.x, spot.y) == pytest.approx(
+            ((30 - behind) * math.cos(course), (30 - behind) * math.sin(course)), abs=0.6
+        )  # to a step
+        assert spot.direction == pytest.approx(course, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("vx", "vy"),
+    [
+        (0.0, 0.2),  # nearly at rest, as in a wind
+        (-1.0, 0.0),  # astern
+        (-0.9, 0.3),
+        (0.0, 0.0),
+    ],
+)
+def test_at_rest_and_astern_the_places_are_carried_along_with_the_leader(vx, vy):
+    leader = led([(0.1 * i * vx, 0.1 * i * vy) for i in range(301)])
+    assert (leader.speed, leader.drift) == (0.0, pytest.approx((vx, vy), abs=1e-3))
+    spot = leader.track.spot(leader.along - 10.0, left=3.0)
+    assert (spot.x, spot.y, spot.direction) == pytest.approx((30 * vx - 10.0, 30 * vy + 3.0, 0.0), abs=0.6)
+
+
+def test_a_slot_that_is_carried_along_is_pursued_with_its_drift():
+    assert pursuit(boat(3.0, 4.0), Spot(3.0, 4.0, 1.0, 0.0, 0.0), 0.0, drift=(0.2, -0.1)) == (0.2, -0.1)
+
+
 # Wrong arguments
 
 WAY = [(0.0, 0.0), (50.0, 0.0)]

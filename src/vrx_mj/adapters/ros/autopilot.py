@@ -91,7 +91,7 @@ class Autopilot:
         seen = self._sim.observe()
         self._orders = {boat: order for boat, order in self._orders.items() if time < order.expires}
         for boat, order in self._orders.items():
-            keeper = self._keepers.setdefault(boat, VelocityKeeper(seen[boat].thrusters))
+            keeper = self._keepers.setdefault(boat, VelocityKeeper(seen[boat].thrusters, hold_sway=True))
             self._sim.command_all({boat: keeper(true_estimate(seen[boat]), time, order.surge, order.turn)})
         if self._formation is not None:
             self._keep_formation(self._formation, seen, time)

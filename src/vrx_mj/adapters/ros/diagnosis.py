@@ -24,6 +24,8 @@ LOOK_RATE = 1.0
 AGROUND = 2
 """So many looks at which a boat touches land, in a row, tell that it is aground."""
 THRUST = "_thrust_cmd"
+SHOWN = 8
+"""Names of boats that a message shows, at most."""
 
 
 class Diagnosis:
@@ -37,8 +39,20 @@ class Diagnosis:
         self._number = -1
         self._hints = TopicHints()
         self.moved()
+        self.changed()
         for line in shared_frames(sim):
             self._once(line, line)
+
+    def changed(self) -> None:
+        """Boats came or went: see whether they have receivers that cannot work here."""
+        world = self._sim.world
+        if world.parameters["georeference"] is not None:
+            return
+        owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
+        if owners:
+            of = ", ".join(owners[:SHOWN]) + (f" and {len(owners) - SHOWN} more" if len(owners) > SHOWN else "")
+            text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
+            self._once("georeference", f"{text}; add `georeference` to the world's file")
 
     def moved(self) -> None:
         """Something was put somewhere: see whether it stands in something else."""

@@ -307,6 +307,7 @@ class Station:
         self._autopilot.bind()
         self._held.bind()
         self._starts.bind()
+        self.diagnosis.changed()
         self._offer()
         self.announce()  # what is latched, even while time stands still
 

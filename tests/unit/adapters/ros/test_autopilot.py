@@ -27,8 +27,8 @@ class Sim:
 class Keeper:
     """Commands what it is asked for."""
 
-    def __init__(self, thrusters):
-        pass
+    def __init__(self, thrusters, hold_sway):
+        assert hold_sway  # cmd_vel is of the course: no guidance makes up for a sideslip
 
     def __call__(self, seen, t, surge, turn):
         return {"surge": surge, "turn": turn}

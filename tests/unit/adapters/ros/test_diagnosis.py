@@ -77,12 +77,25 @@ def test_a_boat_that_is_put_into_another_is_told(scene):
     assert re.fullmatch(r"wamv1 and wamv2 overlap by \d\.\d\d m: move one of them", scene.told[0])
 
 
+def test_a_gps_in_a_world_without_georeference_is_told_once_and_not_published():
+    fleet = {"usv_count": 10, "layout": "grid", "sensors": ["gps", "imu"]}
+    scene = served(vrx_mj.compile_world("ocean", fleet=fleet))
+    boats = ", ".join(f"wamv{number}" for number in range(1, 9))
+    text = f"the world ocean has no georeference: the GPS topics of {boats} and 2 more are not published"
+    assert scene.told == [f"{text}; add `georeference` to the world's file"]
+    outputs = scene.network.table.outputs
+    assert not [name for name in outputs if "gps" in name]
+    assert "/wamv10/sensors/imu/imu/data" in outputs
+    call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv10")
+    assert len([line for line in scene.told if "GPS" in line]) == 1
+
+
 class Quiet:
     """A simulation of one boat, in which nothing touches anything."""
 
     boats, model = ("a",), None
     data = SimpleNamespace(contact=())
-    world = SimpleNamespace(parameters={"thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
+    world = SimpleNamespace(parameters={"georeference": {}, "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
 
     def __init__(self):
         self.time = 0.0

@@ -8,6 +8,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM
+from integration.sensing import SYDNEY
 from vrx_mj.adapters.ros import cdr
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import is_known, new
@@ -86,7 +87,8 @@ def station(sim, *transports):
 
 def compiled(sensors, profile="vrx"):
     fleet = {"boats": [{"name": "wamv", "pose": [0, 0, -0.1, 0, 0, 0]}], "thrusters": "H", "sensors": sensors}
-    return vrx_mj.compile_world({"physics": {"profile": profile}, "sea": CALM, "wind": {}}, fleet=fleet)
+    world = {"physics": {"profile": profile}, "sea": CALM, "wind": {}, "georeference": SYDNEY}
+    return vrx_mj.compile_world(world, fleet=fleet)
 
 
 @pytest.fixture(scope="module")

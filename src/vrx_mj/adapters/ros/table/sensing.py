@@ -42,11 +42,13 @@ Made = tuple[str, str, Callable[[Reading], Message | None]]
 
 
 def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
-    """The topics of a boat's sensors."""
+    """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
     taken: set[str] = set()
     for sensor in host.sim.mounted(boat):
         config, key = sensor.config, (boat, sensor.name)
         stem = _stem(boat, config.topic, config.name, taken)
+        if config.type == "gps" and host.sim.world.parameters["georeference"] is None:
+            continue
         for tail, kind, make in _made(config):
             yield Output(stem + tail, kind, make, config.rate, key)
         if config.type == "p3d":
