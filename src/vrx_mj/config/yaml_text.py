@@ -109,6 +109,8 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 
 def _parsed(file: File, builder: "_Builder") -> Section:
     _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in islice(find_lookalikes(file.lines), MAX_ODD)])
+    if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
+        raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
     loader = _Composer("\n".join(file.lines))
     try:
         node = loader.get_single_node()
