@@ -258,5 +258,6 @@ def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
     if problem.startswith("found character"):
         message = f"{problem.split(' ')[2]} cannot start a value; put it in quotes"
     if line <= len(file.lines) and re.fullmatch(r" *X[X ]*", file.lines[line - 1]):
-        message = "a dock's row is indented less than its first row; start every row at the same column"
+        message = "a dock's row is indented less than its first row; start every row at the same column, "
+        message += "or write a list of rows in quotes"
     return Problem(file.name, line, column, "", message)
