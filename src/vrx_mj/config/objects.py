@@ -190,9 +190,9 @@ class BuoyancyConfig(Config):
     fluid_level: float = 0.0
     """Mean water level [m]."""
     linear_drag: NonNegative
-    """Drag force over the link's linear velocity [N s/m], scaled by the share of the volume under water."""
+    """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
     angular_drag: NonNegative
-    """Drag torque over the link's angular velocity [N m s], scaled by the share of the volume under water."""
+    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
     elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
     """Shapes that displace water; the whole volume of each counts."""
 
