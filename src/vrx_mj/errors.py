@@ -103,25 +103,31 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 class UnknownNameError(VrxError):
-    """An unknown name: "no thruster named 'left'; known: port, starboard"."""
+    """An unknown name: "no thruster named 'left'; known: port, starboard".
 
-    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
+    `advice`, if there is any, takes the place of the known names.
+    """
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], advice: str | None = None) -> None:
         self.kind = kind
         self.name = name
         self.known = tuple(known)
+        self.advice = advice
         text = name if isinstance(name, str) else shown(name)
         self._close = nearest(text, self.known)
         super().__init__(f"no {kind} named '{shortened(text)}'; {self._hint()}")
 
-    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, object, tuple[str, ...]]]:
-        return type(self), (self.kind, self.name, self.known)
+    def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, object, tuple[str, ...], str | None]]:
+        return type(self), (self.kind, self.name, self.known, self.advice)
 
     @property
     def left_out(self) -> int:
         """How many of the known names the message does not show, for a name that resembles none of them."""
-        return 0 if self._close else max(0, len(self.known) - _SHOWN_NAMES)
+        return 0 if self._close or self.advice else max(0, len(self.known) - _SHOWN_NAMES)
 
     def _hint(self) -> str:
+        if self.advice is not None:
+            return self.advice
         if self._close is not None:
             return f"did you mean '{shortened(self._close)}'?"
         names = ", ".join(map(shortened, self.known[:_SHOWN_NAMES])) or "none"

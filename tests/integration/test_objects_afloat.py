@@ -11,6 +11,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM, water
+from vrx_mj.cli.files import copy_start_file
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.search import catalogue
 from vrx_mj.runtime.observation import rotation_matrix
@@ -176,3 +177,22 @@ def test_it_follows_the_waves_and_does_not_wander(voyage, name):
     assert late.mean() == pytest.approx(early.mean(), abs=0.01)
     drift = np.linalg.norm(rows[-1, index, :2] - rows[299, index, :2])
     assert drift < 0.05
+
+
+def test_drag_is_over_mass_and_velocity(tmp_path, monkeypatch):
+    """The start file's figures: 25 1/s of 20 kg are 500 N at 1 m/s, 2 1/s and 0.6 m are 14.4 N m at 1 rad/s."""
+    monkeypatch.chdir(tmp_path)
+    copy_start_file("object", "ball")
+    thing, step, pose = load_object("./ball.yaml"), 1e-5, [30, 0, -9, 0, 0, 0]
+    at = {"name": "ball", "model": "./ball.yaml", "pose": pose}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(water(sea=CALM, wind=None, timestep=step, objects=[at])))
+
+    def acceleration(sink, turn):
+        sim.set_object("ball", pose=pose, velocity=(0, 0, -sink, 0, 0, turn))
+        sim.advance(1)
+        after = sim.observe_object("ball")
+        return np.array([after.velocity[2] + sink, after.angular_velocity[2] - turn]) / step
+
+    rest = acceleration(0, 0)
+    assert thing.mass * (acceleration(1, 0) - rest)[0] == pytest.approx(500.0, rel=1e-3)
+    assert thing.inertia[2] * (acceleration(0, 1) - rest)[1] == pytest.approx(-14.4, rel=1e-3)

@@ -186,12 +186,22 @@ def numbers(labels: str) -> BeforeValidator:
 
     def check(value: Any) -> Any:
         if isinstance(value, str) or not isinstance(value, Sequence):
-            raise fault(f"expected {form}, got {shown(value)}")
+            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(names))}")
         if len(value) != len(names):
             raise fault(f"expected {form}, got {len(value)}")
         return value
 
     return BeforeValidator(check)
+
+
+def _in_brackets(value: Any, *counts: int) -> str:
+    """Advice for so many numbers that stand side by side, as in Gazebo's files; empty for anything else."""
+    parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
+    if len(parts) not in counts or not all(
+        re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", part, re.ASCII) for part in parts
+    ):
+        return ""
+    return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
 
 
 def _some(value: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -221,12 +231,14 @@ def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _rgba(value: Any) -> Any:
-    if isinstance(value, str):
+    if isinstance(value, str) and not _in_brackets(value, 3, 4):
         if value not in COLORS:
             raise fault(str(UnknownNameError("colour", value, COLORS)))
         return (*COLORS[value], 1.0)
-    if not isinstance(value, Sequence) or len(value) not in {3, 4}:
-        raise fault(f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}")
+    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in {3, 4}:
+        raise fault(
+            f"expected a colour's name, [r, g, b] or [r, g, b, a], got {shown(value)}{_in_brackets(value, 3, 4)}"
+        )
     return (*value, 1.0) if len(value) == 3 else tuple(value)
 
 

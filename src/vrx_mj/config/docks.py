@@ -11,11 +11,12 @@ from pathlib import Path
 from vrx_mj.config.characters import find_lookalikes
 from vrx_mj.config.loading import referenced
 from vrx_mj.config.search import display
+from vrx_mj.config.tree import Items
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import ConfigError, Problem
 
-__all__ = ["Cell", "DockLayout", "dock_faults", "is_drawing", "load_dock", "neighbours"]
+__all__ = ["Cell", "DockLayout", "dock_faults", "drawn", "is_drawing", "load_dock", "neighbours"]
 
 Cell = tuple[int, int]
 """Row and column of a block, counted from 0."""
@@ -49,6 +50,32 @@ def neighbours(cell: Cell) -> tuple[Cell, ...]:
 def is_drawing(text: str) -> bool:
     """Whether a `layout` is a drawing and not the name or path of one."""
     return "\n" in text or not re.search("[^X ]", text)
+
+
+def drawn(rows: Sequence[object]) -> tuple[str, list[tuple[int, str]]]:
+    """The drawing of a list of rows, and what is wrong with its rows, each as (row, message); rows count from 0."""
+    bare = _outside_quotes(rows)
+    found = [(i, f"expected a row of X and blanks, in quotes, got {shown(row)}") for i, row in enumerate(rows)
+             if not isinstance(row, str)]  # fmt: skip
+    found += [(i, f"{bare[i]} columns to the right of other rows; put a row that begins with a blank in quotes")
+              for i in sorted(bare)]  # fmt: skip
+    if found:
+        return "", found
+    lines = [str(row) for row in rows]
+    return "\n".join(lines) + "\n", [(row - 1, message) for row, _, message in dock_faults(lines)]
+
+
+def _outside_quotes(rows: Sequence[object]) -> dict[int, int]:
+    """Blanks before rows that YAML drops, by row: of rows without quotes that stand in lines of their own."""
+    places = rows.places if isinstance(rows, Items) else ()
+    if len({place.line for place in places}) < len(places) or None in {place.line for place in places}:
+        return {}
+    first = min((place.column or 0 for place in places), default=0)
+    return {
+        i: column - first
+        for i, (file, line, column) in enumerate(places)
+        if line and column and column > first and file.lines[line - 1][column - 1] not in "'\""
+    }
 
 
 def load_dock(text_or_name: str, near: Path | None = None) -> DockLayout:

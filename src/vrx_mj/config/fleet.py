@@ -234,7 +234,7 @@ class FleetConfig(_Built):
     seed: Seed | None = None
     """Seed of a random layout; by default that of the world's file."""
     heading: Heading | None = None
-    """Heading of the layout's boats, a number in [degrees] is read as `headings` says."""
+    """Heading of the layout's boats; `headings` says how a number is read [degrees]."""
     headings: Headings | None = None
     """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
     positions: tuple[FleetPosition, ...] = ()

@@ -11,7 +11,7 @@ from vrx_mj.config.report import problem_at
 from vrx_mj.config.search import catalogue, is_path
 from vrx_mj.config.slots import room_faults
 from vrx_mj.config.tree import Section
-from vrx_mj.config.world import WorldConfig, check_thrusters, warn_of_degrees
+from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
 
 __all__ = ["far_from_all", "load_fleet"]
@@ -36,6 +36,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
         raise ConfigError(dict.fromkeys(problems))
     if not fleet.is_empty:
         _warn_of_bearings(fleet)
+        _warn_of_radians(fleet)
         warn_of_degrees(f"fleet {fleet.name}", _angles(fleet))
     return fleet
 
@@ -113,6 +114,20 @@ def _warn_of_bearings(fleet: FleetConfig) -> None:
         text = f"fleet {fleet.name}: its headings point outward only as compass bearings, and are read as degrees"
         advice = "write `headings: compass` for bearings, or `headings: math` to keep this"
         warnings.warn(f"{text} counter-clockwise from east; {advice}", VrxWarning, stacklevel=3)
+
+
+def _warn_of_radians(fleet: FleetConfig) -> None:
+    """Headings in degrees that are all within a full turn in radians, the unit of poses."""
+    if fleet.headings is not None:
+        return
+    places = [(f"positions[{i}].Y", position.Y) for i, position in enumerate(fleet.positions)]
+    own = [(key, getattr(fleet, key)) for key in ("heading", "start_angle")]
+    said = [(key, angle) for key, angle in (*places, *own) if isinstance(angle, float | int) and angle]
+    if said and all(abs(angle) < FULL_TURN for _, angle in said):
+        key, angle = said[0]
+        text = f"fleet {fleet.name}: {key} {angle:g} is read as degrees, unlike the radians of poses"
+        advice = f"write {math.degrees(angle):.6g} for {angle:g} rad, or `headings: math` to keep this"
+        warnings.warn(f"{text}; {advice}", VrxWarning, stacklevel=3)
 
 
 def _all_outward(positions: Sequence[FleetPosition], middle: Sequence[float], headings: Headings) -> bool:

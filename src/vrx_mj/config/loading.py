@@ -10,8 +10,9 @@ from pydantic import ValidationError
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault
+from vrx_mj.config.foreign import vrx_world
 from vrx_mj.config.report import problem_at, problems_of
-from vrx_mj.config.search import KINDS, contained, display, find, is_path
+from vrx_mj.config.search import KINDS, XML_SUFFIXES, catalogue, contained, display, find, is_path, refuse_foreign
 from vrx_mj.config.tree import File, Section, merged, of_python
 from vrx_mj.config.wording import shown
 from vrx_mj.config.yaml_text import parse, read_lines
@@ -57,12 +58,14 @@ def file_of(kind: str, source: str | Path) -> Path:
     if not is_path(source):
         return find(kind, str(source))
     file = Path(source)
+    ours = vrx_world(str(source), catalogue(kind)) if kind == "worlds" else None
+    reason = f"no such file; {ours}" if ours else "no such file"
     try:
         if file.is_file():
-            return file
-        reason = "a folder, not a file" if file.is_dir() else "no such file"
+            return _of_format(kind, str(source), file, Path.cwd())
+        reason = "a folder, not a file" if file.is_dir() else reason
     except (OSError, ValueError):
-        reason = "no such file"
+        pass
     raise ConfigError([Problem(str(source), None, None, "", reason)])
 
 
@@ -73,7 +76,16 @@ def _no_source(kind: str, given: object) -> Problem:
 
 def referenced(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
     """The file that another file calls by a name or by a path relative to its own folder."""
-    return contained(text, folder) if is_path(text) else find(kind, text, folder, skip)
+    if not is_path(text):
+        return find(kind, text, folder, skip)
+    return _of_format(kind, text, contained(text, folder), folder or Path.cwd())
+
+
+def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
+    """The file, unless it is XML where YAML or a drawing is needed."""
+    if kind != "robots" and file.name.lower().endswith(XML_SUFFIXES):
+        refuse_foreign(kind, text, folder, catalogue(kind))
+    return file
 
 
 def read_source(kind: str, source: Path | Mapping[str, Any]) -> Section:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, Self
 
-from pydantic import field_validator, model_validator
+from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
@@ -29,7 +29,7 @@ from vrx_mj.config.base import (
 from vrx_mj.config.bays import BLOCKS, BayConfig, HoleConfig, MooringConfig, PlacardConfig
 from vrx_mj.config.berths import berth_faults, berths
 from vrx_mj.config.displays import LightConfig, Symbol
-from vrx_mj.config.docks import dock_faults, is_drawing, load_dock
+from vrx_mj.config.docks import dock_faults, drawn, is_drawing, load_dock
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
 from vrx_mj.config.paths import PathConfig
 from vrx_mj.config.search import display
@@ -103,11 +103,29 @@ class Placement(Placed):
         return value
 
 
+def _drawing(value: Any) -> Any:
+    """A list of rows becomes the block of text that it stands for."""
+    if isinstance(value, list | tuple):
+        text, found = drawn(value)
+        if found:
+            raise faults(*(((row,), message) for row, message in found))
+        return text
+    if not isinstance(value, str):
+        raise fault(
+            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {shown(value)}"
+        )
+    return value
+
+
+Drawing = Annotated[str, BeforeValidator(_drawing)]
+"""A dock's drawing, or what names one."""
+
+
 class DockPlacement(Placed):
     """A dock somewhere."""
 
-    layout: str
-    """A drawing, a name from `docks`, or the path of a text file relative to this one."""
+    layout: Drawing
+    """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
     dynamic: Switch = False
     """Whether it floats: its blocks hang together by hinges."""
     block: float = 2.0
@@ -172,9 +190,9 @@ class BuoyancyConfig(Config):
     fluid_level: float = 0.0
     """Mean water level [m]."""
     linear_drag: NonNegative
-    """Drag force over the link's linear velocity [N s/m], scaled by the share of the volume under water."""
+    """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
     angular_drag: NonNegative
-    """Drag torque over the link's angular velocity [N m s], scaled by the share of the volume under water."""
+    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
     elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
     """Shapes that displace water; the whole volume of each counts."""
 

@@ -1,15 +1,17 @@
 """Where files are found: names along a search path, paths inside the folder of the file that names them."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from vrx_mj.config.foreign import foreign_file, vrx_world
 from vrx_mj.errors import UnknownNameError, VrxError, shortened
 from vrx_mj.resources import root
 
 __all__ = [
     "KINDS",
     "PACKAGE_PATH",
+    "XML_SUFFIXES",
     "catalogue",
     "contained",
     "display",
@@ -17,6 +19,7 @@ __all__ = [
     "find_terrain",
     "is_path",
     "package_paths",
+    "refuse_foreign",
 ]
 
 KINDS = {
@@ -28,7 +31,8 @@ KINDS = {
 }
 """Kinds of files that have names, and what a message calls one of them."""
 
-PATH_SUFFIXES = (".yaml", ".yml", ".txt", ".urdf", ".xacro")
+XML_SUFFIXES = (".urdf", ".xacro")
+PATH_SUFFIXES = (".yaml", ".yml", ".txt", *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
 
@@ -54,7 +58,16 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
             for file in _candidates(folder, kind, name):
                 if file.is_file() and not (skip and file.samefile(skip)):
                     return file
-    raise UnknownNameError(KINDS[kind], name, catalogue(kind, near))
+    known = catalogue(kind, near)
+    refuse_foreign(kind, name, near or Path.cwd(), known)
+    raise UnknownNameError(KINDS[kind], name, known, vrx_world(name, known) if kind == "worlds" else None)
+
+
+def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = ()) -> None:
+    """Raise a VrxError if a path leads to a file that is not of the format of this kind."""
+    said = foreign_file(kind, text, folder, known)
+    if said is not None:
+        raise VrxError(said)
 
 
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:

@@ -213,7 +213,7 @@ class SpawnConfig(Config):
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     """Pose in the world [m, rad]."""
     robot: str = "wamv"
-    """Kind of boat: a name, or a path relative to this file. Another one than the base's takes no keys of the base's."""
+    """Kind of boat: a name, or a path relative to this file. It replaces the base's with its thrusters and sensors."""
     thrusters: str = "T"
     """Layout of the thrusters: H, T or X; only for a robot that has layouts."""
     sensors: Sensors | None = None

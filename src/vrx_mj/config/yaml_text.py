@@ -109,6 +109,8 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 
 def _parsed(file: File, builder: "_Builder") -> Section:
     _refuse([Problem(file.name, *odd[:2], "", odd.message) for odd in islice(find_lookalikes(file.lines), MAX_ODD)])
+    if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
+        raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
     loader = _Composer("\n".join(file.lines))
     try:
         node = loader.get_single_node()
@@ -256,5 +258,6 @@ def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
     if problem.startswith("found character"):
         message = f"{problem.split(' ')[2]} cannot start a value; put it in quotes"
     if line <= len(file.lines) and re.fullmatch(r" *X[X ]*", file.lines[line - 1]):
-        message = "a dock's row is indented less than its first row; start every row at the same column"
+        message = "a dock's row is indented less than its first row; start every row at the same column, "
+        message += "or write a list of rows in quotes"
     return Problem(file.name, line, column, "", message)

@@ -45,9 +45,9 @@ class Float:
     level: Real
     """Height of the mean surface above the sea's own level [m]."""
     linear_drag: NonNegative
-    """Drag per displaced mass [1/s]."""
+    """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
-    """Drag per displaced mass and squared size [1/s]."""
+    """Drag torque over mass, squared size and angular velocity [1/s]."""
     profile: ProfileCode
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     wind: Vec3
@@ -107,9 +107,9 @@ class Block:
     level: Real
     """Height of the mean surface above the sea's own level [m]."""
     linear_drag: NonNegative
-    """Drag per displaced mass [1/s]."""
+    """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
-    """Drag per displaced mass and squared size [1/s]."""
+    """Drag torque over mass, squared size and angular velocity [1/s]."""
     element_start: Row
     """First of its elements."""
     element_count: Count

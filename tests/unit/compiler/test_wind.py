@@ -108,11 +108,9 @@ def test_wind_on_what_cannot_move_is_warned_of():
     listed = [*names, "dock", "cora", "wamv", "mb_marker_buoy_red"]
     wind = {**ABEAM, "objects": [{"model": name, "coefficients": [1, 1, 1]} for name in listed]}
     world = {"extends": "ocean", "objects": objects, "docks": [dock], "wind": wind}
+    advice = "list boats, objects that float, and docks with `dynamic: true`"
     assert messages(lambda: vrx_mj.compile_world(world, fleet=ALONE))[1] == [
-        (
-            "world world: wind.objects has no effect on post, course, dock; list boats, objects that float, and docks with "
-            "`dynamic: true`"
-        )
+        f"world world: wind.objects has no effect on post, course, dock; {advice}"
     ]
 
 

@@ -1,6 +1,7 @@
 """Bays, placards and holes of docks: those of a drawing, and VRX's own."""
 
 import math
+import re
 
 import pytest
 
@@ -175,3 +176,26 @@ def test_a_board_faces_out_of_its_bay_whichever_way_that_opens(opens):
     x, y, _, _, _, yaw = placard.pose
     assert (math.sin(yaw), -math.cos(yaw)) == pytest.approx(opens, abs=1e-12)
     assert (x + opens[0] * 2.95, y + opens[1] * 2.95) == pytest.approx((3.0, 3.0))
+
+
+LAYOUTS = {
+    "an indented block": "|2\n        X X\n      X   X\n      XXXXX",
+    "rows in lines": "\n      - '  X X'\n      - 'X   X'\n      - XXXXX",
+    "rows in brackets": "['  X X', X   X, XXXXX]",
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
+def test_a_first_row_may_begin_with_a_blank(tmp_path, layout):
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"docks:\n  - name: a\n    layout: {layout}\n", encoding="utf-8")
+    (dock,) = load_world(file).docks
+    assert load_dock(dock.layout).rows == ("  X X", "X   X", "XXXXX")
+    assert load_world({"docks": [{"name": "a", "layout": ["  X X", "X   X", "XXXXX"]}]}).docks[0].layout == dock.layout
+
+
+def test_one_row_of_a_list_is_a_row_and_no_name():
+    assert load_dock(load_world({"docks": [{"name": "a", "layout": ["X X"]}]}).docks[0].layout).rows == ("X X",)
+    text = "<world>: docks[0].layout[0]: row 1, column 1: 'd' in a dock; only X and blank"
+    with pytest.raises(ConfigError, match=f"^{re.escape(text)}$"):
+        load_world({"docks": [{"name": "a", "layout": ["dock_2016"]}]})

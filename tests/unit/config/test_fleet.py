@@ -256,3 +256,42 @@ def test_bearings_all_around_that_are_read_as_angles_are_warned_of(world):
     with pytest.warns(VrxWarning, match="compass"):
         load_fleet(fleet, world)
     boats({**fleet, "headings": "compass"}, world)
+
+
+RADIANS = {
+    "usv_count": 3,
+    "positions": [{"x": 0, "y": 20}, {"x": 17, "y": -10, "Y": 2.0944}, {"x": -17, "y": -10, "Y": 4.2}],
+}
+READ = "is read as degrees, unlike the radians of poses"
+KEEP = "or `headings: math` to keep this"
+
+
+@pytest.mark.parametrize(("fleet", "said"), [
+    (RADIANS, f"positions[1].Y 2.0944 {READ}; write 120 for 2.0944 rad, {KEEP}"),
+    ({"usv_count": 2, "layout": "line", "heading": -1.57},
+     f"heading -1.57 {READ}; write -89.9544 for -1.57 rad, {KEEP}"),
+    ({"usv_count": 2, "layout": "circle", "start_angle": 1},
+     f"start_angle 1 {READ}; write 57.2958 for 1 rad, {KEEP}"),
+])  # fmt: skip
+def test_degrees_that_look_like_radians_are_warned_of_once(fleet, said):
+    with pytest.warns(VrxWarning) as caught:
+        load_fleet(fleet, load_world("ocean"))
+    assert [str(item.message) for item in caught] == [f"fleet fleet: {said}"]
+
+
+@pytest.mark.parametrize("fleet", [
+    {**RADIANS, "headings": "math"},
+    {"positions": [{"x": 0, "y": 20, "Y": 2}, {"x": 20, "y": 0, "Y": 170}]},
+    {"usv_count": 2, "layout": "line", "heading": 6.3},
+    {"usv_count": 2, "layout": "line", "heading": 0},
+    {"usv_count": 2, "layout": "line", "heading": "inward"},
+])  # fmt: skip
+def test_other_degrees_are_not(fleet):
+    load_fleet(fleet, load_world("ocean"))
+
+
+def test_the_guide_s_headings_are_degrees():
+    with pytest.warns(VrxWarning) as caught:
+        load_fleet("usv_config", load_world("ocean"))
+    assert len(caught) == 1
+    assert "bearings" in str(caught[0].message)
