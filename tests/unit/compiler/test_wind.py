@@ -4,9 +4,9 @@ import warnings
 
 import numpy as np
 import pytest
-from tests.urdf_boats import BOX, link, robot
 
 import vrx_mj
+from urdf_boats import BOX, link, robot
 from vrx_mj.compiler.wind import boat_wind, newcomer_wind
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue

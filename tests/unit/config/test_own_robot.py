@@ -4,8 +4,8 @@ import warnings
 from pathlib import Path
 
 import pytest
-from tests.urdf_boats import BOX, link, robot
 
+from urdf_boats import BOX, link, robot
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
