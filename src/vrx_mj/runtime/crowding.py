@@ -1,7 +1,7 @@
 """Memory for contacts, and bodies that overlap in more than it takes: MuJoCo ends the process, so they are refused.
 
-A `Simulation` has memory for heaps of bodies. Rows of a batch, of which there are thousands, have as much as the shapes
-of their world can need, and at most what MuJoCo chooses, which is 13 MB of address space and more.
+A `Simulation` has memory for heaps of bodies. Rows of a batch, of which there are thousands, have it for the contacts
+of each two things that can touch, and at most what MuJoCo chooses, which is 13 MB of address space and more.
 """
 
 from collections.abc import Iterator
@@ -28,9 +28,9 @@ PER_CONTACT = 6000
 IDLE, PER_DOF_PAIR = 256 << 10, 128
 """Memory of a world in which nothing touches, and for each pair of degrees of freedom [bytes]: MuJoCo uses 216 bytes
 with one boat and 3,700 with twenty, which have 120 degrees of freedom."""
-PER_SHAPE = 8
-"""Contacts for each shape of two things in contact; boxes touch each other in so many. Two WAM-Vs of 33 shapes each on
-one spot make 149 contacts at most, of 20,000 positions, and one within the 22 blocks of a dock 87."""
+PER_PAIR, PER_SHAPE = 8, 16
+"""Contacts of two shapes, boxes at most, and in mean of each shape of two things within each other. Two WAM-Vs of 33
+shapes each on one spot make 149 contacts at most, of 20,000 positions, and one within the 22 blocks of a dock 87."""
 SHAPES = [
     int(kind)
     for kind in (
@@ -51,7 +51,10 @@ def arena_bytes(things: int) -> int:
 
 
 def row_arena_bytes(model: mujoco.MjModel) -> int:
-    """Memory for contacts and solver that a world needs as a row of a batch; at most what its model has now."""
+    """Memory for contacts and solver of a world as a row of a batch: several times what was ever seen to be needed.
+
+    It is at most what its model has now, and that where shapes have contacts that are not bounded.
+    """
     touching = (model.geom_contype | model.geom_conaffinity) != 0
     if model.npair or model.nflex or not np.isin(model.geom_type[touching], SHAPES).all():
         return int(model.narena)
@@ -73,12 +76,12 @@ def _pairs(model: mujoco.MjModel, touching: Rows) -> Iterator[tuple[Rows, Rows]]
 
 
 def _pair_contacts(model: mujoco.MjModel, one: Rows, other: Rows) -> int:
-    """Contacts of two things, at most, by the numbers of their shapes."""
+    """Contacts of two things for which there is room, by the numbers of their shapes."""
     kinds, masks = (np.bitwise_or.reduce(values[one]) for values in (model.geom_contype, model.geom_conaffinity))
     if not ((kinds & model.geom_conaffinity[other]) | (masks & model.geom_contype[other])).any():
         return 0
     here, there = int(one.sum()), int(other.sum())
-    return PER_SHAPE * min(here * there, here + there)
+    return min(PER_PAIR * here * there, PER_SHAPE * (here + there))
 
 
 def most_contacts(model: mujoco.MjModel) -> int:
