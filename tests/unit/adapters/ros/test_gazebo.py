@@ -107,7 +107,7 @@ def test_a_twist_turns_to_port_by_more_to_starboard(names):
 
 
 PART = "short_navigation_course_0::red_bound_1"
-WHOLE = "the model 'short_navigation_course_0' has no place of its own: give one of its models, "
+WHOLE = "get_model_state: the model 'short_navigation_course_0' has no place of its own: give one of its models, "
 
 
 def test_models_in_models_are_found_by_gazebos_names_and_by_ours(course):
@@ -134,4 +134,4 @@ def test_models_in_models_are_found_by_gazebos_names_and_by_ours(course):
     got("set_model_state", "SetModelState", model_state=state)
     assert scene.sim.observe_object(own).position[0] == pytest.approx(-470.0)
     wrong = got("get_model_state", "GetModelState", model_name="wamv", relative_entity_name="wamv::nose")
-    assert wrong.status_message == "no link named 'wamv::nose'; did you mean 'wamv::wamv/base_link'?"
+    assert wrong.status_message == ("get_model_state: no link named 'wamv::nose'; did you mean 'wamv::wamv/base_link'?")
