@@ -4,12 +4,14 @@ import collections
 import re
 
 import pytest
+import yaml
 
 import vrx_mj
 from needs import ROS1_TOOLS, needs
 from page_blocks import blocks, pieces
 from ros_scene import served
 from tutorial_pages import REPO, Reader
+from vrx_mj.adapters.ros.diagnosis import _touching_land
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
 DOCS = REPO / "docs"
@@ -52,6 +54,23 @@ def test_both_languages_show_the_same_blocks(name):
         [(block.kind, block.text) for block in blocks(path)] for path in (DOCS / name, DOCS / "zh" / name)
     )
     assert chinese == english
+
+
+@pytest.mark.slow
+def test_the_boats_of_the_tutorials_world_drift_free_of_the_land(tmp_path, monkeypatch):
+    """Nobody drives them while the page is read: the wind blows off the shore."""
+    files = {block.note("file"): block.text for block in blocks(DOCS / "tutorial_one_boat.md") if block.note("file")}
+    (tmp_path / "my_lake.yaml").write_text(files["my_lake.yaml"], encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    boats = [{**boat, "sensors": "none"} for boat in yaml.safe_load(files["my_fleet.yaml"])["boats"]]
+    fleet = {"boats": [{key: boat[key] for key in ("name", "pose", "sensors")} for boat in boats]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world("my_lake.yaml", fleet=fleet))
+    touched = set()
+    for _ in range(600):
+        sim.step(duration=0.1)
+        touched |= _touching_land(sim)
+    assert touched == set()
+    assert all(boat.position[1] > 165.0 for boat in sim.observe().values())  # they began at 162 m
 
 
 def named(page):

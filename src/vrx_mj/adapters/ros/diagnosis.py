@@ -23,6 +23,8 @@ LOOK_RATE = 1.0
 """How often boats are looked at, per simulated second."""
 AGROUND = 2
 """So many looks at which a boat touches land, in a row, tell that it is aground."""
+AFLOAT = 10
+"""And so many at which it does not, that it is no longer: in waves a boat on the shore comes free now and then."""
 THRUST = "_thrust_cmd"
 SHOWN = 8
 """Names of boats that a message shows, at most."""
@@ -126,8 +128,11 @@ class Diagnosis:
         for boat in self._sim.boats:
             up = math.cos(seen[boat].roll) * math.cos(seen[boat].pitch)
             self._state(f"{boat} capsized", up < 0.0, f"{boat} has capsized; /gazebo/set_model_state rights it")
-            self._ashore[boat] = self._ashore.get(boat, 0) + 1 if boat in ashore else 0
-            self._state(f"{boat} aground", self._ashore[boat] >= AGROUND, f"{boat} is aground")
+            self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
+            if self._ashore[boat] >= AGROUND:
+                self._once(f"{boat} aground", f"t = {self._sim.time:.1f} s: {boat} is aground")
+            elif self._ashore[boat] <= -AFLOAT:
+                self._told.discard(f"{boat} aground")
 
     def _state(self, key: str, holds: bool, text: str) -> None:
         """Tell of something once for as long as it holds."""
@@ -149,6 +154,11 @@ class Diagnosis:
         if boat not in self._sim.boats:
             return 0.0
         return next((row["timeout"] for row in self._rows(boat) if row["name"] == thruster), 0.0)
+
+
+def _counted(looks: int, holds: bool) -> int:
+    """How many looks in a row something held, or, below 0, did not."""
+    return max(looks, 0) + 1 if holds else min(looks, 0) - 1
 
 
 def _limits(row: Mapping[str, Any]) -> tuple[float, float]:

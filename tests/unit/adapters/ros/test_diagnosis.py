@@ -8,6 +8,7 @@ import pytest
 
 import vrx_mj
 from ros_scene import call, run, served
+from vrx_mj.adapters.ros import diagnosis
 from vrx_mj.adapters.ros.diagnosis import Diagnosis
 from vrx_mj.adapters.ros.inbox import Command
 from vrx_mj.adapters.ros.messages import new
@@ -78,15 +79,15 @@ def test_a_boat_that_is_put_into_another_is_told(scene):
 
 
 def test_a_gps_in_a_world_without_georeference_is_told_once_and_not_published():
-    fleet = {"usv_count": 10, "layout": "grid", "sensors": ["gps", "imu"]}
+    fleet = {"usv_count": 9, "layout": "line", "sensors": ["gps", "imu"]}
     scene = served(vrx_mj.compile_world("ocean", fleet=fleet))
     boats = ", ".join(f"wamv{number}" for number in range(1, 9))
-    text = f"the world ocean has no georeference: the GPS topics of {boats} and 2 more are not published"
+    text = f"the world ocean has no georeference: the GPS topics of {boats} and 1 more are not published"
     assert scene.told == [f"{text}; add `georeference` to the world's file"]
     outputs = scene.network.table.outputs
     assert not [name for name in outputs if "gps" in name]
-    assert "/wamv10/sensors/imu/imu/data" in outputs
-    call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv10")
+    assert "/wamv9/sensors/imu/imu/data" in outputs
+    call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv9")
     assert len([line for line in scene.told if "GPS" in line]) == 1
 
 
@@ -124,3 +125,18 @@ def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
     sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch)}
     diagnosis.look()
     assert len(lines) == told
+
+
+@pytest.mark.parametrize(
+    ("touches", "told"),
+    [("1", 0), ("11", 1), ("101010", 0), ("1111" * 5, 1), ("11011001100110", 1), ("11" + "0" * 10 + "11", 2)],
+)
+def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, touches, told):
+    sim, lines, looks = Quiet(), [], iter(touches)
+    monkeypatch.setattr(diagnosis, "_touching_land", lambda _: {"a"} if next(looks) == "1" else set())
+    sim.observe = lambda: {"a": SimpleNamespace(roll=0.0, pitch=0.0)}
+    watch = Diagnosis(sim, lambda _level, text: lines.append(text))
+    for number in range(len(touches)):
+        sim.time = float(number + 1)
+        watch.look()
+    assert [line.partition(": ")[2] for line in lines] == ["a is aground"] * told

@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ros_scene import call as service
+from ros_scene import served
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.table.boats import twist_commands
 from vrx_mj.adapters.ros.table.bodies import Placed
@@ -25,7 +27,9 @@ class Host:
 
     def __init__(self, **models):
         self.bodies = SimpleNamespace(
-            model=models.__getitem__, frame=lambda name: None if name in {"", "world"} else models[name]
+            model=models.__getitem__,
+            named_model=str,
+            frame=lambda name: None if name in {"", "world"} else models[name],
         )
         self.sim = SimpleNamespace(time=2.0, boats=("a",), set_boat=self.put)
         self.reset_world = self.reset_simulation = self.moved = lambda: None
@@ -100,3 +104,34 @@ def test_a_twist_turns_to_port_by_more_to_starboard(names):
     host = SimpleNamespace(sim=SimpleNamespace(command_names=lambda _boat: names, world=world))
     left, right = names
     assert twist_commands(host, "a", 0.5, 0.2) == pytest.approx({left: 0.3, right: 0.7})
+
+
+PART = "short_navigation_course_0::red_bound_1"
+WHOLE = "get_model_state: the model 'short_navigation_course_0' has no place of its own: give one of its models, "
+
+
+def test_models_in_models_are_found_by_gazebos_names_and_by_ours(course):
+    """And what is made of models alone says which."""
+    scene = served(course)
+
+    def got(name, kind, **fields):
+        return service(scene, f"/gazebo/{name}", f"gazebo_msgs/{kind}", **fields)
+
+    own = PART.replace("::", "/")
+    ours, theirs = (got("get_model_state", "GetModelState", model_name=name).pose.position for name in (own, PART))
+    assert xyz(ours) == xyz(theirs) == [*scene.sim.observe_object(own).position]
+    assert xyz(got("get_link_state", "GetLinkState", link_name=f"{PART}::link").link_state.pose.position) == xyz(ours)
+    beside = got("get_model_state", "GetModelState", model_name="wamv", relative_entity_name=PART)
+    assert math.hypot(*xyz(beside.pose.position)) > 5.0
+    whole = {"model_name": "short_navigation_course_0"}
+    refused = got("get_model_state", "GetModelState", **whole)
+    assert not refused.success
+    assert refused.status_message == f"{WHOLE}short_navigation_course_0::red_bound_0 and 5 more"
+    properties = got("get_model_properties", "GetModelProperties", **whole)
+    assert (len(properties.body_names), properties.is_static) == (6, False)
+    assert "red_bound_1::link" in properties.body_names
+    state = {"model_name": PART, "pose": {"position": {"x": -470.0, "y": 190.0, "z": 0.0}}}
+    got("set_model_state", "SetModelState", model_state=state)
+    assert scene.sim.observe_object(own).position[0] == pytest.approx(-470.0)
+    wrong = got("get_model_state", "GetModelState", model_name="wamv", relative_entity_name="wamv::nose")
+    assert wrong.status_message.startswith("get_model_state: no link named 'wamv::nose'; known: ")

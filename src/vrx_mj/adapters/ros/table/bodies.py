@@ -62,11 +62,30 @@ class Bodies:
         return tuple(self._links)
 
     def model(self, name: str) -> Placed:
-        """Where a model is; UnknownNameError if there is none of that name."""
-        if name not in self._models:
-            raise UnknownNameError("model", name, self._models)
+        """Where a model is; the errors are those of `named_model`."""
+        index = self._models[self.named_model(name)]
         self._refresh()
-        return self._placed(self._models[name])
+        return self._placed(index)
+
+    def named_model(self, name: str) -> str:
+        """A model's name as this world has it; models in models are also known by Gazebo's names, `buoys::red_0`.
+
+        Raises:
+            UnknownNameError: there is none of that name.
+            CommandError: it is made of models alone, so that it has no place of its own.
+        """
+        own = name.replace("::", "/")
+        if own in self._models:
+            return own
+        parts = self.parts(name)
+        if parts:
+            shown = f"{parts[0].replace('/', '::')}" + (f" and {len(parts) - 1} more" if len(parts) > 1 else "")
+            raise CommandError(f"the model '{name}' has no place of its own: give one of its models, {shown}")
+        raise UnknownNameError("model", name, self._models)
+
+    def parts(self, name: str) -> Sequence[str]:
+        """The models that are in a model of this name."""
+        return [model for model in self._models if model.startswith(f"{name.replace('::', '/')}/")]
 
     def link(self, name: str) -> Placed:
         """Where a link is; UnknownNameError if there is none of that name."""
@@ -86,10 +105,11 @@ class Bodies:
         return ((name, self._placed(index)) for name, index in self._links.items())
 
     def frame(self, name: str) -> Placed | None:
-        """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError: there is none."""
+        """A frame of reference: None for the world's, else a model's or a link's; errors as of `named_model`."""
         if name in WORLD:
             return None
-        return self.link(name) if "::" in name else self.model(name)
+        is_model = "::" not in name or name.replace("::", "/") in self._models
+        return self.model(name) if is_model else self.link(name)
 
     def model_of_link(self, name: str) -> str:
         """The model whose own frame is this link; UnknownNameError or CommandError if there is none."""

@@ -184,8 +184,7 @@ def _set_link(host: Host, state: Message) -> None:
 
 
 def _set_model(host: Host, state: Message) -> None:
-    host.bodies.model(state.model_name)
-    _put(host, state.model_name, state.pose, state.twist, state.reference_frame)
+    _put(host, host.bodies.named_model(state.model_name), state.pose, state.twist, state.reference_frame)
 
 
 def _put(host: Host, name: str, pose: Message, twist: Message, frame: str) -> None:
@@ -236,13 +235,14 @@ def _world_properties(host: Host, _asked: Message) -> Mapping[str, Any]:
 
 
 def _model_properties(host: Host, asked: Message) -> Mapping[str, Any]:
-    name = asked.model_name
-    host.bodies.model(name)
-    links = [link.partition("::")[2] for link in host.bodies.links if link.startswith(f"{name}::")]
+    name, parts = asked.model_name, host.bodies.parts(asked.model_name)
+    models = parts if parts and name not in host.bodies.models else [host.bodies.named_model(name)]
+    scope = f"{name.replace('/', '::')}::"
+    links = [link.removeprefix(scope) for link in host.bodies.links if link.startswith(scope)]
     return {
         "canonical_body_name": links[0] if links else "",
         "body_names": links,
-        "is_static": name not in host.sim.boats and not _floats(host, name),
+        "is_static": not any(one in host.sim.boats or _floats(host, one) for one in models),
     }
 
 
