@@ -7,6 +7,7 @@ import pytest
 
 from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.parts.generate import example_file
+from vrx_mj.errors import VrxError
 from vrx_mj.sensors.errors import variances
 
 
@@ -61,3 +62,10 @@ def test_suites_can_be_combined():
     assert sensor(boat, "camera").info == "centered"
     assert variances(sensor(boat, "gps").position).all()
     assert "p3d_wamv" in named(boat)
+
+
+def test_errors_of_no_part_are_refused(tmp_path):
+    (tmp_path / "mine.yaml").write_text("extends: wamv\narguments: {sensor_errors: gps}\n", encoding="utf-8")
+    with pytest.raises(VrxError) as refused:
+        build_boat(Order("./mine.yaml", tmp_path, components=example_file("components")))
+    assert str(refused.value) == "argument sensor_errors: expected none or standalone or rtk, got 'gps'"
