@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import vrx_mj
+from vrx_mj.control.craft import craft_of
 from vrx_mj.control.navigation import Navigator
 from vrx_mj.control.pilot import Pilot
 
@@ -27,7 +28,7 @@ class Controller:
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
         """Commands of the boat, once the task has told its goal."""
         boat, goal = obs["wamv"], obs["task"].get("goal")
-        self.pilot = self.pilot or Pilot(boat.thrusters)  # what they are tells how to share out forces
+        self.pilot = self.pilot or Pilot(boat.thrusters, craft_of(boat))  # what they are tells how to share out forces
         seen = self.navigator(boat, t)  # GPS and inertial unit
         if goal is None:
             return {}

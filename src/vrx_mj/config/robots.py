@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from vrx_mj.config.base import (
     Config,
@@ -174,7 +174,8 @@ class RobotConfig(Config):
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
     urdf: str
-    """The `.urdf` or `.xacro`, relative to this file."""
+    """The `.urdf` or `.xacro`, relative to the file that says so."""
+    _urdf_folder: Path | None = PrivateAttr(None)
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
     layouts: dict[Name, Arguments] = Field(default_factory=dict)
@@ -234,7 +235,7 @@ class RobotConfig(Config):
     def description_file(self) -> Path:
         """The URDF or xacro."""
         assert self.folder is not None, "a robot comes from a file"
-        return contained(self.urdf, self.folder)
+        return contained(self.urdf, self._urdf_folder or self.folder)
 
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
@@ -246,6 +247,8 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     config = validated(RobotConfig, section, Loading())
     if config.folder is None:
         raise fault("a robot comes from a file")
+    if "urdf" in section.entries:  # it may be that of a file which this one extends
+        config._urdf_folder = section.entries["urdf"].value.file.folder
     return config
 
 

@@ -76,6 +76,9 @@ class CameraConfig(_Sensor):
     """Standard deviation per pixel, of full scale, the same in the three channels."""
     baseline: float = 0.07
     """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
+    info: Literal["vrx", "centered"] = "vrx"
+    """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels that are counted from 1, or
+    `centered`, ((w - 1) / 2, (h - 1) / 2), from 0."""
 
     @model_validator(mode="after")
     def _sees_something(self) -> Self:
@@ -152,6 +155,8 @@ class ImuConfig(_Sensor):
     """Errors about the sensor's axes [rad/s]."""
     heading: ErrorModel = ErrorModel()
     """Errors of the yaw [rad]; only the last of the three counts."""
+    tilt: ErrorModel = ErrorModel()
+    """Errors of roll and pitch [rad]; the last of the three does not count."""
 
 
 class P3dConfig(_Sensor):

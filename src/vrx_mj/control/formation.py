@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from vrx_mj.config.layouts import Layout, LayoutName, spots
+from vrx_mj.control.craft import craft_of
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.leader import BoatLeader, PathLeader
 from vrx_mj.control.muster import Muster
@@ -194,7 +195,8 @@ class Formation:
         self._take_places(seen)
         self.off = {name: seen[name].to(goal.x, goal.y)[0] for name, goal in self.goals.items()}
         for name in self.places.keys() - self._helms.keys():
-            self._helms[name] = VelocityKeeper(obs[name].thrusters), Pilot(obs[name].thrusters)
+            thrusters, craft = obs[name].thrusters, craft_of(obs[name])
+            self._helms[name] = VelocityKeeper(thrusters, craft), Pilot(thrusters, craft)
         return {name: self._steer(name, seen, t) for name in self.places}
 
     def _take_places(self, seen: Mapping[str, Estimate]) -> None:

@@ -10,7 +10,8 @@ import math
 from collections.abc import Mapping
 
 from vrx_mj.control.allocation import Allocation, Propeller, Thrust
-from vrx_mj.control.craft import Craft, craft_of
+from vrx_mj.control.course import Course
+from vrx_mj.control.craft import Craft, wamv_of
 from vrx_mj.control.guidance import approach_speed, wrapped
 from vrx_mj.control.navigation import Estimate
 
@@ -39,7 +40,7 @@ class Pilot:
 
     def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft | None = None) -> None:
         """`craft` tells the boat's figures; by default they are the WAM-V's."""
-        self.craft = craft or craft_of(thrusters)
+        self.craft = craft or wamv_of(thrusters)
         self._allocation = Allocation(thrusters, centre=self.craft.centre)
         ahead = sum(max(0.0, _ahead(thruster)) for thruster in thrusters.values())
         astern = sum(max(0.0, _astern(thruster)) for thruster in thrusters.values())
@@ -49,6 +50,7 @@ class Pilot:
         """Deceleration to rely on [m/s2]."""
         self.every_way = self._allocation.every_way
         """Whether the boat can push sideways, too."""
+        self._course = None if self.every_way else Course(thrusters, self.craft, self._allocation)
         self._observed = (0.0, 0.0, 0.0)
         self._expected: tuple[float, float, float] | None = None
         self._then = 0.0
@@ -57,6 +59,8 @@ class Pilot:
         self, seen: Estimate, t: float, x: float, y: float, heading: float, *, speed: float = math.inf
     ) -> dict[str, float]:
         """Commands to be at a place [m] with a heading [rad], and stay; on the way there at most at a `speed` [m/s]."""
+        if self._course is not None:
+            return self._course.hold(seen, x, y, heading, speed=min(speed, self.top_speed), braking=self.braking)
         distance, bearing = seen.to(x, y)
         wanted = min(approach_speed(distance, POSITION_RATE, self.braking), speed, self.top_speed)
         return self.sail(seen, t, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
@@ -76,6 +80,8 @@ class Pilot:
 
         `turn` [rad/s] is how fast that heading turns, `acceleration` [m/s2] how fast the velocity changes.
         """
+        if self._course is not None:
+            return self._course.sail(seen, vx, vy, heading)
         self._observe(seen, t)
         cos, sin = math.cos(seen.heading), math.sin(seen.heading)
         ax = acceleration[0] + VELOCITY_RATE * (vx - seen.vx)

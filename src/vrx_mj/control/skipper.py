@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from vrx_mj.control.craft import craft_of
 from vrx_mj.control.navigation import Estimate, Navigator
 from vrx_mj.control.pilot import Pilot
 
@@ -54,7 +55,7 @@ class Skipper:
         name = str(task.get("boat") or next(iter(obs)))
         boat = obs[name]
         if self._pilot is None:
-            self._pilot = Pilot(boat.thrusters)
+            self._pilot = Pilot(boat.thrusters, craft_of(boat))
         seen = self.navigator(boat, t)
         self.listen(boat, seen, task, t)
         commands = {} if task.get("state") == "initial" else self.steer(boat, seen, task, t)

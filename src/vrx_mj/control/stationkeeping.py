@@ -17,8 +17,8 @@ NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
 
 The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
-NEAR_WITHOUT_SWAY = 1.5
-"""The same [m] of a boat that cannot push sideways."""
+NEAR_WITHOUT_SWAY = 1.0
+"""The same of a boat that cannot push sideways, in its lengths: it stays where it is then, and turns if it can."""
 
 
 class Berth:
@@ -31,7 +31,7 @@ class Berth:
         """Commands to be at a place [m] with a heading [rad]."""
         pilot = skipper.pilot
         distance, bearing = seen.to(*place)
-        limit = NEAR if pilot.every_way else NEAR_WITHOUT_SWAY
+        limit = NEAR if pilot.every_way else NEAR_WITHOUT_SWAY * pilot.craft.length
         self._near = distance < (1.5 * limit if self._near else limit)  # no turning to and fro at the limit
         return pilot.hold(seen, t, *place, heading if self._near else bearing)
 

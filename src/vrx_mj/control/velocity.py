@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 
 from vrx_mj.control.allocation import Allocation, Propeller, Thrust
-from vrx_mj.control.craft import Craft, craft_of
+from vrx_mj.control.craft import Craft, wamv_of
 from vrx_mj.control.navigation import Estimate
 
 __all__ = ["VelocityKeeper"]
@@ -40,7 +40,7 @@ class VelocityKeeper:
         With `hold_sway` the boat is kept from going sideways as far as its thrusters can push it across, and the speed
         is that over ground: what sway is left counts as a part of it.
         """
-        self.craft = craft or craft_of(thrusters)
+        self.craft = craft or wamv_of(thrusters)
         self._allocation = Allocation(thrusters, centre=self.craft.centre)
         self._hold_sway = hold_sway
         plenty = 2.0 * sum(thruster.max_forward for thruster in thrusters.values())
@@ -63,7 +63,7 @@ class VelocityKeeper:
         moment = self.craft.turning_drag(turn) + around + self._pushed[2]
         thrust = self._allocated(force, sway, moment)
         self._integrate(t, (ahead, force, thrust.surge), (aside, sway, thrust.sway), (around, moment, thrust.yaw))
-        return thrust.commands
+        return {**thrust.commands, **self.craft.rudder_angles(moment, seen.surge, thrust.surge)}
 
     def _allocated(self, force: float, sway: float, moment: float) -> Thrust:
         """The force ahead goes before that to port, which is made less where the thrusters cannot give both."""

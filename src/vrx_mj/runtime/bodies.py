@@ -10,6 +10,7 @@ from vrx_mj.arguments import several
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.runtime.hull import Hull, hull_of
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
@@ -22,6 +23,8 @@ class FreeBodies:
 
     def __init__(self, world: World, rig: Rig) -> None:
         self._data, self._rig = rig.data, rig
+        self._boats, self._thrusters = world.boats, world.parameters["thrusters"]
+        self._hulls: dict[str, Hull] = {}
         floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
         self.objects = tuple(floating)
         docks = [dock["name"] for dock in world.parameters["docks"] if dock["dynamic"]]
@@ -49,7 +52,13 @@ class FreeBodies:
         turn = self._data.qpos[qpos + 3 : qpos + 7].copy()
         linear = rotation_matrix(turn).T @ self._data.qvel[dof : dof + 3]
         spin = self._data.qvel[dof + 3 : dof + 6].copy()
-        return BoatObservation(self._data.qpos[qpos : qpos + 3].copy(), turn, linear, spin, **known)
+        hull = self._hulls.get(name) or self._hulls.setdefault(name, self._hull(name))
+        return BoatObservation(self._data.qpos[qpos : qpos + 3].copy(), turn, linear, spin, hull=hull, **known)
+
+    def _hull(self, name: str) -> Hull:
+        number = self._boats.index(name)
+        names = {item["name"]: row for row, item in enumerate(self._thrusters) if item["hull"] == number}
+        return hull_of(self._rig, self._rig.hulls[number], names)
 
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""

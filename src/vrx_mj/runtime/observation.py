@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vrx_mj.physics.motion import rotation_matrix
 
 if TYPE_CHECKING:
+    from vrx_mj.runtime.hull import Hull
     from vrx_mj.runtime.thrusters import Thruster
     from vrx_mj.sensors.readings import Reading
 
@@ -38,6 +39,8 @@ class BoatObservation:
     """Last readings of the sensors by name, computed when looked up, as in `Simulation.sense`."""
     thrusters: Mapping[str, "Thruster"] = field(default_factory=dict, repr=False, compare=False)
     """Thrusters of the boat by name."""
+    hull: "Hull | None" = field(default=None, repr=False, compare=False)
+    """Mass, drag, size and rudders of the boat."""
 
     @property
     def roll(self) -> float:

@@ -13,7 +13,7 @@ from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.physics.errors import axis_error
 from vrx_mj.physics.noise import stream_key
 
-__all__ = ["Draw", "axis_of", "errors", "variances"]
+__all__ = ["Draw", "axis_of", "covariance", "errors", "variances"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -58,3 +58,8 @@ def axis_of(model: ErrorModel, draw: Draw, axis: int, k: int) -> float:
 def variances(model: ErrorModel) -> FloatArray:
     """(3,) variances of the errors, drift included: what Hector's plugins write into covariances."""
     return np.square(model.drift) + np.square(model.noise)
+
+
+def covariance(*variance: float) -> tuple[float, ...]:
+    """(9,) row by row: the covariance of three errors that have nothing to do with each other."""
+    return tuple(float(value) for value in np.diag(variance).flat)

@@ -1,19 +1,24 @@
 """An inertial unit, as Hector's plugin for Gazebo: differences between one measurement and the next."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.config.sensors import ImuConfig
-from vrx_mj.sensors.errors import Draw, axis_of, errors
+from vrx_mj.config.sensors import ErrorModel, ImuConfig
+from vrx_mj.sensors.errors import Draw, axis_of, covariance, errors, variances
 from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
 from vrx_mj.sensors.readings import Inertia
 
-__all__ = ["inertia"]
+__all__ = ["Covariances", "covariances", "inertia"]
 
-_ACCELERATION, _ANGULAR_VELOCITY, _HEADING = 0, 3, 6
+Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""(9,) each: of the orientation, the angular velocity and the linear acceleration."""
+
+_ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
 """First axes of the errors."""
+_NO_ERRORS = ErrorModel()
 
 
 def inertia(
@@ -31,15 +36,40 @@ def inertia(
     else:
         rate = rotation_vector(product(conjugate(before.orientation), place.orientation)) / interval
         change = (place.velocity - before.velocity) / interval
-    yaw = _heading_error(config, draw)
     return Inertia(
-        product(yaw, place.orientation),
+        _with_errors(config, place.orientation, draw),
         rate + errors(config.angular_velocity, draw, _ANGULAR_VELOCITY),
         down @ (change - gravity) + errors(config.acceleration, draw, _ACCELERATION),
+        *covariances(config),
     )
 
 
-def _heading_error(config: ImuConfig, draw: Draw) -> npt.NDArray[np.float64]:
-    """(4,) quaternion of the heading's error: a turn about the world's z axis."""
-    half = axis_of(config.heading, draw, _HEADING, 2) / 2.0
-    return np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+@lru_cache(maxsize=256)
+def covariances(config: ImuConfig) -> Covariances:
+    """What a unit says of its errors, drifts included; offsets are not in a covariance.
+
+    Roll and pitch are about the unit's axes and yaw about the vertical: for a level unit, those of its x, y and z.
+    """
+    roll, pitch, _ = variances(config.tilt)
+    return (
+        covariance(roll, pitch, variances(config.heading)[2]),
+        covariance(*variances(config.angular_velocity)),
+        covariance(*variances(config.acceleration)),
+    )
+
+
+def _with_errors(config: ImuConfig, orientation: npt.NDArray[np.float64], draw: Draw) -> npt.NDArray[np.float64]:
+    """(4,) the orientation turned about the world's z axis by the heading's error, and about its own x and y axes."""
+    turned = product(_turn(axis_of(config.heading, draw, _HEADING, 2), 3), orientation)
+    if config.tilt == _NO_ERRORS:
+        return turned
+    for axis in (0, 1):
+        turned = product(turned, _turn(axis_of(config.tilt, draw, _TILT, axis), 1 + axis))
+    return turned
+
+
+def _turn(angle: float, place: int) -> npt.NDArray[np.float64]:
+    """(4,) quaternion of a turn [rad] about the axis that has this place in it."""
+    quaternion = np.array([math.cos(angle / 2.0), 0.0, 0.0, 0.0])
+    quaternion[place] = math.sin(angle / 2.0)
+    return quaternion

@@ -11,6 +11,8 @@ from vrx_mj.sensors.places import Mount
 __all__ = ["CameraInfo", "Fix", "Image", "Inertia", "PointCloud", "Reading", "Scan", "Shooter", "Sound", "Truth"]
 
 FloatArray = npt.NDArray[np.float64]
+EXACT = (0.0,) * 9
+"""Covariance of what has no errors."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,12 @@ class Inertia:
     """Angular velocity, (3,) [rad/s], sensor axes."""
     linear_acceleration: FloatArray
     """Linear acceleration, (3,) [m/s2], sensor axes; at rest 9.8 upward."""
+    orientation_covariance: tuple[float, ...] = EXACT
+    """Covariance of the orientation, (9,) row by row [rad2]: roll, pitch and yaw; zeros: no errors."""
+    angular_velocity_covariance: tuple[float, ...] = EXACT
+    """Covariance of the angular velocity, (9,) row by row [rad2/s2]."""
+    linear_acceleration_covariance: tuple[float, ...] = EXACT
+    """Covariance of the linear acceleration, (9,) row by row [m2/s4]."""
 
 
 @dataclass(frozen=True)

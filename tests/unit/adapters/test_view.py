@@ -11,7 +11,7 @@ import pytest
 
 from vrx_mj import Simulation, compile_world
 from vrx_mj.adapters import view as package
-from vrx_mj.adapters.helm.terminal import Terminal, status_line
+from vrx_mj.adapters.helm.terminal import Terminal
 from vrx_mj.adapters.view import display, sea, server, view
 from vrx_mj.adapters.view.session import Session, watch
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError
@@ -307,9 +307,3 @@ def test_keys_come_from_a_terminal_and_its_settings_are_put_back(trio, monkeypat
 def test_what_is_no_terminal_gives_no_keys():
     with Terminal(io.StringIO("iii"), io.StringIO()) as terminal:
         assert (terminal.reads, list(terminal.pressed())) == (False, [])
-
-
-def test_the_status_fits_the_line(trio):
-    status = Session(Simulation(trio), boat="wamv3").status()
-    assert status_line(status, 300).startswith("boat wamv3  time 0.0 s  pace 0.00 of 1  power +0.00  turn +0.00  angle")
-    assert len(status_line(status, 40)) == 39

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from vrx_mj.control.craft import WAMV, WAMV_VRX3, craft_of
+from vrx_mj.control.craft import WAMV, WAMV_VRX3, wamv_of
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pilot import Pilot
 
@@ -120,8 +120,8 @@ def test_top_speed_is_where_drag_is_the_thrust():
 
 def test_the_unit_of_commands_tells_the_craft():
     newtons = {name: Engine(engine.position, max_command=2353.5) for name, engine in PAIR.items()}
-    assert craft_of(PAIR) is WAMV
-    assert craft_of(newtons) is WAMV_VRX3
+    assert wamv_of(PAIR) is WAMV
+    assert wamv_of(newtons) is WAMV_VRX3
 
 
 def test_linear_drag_alone_has_a_top_speed():

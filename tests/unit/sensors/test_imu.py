@@ -9,7 +9,7 @@ from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
 from vrx_mj.sensors.errors import Draw, errors
 from vrx_mj.sensors.imu import inertia
-from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
 
 CONFIG = ImuConfig(name="imu", link="imu_link")
 DRAW = Draw(1, "a", "imu", 12, 15.0)
@@ -106,3 +106,51 @@ def test_errors_add_to_rate_acceleration_and_heading():
     assert found.linear_acceleration == pytest.approx(errors(models["acceleration"], DRAW, 0) - DOWN)
     assert found.angular_velocity == pytest.approx(errors(models["angular_velocity"], DRAW, 3))
     assert found.orientation == pytest.approx(quaternion(0.0, 0.0, 0.75))
+
+
+def test_roll_and_pitch_have_errors_about_the_sensors_own_axes():
+    config = CONFIG.model_copy(update={"tilt": ErrorModel(offset=(0.02, 0.03, 9.0))})
+    found = inertia(config, at(yaw=2.0), None, 0.0, DOWN, DRAW)
+    assert found.orientation == pytest.approx(product(product(quaternion_of(yaw=2.0), about(0, 0.02)), about(1, 0.03)))
+    assert found.linear_acceleration == pytest.approx((0.0, 0.0, 9.8))
+
+
+def quaternion_of(**angles):
+    return np.array(quaternion(*(angles.get(name, 0.0) for name in ("roll", "pitch", "yaw"))))
+
+
+def about(axis, angle):
+    angles = [0.0, 0.0, 0.0]
+    angles[axis] = angle
+    return np.array(quaternion(*angles))
+
+
+WANDERING = CONFIG.model_copy(
+    update={
+        "acceleration": ErrorModel(noise=(0.1, 0.2, 0.3), drift=(0.2, 0.0, 0.1), drift_frequency=(5.0, 5.0, 5.0)),
+        "angular_velocity": ErrorModel(noise=(0.01, 0.02, 0.03)),
+        "heading": ErrorModel(noise=(9.0, 9.0, 0.03), drift=(9.0, 9.0, 0.04), drift_frequency=(5.0, 5.0, 5.0)),
+        "tilt": ErrorModel(noise=(0.01, 0.02, 9.0)),
+    }
+)
+
+
+def test_covariances_are_those_of_the_readings():
+    """Over 4000 readings of a level unit; a variance is then known within 2.2 % (one standard deviation)."""
+    place = at(yaw=0.5)
+    found = [inertia(WANDERING, place, None, 0.0, DOWN, Draw(1, "a", "imu", k, 15.0)) for k in range(4000)]
+    turns = [rotation_vector(product(conjugate(place.orientation), one.orientation)) for one in found]
+    stated = found[0]
+    for covariance, wrong in (
+        (stated.orientation_covariance, turns),
+        (stated.angular_velocity_covariance, [one.angular_velocity for one in found]),
+        (stated.linear_acceleration_covariance, [one.linear_acceleration for one in found]),
+    ):
+        size = np.sqrt(np.diag(np.reshape(covariance, (3, 3))))
+        assert np.cov(np.transpose(wrong)) / np.outer(size, size) == pytest.approx(np.eye(3), abs=0.1)
+
+
+def test_a_unit_without_errors_has_covariances_of_zero():
+    found = inertia(CONFIG, at(), None, 0.0, DOWN, DRAW)
+    assert found.orientation_covariance == (0.0,) * 9
+    assert found.angular_velocity_covariance == found.linear_acceleration_covariance == (0.0,) * 9

@@ -44,6 +44,13 @@ def test_focal_length_follows_width_and_field_of_view():
     assert (info.K[0], info.K[2], info.K[5]) == (pytest.approx(50.0), 50.5, 150.5)
 
 
+def test_a_centered_camera_counts_pixels_from_0():
+    """The middle of 5 columns is the third, number 2; of 4 rows, the edge between numbers 1 and 2."""
+    info = intrinsics(VRX.model_copy(update={"width": 5, "height": 4, "info": "centered"}))
+    assert (info.K[2], info.K[5], info.P[2], info.P[6]) == (2.0, 1.5, 2.0, 1.5)
+    assert info.K[0] == intrinsics(VRX.model_copy(update={"width": 5, "height": 4})).K[0]
+
+
 # What is in view
 
 

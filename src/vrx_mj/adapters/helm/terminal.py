@@ -1,4 +1,4 @@
-"""Keys pressed in a terminal, without waiting for Enter, and a line of status there."""
+"""Keys pressed in a terminal, without waiting for Enter, and the status in its last lines."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from typing import Any, Protocol, Self, TextIO
 
 from vrx_mj.adapters.helm.keys import terminal_keys
 
-__all__ = ["Driven", "Terminal", "status_line"]
+__all__ = ["Driven", "Terminal", "status_lines"]
 
 STATUS_PERIOD = 0.2
-"""Wall time between status lines [s]."""
+"""Wall time between two renewals of the status [s]."""
+END_LINE, END_SCREEN = "\x1b[K", "\x1b[J"
+"""Erase to the end of the line, and of the screen (ECMA-48)."""
 
 
 class Driven(Protocol):
@@ -36,7 +38,7 @@ class Terminal:
     ) -> None:
         self._stdin = sys.stdin if stdin is None else stdin
         self._stderr = sys.stderr if stderr is None else stderr
-        self._clock, self._due, self._wrote = clock, 0.0, False
+        self._clock, self._due, self._lines = clock, 0.0, 0
         self._before: Any = None
 
     @property
@@ -58,18 +60,20 @@ class Terminal:
         return terminal_keys(sent.decode("utf-8", "replace"))
 
     def show(self, driven: Driven) -> None:
-        """Renew the line of status, where somebody sees it."""
+        """Renew the status, where somebody sees it: the cursor stays on its first line."""
         now = self._clock()
         if now < self._due or not self._stderr.isatty():
             return
-        self._due, self._wrote = now + STATUS_PERIOD, True
-        width = shutil.get_terminal_size().columns
-        self._stderr.write(f"\r{status_line(driven.status(), width):<{width - 1}}")
+        lines = status_lines(driven.status(), _columns(self._stderr))
+        self._due, self._lines = now + STATUS_PERIOD, len(lines)
+        back = f"\x1b[{len(lines) - 1}A" if len(lines) > 1 else ""
+        text = f"{END_LINE}\n".join(lines)
+        self._stderr.write(f"\r{text}{END_SCREEN}{back}")
         self._stderr.flush()
 
     def say(self, text: str) -> None:
         """Write a line above that of the status."""
-        before = "\r\x1b[K" if self._wrote and self._stderr.isatty() else ""
+        before = f"\r{END_SCREEN}" if self._lines and self._stderr.isatty() else ""
         self._stderr.write(f"{before}{text}\n")
         self._stderr.flush()
         self._due = 0.0
@@ -85,8 +89,7 @@ class Terminal:
 
     def __exit__(self, *_error: object) -> None:
         self._restore()
-        if self._wrote:
-            self._stderr.write("\n")
+        self._stderr.write("\n" * self._lines)
 
     def _restore(self) -> None:
         if self._before is not None:
@@ -96,9 +99,24 @@ class Terminal:
             self._before = None
 
 
-def status_line(status: Sequence[tuple[str, str]], width: int) -> str:
-    """The status as one line that fits a terminal's width."""
-    return "  ".join(f"{name} {value}" for name, value in status)[: max(0, width - 1)]
+def status_lines(status: Sequence[tuple[str, str]], width: int) -> list[str]:
+    """The status in lines that fit a terminal's width [columns]; every name stays with its value."""
+    lines: list[str] = []
+    for name, value in status:
+        item = f"{name} {value}"[: max(0, width - 1)]
+        if lines and len(lines[-1]) + 2 + len(item) < width:
+            lines[-1] += f"  {item}"
+        else:
+            lines.append(item)
+    return lines
+
+
+def _columns(stream: TextIO) -> int:
+    """Width of the terminal that a stream writes to."""
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or shutil.get_terminal_size().columns
+    except (OSError, ValueError):
+        return shutil.get_terminal_size().columns
 
 
 def _foreground(stream: TextIO | None) -> bool:

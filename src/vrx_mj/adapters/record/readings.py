@@ -12,13 +12,14 @@ import numpy.typing as npt
 from vrx_mj.adapters.record.scene import RecordedSensor
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
+from vrx_mj.sensors.imu import covariances
 from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import Fix, Image, Inertia, PointCloud, Reading, Scan, Shooter, Sound, Truth
 
 if TYPE_CHECKING:
     from vrx_mj.adapters.record.parsed import Part
 
-__all__ = ["READING_COLUMNS", "RecordedReadings"]
+__all__ = ["READING_COLUMNS", "RecordedReadings", "measured"]
 
 FloatArray = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -145,6 +146,12 @@ def check_numbers(sensor: RecordedSensor, found: Sequence[Bytes]) -> None:
             raise RecordError(f"{sensor.readings_path}: numbers: beyond those of single precision")
 
 
+def measured(reading: Reading) -> tuple[Any, ...]:
+    """The fields of a reading's data that a recording holds: a unit's covariances follow from its configuration."""
+    fields = tuple(vars(reading.data).values())
+    return fields[:3] if reading.type == "imu" else fields
+
+
 def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
     """What a sensor measured, from a row of its columns."""
     if sensor.type == "camera":
@@ -152,6 +159,9 @@ def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
         return Image(decoded(row["blob"], (config.width, config.height)), intrinsics(config))
     if "points" in row:
         return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
+    if sensor.type == "imu":
+        found = row["numbers"].view("<f8")
+        return Inertia(found[:4], found[4:7], found[7:], *covariances(sensor_config({"config": sensor.config})))
     return MAKERS[sensor.type](row["numbers"].view("<f8"))
 
 
@@ -186,9 +196,8 @@ def fix(numbers: FloatArray) -> Fix:
 MAKERS: Mapping[str, Any] = {
     "lidar": scan,
     "gps": fix,
-    "imu": lambda numbers: Inertia(numbers[:4], numbers[4:7], numbers[7:]),
     "p3d": lambda numbers: Truth(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:]),
     "pinger": lambda numbers: Sound(*(float(value) for value in numbers)),
     "ball_shooter": lambda numbers: Shooter(round(float(numbers[0]))),
 }
-"""By type of sensor, its data from the numbers of a recording: the fields of its class, one after another."""
+"""By type of sensor, its data from the numbers of a recording: the fields that `measured` lists, one after another."""

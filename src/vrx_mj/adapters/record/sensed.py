@@ -16,6 +16,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.adapters.record.colors import boat_colors
 from vrx_mj.adapters.record.moving import TRAIL_HEIGHT, times
+from vrx_mj.adapters.record.readings import measured
 from vrx_mj.adapters.record.scene import RecordedSensor, RecordScene
 from vrx_mj.adapters.record.still import static
 from vrx_mj.config.sensors import sensor_config
@@ -148,8 +149,8 @@ def stamps(readings: Readings) -> Any:
 
 
 def numbers(sensor: RecordedSensor, readings: Readings) -> Chunk:
-    """All numbers of readings, field by field as their class lists them."""
-    rows = [np.concatenate([np.ravel(field) for field in vars(reading.data).values()]) for reading in readings]
+    """All numbers that readings measured, field by field as their class lists them."""
+    rows = [np.concatenate([np.ravel(field) for field in measured(reading)]) for reading in readings]
     columns = rr.AnyValues.columns(numbers=[row.astype("<f8").tobytes() for row in rows])
     return chunk(sensor.readings_path, readings, stamps(readings), columns)
 

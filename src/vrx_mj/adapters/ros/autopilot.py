@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from vrx_mj.control.craft import craft_of
 from vrx_mj.control.formation import SHAPES, Formation
 from vrx_mj.control.navigation import true_estimate
 from vrx_mj.control.velocity import VelocityKeeper
@@ -91,7 +92,9 @@ class Autopilot:
         seen = self._sim.observe()
         self._orders = {boat: order for boat, order in self._orders.items() if time < order.expires}
         for boat, order in self._orders.items():
-            keeper = self._keepers.setdefault(boat, VelocityKeeper(seen[boat].thrusters, hold_sway=True))
+            if boat not in self._keepers:
+                self._keepers[boat] = VelocityKeeper(seen[boat].thrusters, craft_of(seen[boat]), hold_sway=True)
+            keeper = self._keepers[boat]
             self._sim.command_all({boat: keeper(true_estimate(seen[boat]), time, order.surge, order.turn)})
         if self._formation is not None:
             self._keep_formation(self._formation, seen, time)

@@ -33,6 +33,9 @@ FLAGS = (
 )
 """Arguments that add sensors where there is no component file."""
 
+CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
+"""Arguments that are not VRX's, and their values."""
+
 ARGUMENTS = (
     "thruster_config",
     *FLAGS,
@@ -41,6 +44,7 @@ ARGUMENTS = (
     "sensor_namespace",
     "pinger_namespace",
     "shooter_namespace",
+    *CHOICES,
 )
 """Arguments of VRX's `wamv_gazebo.urdf.xacro` that are free to set; the others are parameters of `wamv_urdf`."""
 
@@ -140,6 +144,9 @@ def _check(arguments: Mapping[str, str], namespace: str) -> None:
     for name in set(FLAGS) & arguments.keys():
         if arguments[name] not in {"true", "false"}:
             raise VrxError(f"argument {name}: expected true or false, got {shown(arguments[name])}")
+    for name, values in CHOICES.items():
+        if arguments.get(name, values[0]) not in values:
+            raise VrxError(f"argument {name}: expected {' or '.join(values)}, got {shown(arguments[name])}")
     layout = arguments.get("thruster_config", "H")
     if layout not in LAYOUTS:
         raise UnknownNameError("thruster layout", layout, LAYOUTS)

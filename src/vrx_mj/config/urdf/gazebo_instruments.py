@@ -30,7 +30,7 @@ def _imu(node: Node, scope: Scope) -> None:
     if any(node.values("rpyOffsets", "roll pitch yaw", (0.0, 0.0, 0.0))):
         scope.warn(node, "rpyOffsets is ignored")
     errors = {"acceleration": _hector(node, "accel"), "angular_velocity": _hector(node, "rate")}
-    scope.add(node, ImuConfig, values | errors | {"heading": _hector(node, "yaw")})
+    scope.add(node, ImuConfig, values | errors | {"heading": _hector(node, "yaw"), "tilt": _hector(node, "tilt")})
 
 
 def _plain_imu(node: Node, scope: Scope) -> None:

@@ -53,6 +53,7 @@ def _camera(node: Node, link: str, scope: Scope) -> None:
         "far": clip.value("far", FAR, above=0) if clip else FAR,
         "noise": _noise(camera.child("noise"), scope),
         "baseline": plugin.value("hackBaseline", 0.0) if plugin else 0.0,
+        "info": (plugin.text("info") if plugin else "") or "vrx",
     }  # fmt: skip
     scope.add(node, CameraConfig, values)
 

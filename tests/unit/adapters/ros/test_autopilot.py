@@ -27,7 +27,7 @@ class Sim:
 class Keeper:
     """Commands what it is asked for."""
 
-    def __init__(self, thrusters, hold_sway):
+    def __init__(self, thrusters, craft, hold_sway):
         assert hold_sway  # cmd_vel is of the course: no guidance makes up for a sideslip
 
     def __call__(self, seen, t, surge, turn):

@@ -22,8 +22,10 @@ JPEG_QUALITY = 80
 """As image_transport's default."""
 FLOAT32, UINT16 = 7, 4
 """Of sensor_msgs/PointField."""
-KNOWN_DIAGONAL = 2
-"""COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
+KNOWN_DIAGONAL, KNOWN = 2, 3
+"""COVARIANCE_TYPE_DIAGONAL_KNOWN and COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix."""
+ROUNDING = 1e-9
+"""Share of a variance that is nothing in a covariance."""
 MARKER_PERIOD = 10.0
 """Between two markers of where a beacon really is [s]."""
 
@@ -52,7 +54,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
         for tail, kind, make in _made(config):
             yield Output(stem + tail, kind, make, config.rate, key)
         if config.type == "p3d":
-            truth = partial(_odometry, f"{boat}/{config.link}")
+            truth = partial(_odometry, f"{boat}/{config.link}", config.noise**2)
             yield Output(stem, "nav_msgs/Odometry", truth, config.rate, key)
         if config.type == "camera":
             yield _info(host, sensor, f"{stem}/camera_info")
@@ -190,14 +192,17 @@ def scan_message(reading: Reading) -> Message:
 
 def _fix(reading: Reading) -> Message:
     fix: Fix = reading.data
+    covariance = np.array(fix.position_covariance)
+    mixed = covariance.reshape(3, 3) - np.diag(covariance[::4])
+    diagonal = np.abs(mixed).max() <= ROUNDING * covariance.max()
     return new(
         "sensor_msgs/NavSatFix",
         header=_head(reading),
         latitude=fix.latitude,
         longitude=fix.longitude,
         altitude=fix.altitude,
-        position_covariance=np.array(fix.position_covariance),
-        position_covariance_type=KNOWN_DIAGONAL,
+        position_covariance=covariance,
+        position_covariance_type=KNOWN_DIAGONAL if diagonal else KNOWN,
     )
 
 
@@ -211,20 +216,26 @@ def _imu(reading: Reading) -> Message:
         "sensor_msgs/Imu",
         header=_head(reading),
         orientation=turned(told.orientation),
+        orientation_covariance=np.array(told.orientation_covariance),
         angular_velocity=vector(told.angular_velocity),
+        angular_velocity_covariance=np.array(told.angular_velocity_covariance),
         linear_acceleration=vector(told.linear_acceleration),
+        linear_acceleration_covariance=np.array(told.linear_acceleration_covariance),
     )
 
 
-def _odometry(child: str, reading: Reading) -> Message:
-    """The pose and twist of the frame `child` in `map`."""
+def _odometry(child: str, variance: float, reading: Reading) -> Message:
+    """The pose and twist of the frame `child` in `map`, with noise of a `variance` on the twist [m2/s2, rad2/s2]."""
     truth: Truth = reading.data
     return new(
         "nav_msgs/Odometry",
         header=header(reading.time, "map"),
         child_frame_id=child,
         pose={"pose": {"position": vector(truth.position), "orientation": turned(truth.orientation)}},
-        twist={"twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)}},
+        twist={
+            "twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)},
+            "covariance": variance * np.eye(6).reshape(-1),
+        },
     )
 
 

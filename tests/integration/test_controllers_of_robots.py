@@ -1,0 +1,122 @@
+"""The controllers know the boat that they steer: every robot of the catalogue comes to its goal and stays there."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+import vrx_mj
+from unit.physics.rows import moving
+from vrx_mj.config.search import catalogue
+from vrx_mj.control import Captain
+from vrx_mj.control.craft import WAMV, WAMV_VRX3, craft_of
+from vrx_mj.physics.rudder import rudder_force
+
+ROBOTS = sorted(catalogue("robots"))
+SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
+GOAL = (60.0, 20.0)  # [m], some of it sideways; the boats start at the origin and look east
+
+
+def world_of(robot, profile, **more):
+    return {
+        "physics": {"profile": profile},
+        "sea": {"model": "none"},
+        "georeference": SYDNEY,
+        "spawn": {"robot": robot},
+        **more,
+    }
+
+
+def boat(robot, profile="vrx", **fleet):
+    fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}], "sensors": "none", **fleet}
+    return vrx_mj.Simulation(vrx_mj.compile_world(world_of(robot, profile), fleet=fleet)).observe()["a"]
+
+
+def distances(robot, profile, duration):
+    """From the goal [m], ten times a second."""
+    north, east = (math.degrees(metres / 6371e3) for metres in GOAL[::-1])
+    goal = [
+        SYDNEY["latitude"] + north,
+        SYDNEY["longitude"] + east / math.cos(math.radians(SYDNEY["latitude"])),
+        1.0,
+    ]
+    task = {
+        "type": "stationkeeping",
+        "goal": goal,
+        "locked": False,
+        "initial_state_duration": 1.0,
+        "ready_state_duration": 1.0,
+    }
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world_of(robot, profile, task=task)), seed=1)
+    captain, name = Captain(), sim.boats[0]
+    captain.reset(1)
+    rows = []
+
+    def advance(steps):
+        sim.advance(steps)
+        rows.append(sim.observe()[name].position[:2])
+
+    vrx_mj.run(sim, duration, controller=captain, advance=advance)
+    assert sim.task["goal"]["x"] == pytest.approx(GOAL[0], abs=0.5)
+    return np.linalg.norm(np.array(rows) - GOAL, axis=1)
+
+
+@pytest.mark.parametrize("profile", ["vrx", "vrx3"])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile):
+    found, length = distances(robot, profile, 100.0), boat(robot, profile).hull.length
+    assert found[600:].max() < 1.5 * length  # a minute is enough for all
+    assert found[-1] < 1.1 * length
+
+
+def test_a_wam_v_is_steered_by_the_figures_of_the_gains():
+    for layout in ("H", "T", "X"):
+        for sensors in ("none", "vrx"):
+            assert craft_of(boat("wamv", thrusters=layout, sensors=sensors)) is WAMV
+    assert craft_of(boat("wamv", "vrx3")) is WAMV_VRX3
+    assert craft_of(boat("wamv_stereo")) is WAMV
+
+
+def test_other_boats_are_steered_by_their_own_figures():
+    """CORA's and the skiff's files: masses of the links, drag of the plugin and of the YAML."""
+    cora = craft_of(boat("cora"))
+    assert cora.mass == pytest.approx(33_000.0, rel=0.001)
+    assert cora.inertia == pytest.approx(420_000.0, rel=0.001)
+    assert (cora.surge_drag, cora.sway_drag, cora.yaw_drag) == ((120, 240), (240, 2600), (400_000, 0))
+    assert (cora.length, dict(cora.rudders)) == (pytest.approx(12.2), {})
+    skiff = craft_of(boat("skiff"))
+    assert skiff.mass == pytest.approx(60.0 + 3.0)
+    assert (skiff.surge_drag, skiff.sway_drag, skiff.yaw_drag) == ((12, 18), (60, 220), (40, 60))
+    assert skiff.rudders["rudder"].max_angle == pytest.approx(0.61)
+
+
+@pytest.mark.parametrize("engines", ["fixed", "hinged"])
+def test_the_hulls_figures_are_those_of_the_mass_matrix(engines):
+    """MuJoCo's own: the last of the free joint's diagonal is the moment about the link's vertical."""
+    sim = vrx_mj.Simulation(
+        vrx_mj.compile_world(
+            world_of("wamv", "vrx"), fleet={"engines": engines, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]}
+        )
+    )
+    hull, model = sim.observe()["a"].hull, sim.model
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_forward(model, sim.data)
+    mujoco.mj_fullM(model, sim.data, full)
+    dof = int(model.body_dofadr[model.body("a/base_link").id])
+    assert full[dof, dof] == pytest.approx(hull.mass + hull.added_mass[0])
+    x, y, _ = hull.centre
+    about_link = hull.inertia + hull.mass * (x * x + y * y) + hull.added_mass[5]
+    assert full[dof + 5, dof + 5] == pytest.approx(about_link, rel=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "thrust"), [(1.0, 0.0), (1.5, 60.0), (0.0, 120.0)])
+def test_a_rudders_slope_is_that_of_its_force(speed, thrust):
+    """The kernel's force at a small angle, over the angle; the sine of 0.01 is that within 2e-5."""
+    fleet = {"robot": "skiff", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]}
+    world = vrx_mj.compile_world(world_of("skiff", "vrx"), fleet=fleet)
+    sim = vrx_mj.Simulation(world)
+    rudder, row = sim.observe()["a"].hull.rudders["rudder"], sim._rig.thrusters[1]
+    force = rudder_force(row, moving(velocity=(speed, 0, 0, 0, 0, 0)), 0.01, thrust)
+    assert rudder.force_slope(speed, thrust) == pytest.approx(force / 0.01, rel=1e-4)
+    assert rudder.position[0] == pytest.approx(-1.2)
