@@ -15,7 +15,9 @@ import pytest
 from needs import MKDOCS, needs
 from page_blocks import Block, blocks
 from vrx_mj.cli import main
+from vrx_mj.config.foreign import LAUNCHED
 from vrx_mj.config.search import find
+from vrx_mj.config.series.macros import MACROS
 
 REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"
@@ -131,7 +133,22 @@ def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
 def test_the_worlds_that_vrx_users_are_pointed_to_exist():
     text = (DOCS / "vrx.md").read_text(encoding="utf-8")
     cells = re.findall(r"^\|[^|]*\| (`vrx-mj serve .*)\|$", text, re.M)
-    names = {word for cell in cells for word in re.findall(r"`(?:vrx-mj serve )?([a-z][\w/]*)(?: --ros2)?`", cell)}
+    names = {
+        word
+        for cell in cells
+        for word in re.findall(r"`(?:vrx-mj serve )?([a-z][\w/]*)(?: --ros2| --fleet bare.yaml)?`", cell)
+    }
     assert len(names) > 10
     for name in names:
         assert find("worlds", name).is_file()
+
+
+def test_the_page_for_vrx_users_has_every_macro_and_launch_file():
+    """A launch file stands in a row with the world that the program answers it with."""
+    text = (DOCS / "vrx.md").read_text(encoding="utf-8")
+    assert [name for name in MACROS if f"`{name.removesuffix('_minus_scene')}`" not in text] == []
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    for stem, world in LAUNCHED.items():
+        launches = [row for row in rows if re.search(rf"`{stem}\.launch(\.py)?`", row)]
+        names = {world, f"{world.partition('/')[0]}/..."} if "/" in world else {world, "the same names"}
+        assert any(name in row for row in launches for name in names), stem

@@ -210,7 +210,10 @@ def compare(
     first: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
     second: Annotated[Path, typer.Argument(help="The recording to compare with (.rrd).")],
 ) -> None:
-    """Compare the motion in two recordings, to the last bit. Exit code 1: it differs; when and where is printed.
+    """Compare the motion in two recordings, to the last bit.
+
+    What differs is printed, with the time and the place. Exit code 0: the motion is equal, whatever world, fleet and
+    seed are called. Exit code 1: it parts, or one recording has rows or boats that the other lacks.
 
     Example: vrx-mj compare monday.rrd tuesday.rrd
     """

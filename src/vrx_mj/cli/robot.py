@@ -29,7 +29,7 @@ def build(
     output: Annotated[Path, typer.Option("--output", "-o", help="The URDF to write.")],
     thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML); default: VRX's example.")] = None,
     components: Annotated[Path | None, typer.Option(help="Component file (YAML); default: VRX's example.")] = None,
-    sensor_yaml: Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")] = None,
+    sensor_yaml: robot_checks.SensorYaml = None,
     layout: Annotated[str | None, typer.Option(help="H, T or X, instead of a thruster file.")] = None,
     namespace: Annotated[str, typer.Option(help="Prefix of links, joints, frames and topics.")] = "wamv",
     locked: Annotated[
@@ -69,9 +69,7 @@ def _files(
 
     if thrusters is not None and layout is not None:
         raise CommandError("--thrusters and --layout both define the engines: give one of them")
-    if components is not None and sensors is not None:
-        raise CommandError("--components and --sensor-yaml are two names of one option: give one of them")
-    parts = load_parts(components or sensors or example_file("components"), "components")
+    parts = load_parts(robot_checks.one_of(components, sensors) or example_file("components"), "components")
     if layout is not None:
         return None, parts
     return load_parts(thrusters or example_file("thrusters"), "thrusters"), parts

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.cli.files import writing
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from vrx_mj.config.parts.compliance import PartVerdict, Verdict
     from vrx_mj.config.parts.rules import Rules
 
-__all__ = ["check", "parts", "register"]
+__all__ = ["SensorYaml", "check", "one_of", "parts", "register"]
 
+SensorYaml = Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")]
 RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
 
 
@@ -31,6 +32,7 @@ def register(app: typer.Typer) -> None:
 def check(
     components: Annotated[Path | None, typer.Option(help="Component file (YAML).")] = None,
     thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML).")] = None,
+    sensor_yaml: SensorYaml = None,
     rules: RuleSet = "classic",
     picture: Annotated[Path | None, typer.Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
 ) -> None:
@@ -41,6 +43,7 @@ def check(
     from vrx_mj.config.parts.compliance import judge
     from vrx_mj.config.parts.read import load_parts
 
+    components = one_of(components, sensor_yaml)
     if components is None and thrusters is None:
         raise VrxError("nothing to check: give --components FILE, --thrusters FILE or both")
     verdict = judge(
@@ -57,6 +60,13 @@ def check(
         typer.echo(f"picture: {picture}")
     if not verdict.compliant:
         raise SystemExit(1)
+
+
+def one_of(components: Path | None, sensor_yaml: Path | None) -> Path | None:
+    """The component file, by whichever of its two names it is given."""
+    if components is not None and sensor_yaml is not None:
+        raise CommandError("--components and --sensor-yaml are two names of one option: give one of them")
+    return components or sensor_yaml
 
 
 def parts(

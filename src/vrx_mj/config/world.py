@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -315,7 +315,20 @@ def load_world(source: Source) -> WorldConfig:
     placed: list[Placed] = [*world.objects, *world.docks]
     things = [(thing.name, thing.pose[3:]) for thing in placed]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
+    for text in _without_effect(world):
+        warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)
     return world
+
+
+def _without_effect(world: WorldConfig) -> Iterator[str]:
+    """What a file says that changes nothing, for another key says so."""
+    sea, fog = world.sea, world.scene.fog
+    if sea.model == "pms" and sea.amplitude:
+        yield f"sea.amplitude {sea.amplitude:g} has no effect in a pms sea; write `gain`, or `model: cwr`"
+    if sea.model == "cwr" and not sea.amplitude:
+        yield "its cwr sea is flat: sea.amplitude is 0, sea.gain has no effect"
+    if fog is not None and fog.model_fields_set and "type" not in fog.model_fields_set:
+        yield "scene.fog has no effect without a type; write `type: linear`, exp or quadratic"
 
 
 def warn_of_degrees(owner: str, poses: Iterable[tuple[str, Sequence[float]]]) -> None:

@@ -55,16 +55,46 @@ def test_sign_of_zero_parts_two_runs_and_equal_nans_do_not(record):
 
 def test_shorter_run_is_told_apart(record):
     other = replace(record, rows=record.rows[:40])
-    assert str(compare(record, other)) == ("rows: 61 and 40\nthe 40 rows that both have are equal to the last bit")
+    assert str(compare(record, other)) == (
+        f"rows: 61 and 40\nwhat both have is equal to the last bit: 40 rows of {len(record.layout.names())} columns"
+    )
+    assert not compare(record, other).equal
 
 
 def test_other_seed_and_other_bodies_are_told(record, tmp_path):
     other = recorded_run.record_run(tmp_path / "other.rrd", 1.0, boats=2, seed=8)
     found = compare(record, other)
-    assert found.parting is None
+    assert not found.equal
     lines = str(found).splitlines()
     assert lines[0] == "seed: 7 and 8"
     assert lines[1].startswith(f"only '{record.path}' has wamv3 ")
+
+
+def test_equal_motion_of_fleets_with_other_names_is_equal(record):
+    properties = {**record.properties, "fleet": "harbour", "world_sha256": "0"}
+    found = compare(record, replace(record, properties=properties))
+    assert found.equal
+    assert str(found).splitlines() == [
+        f"fleet: {record.properties.get('fleet')!r} and 'harbour'",
+        f"world_sha256: {record.properties.get('world_sha256')!r} and '0'",
+        "equal to the last bit: 61 rows",
+    ]
+
+
+def test_boats_that_both_have_are_compared_where_one_recording_has_more(record, tmp_path):
+    other = read_record(recorded_run.record_run(tmp_path / "other.rrd", 1.0, boats=2))
+    assert str(compare(record, other)).splitlines()[-1].startswith("they part at 0.000 s (row 0) in wamv2 x: ")
+    names = record.layout.names()
+    rows = record.rows[: len(other.rows), [names.index(name) for name in other.layout.names()]]
+    other = replace(other, rows=rows)
+    found = compare(record, other)
+    assert (found.equal, found.complete, found.parting) == (False, False, None)
+    both = f"{len(other.rows)} rows of {len(other.layout.names())} columns"
+    assert str(found).splitlines()[-1] == f"what both have is equal to the last bit: {both}"
+    column = other.layout.names().index("wamv2 y")
+    parting = compare(record, changed(other, 9, column, 1.0)).parting
+    assert parting is not None
+    assert (parting.row, parting.column, parting.second) == (9, "wamv2 y", 1.0)
 
 
 def test_versions_alone_do_not_part_runs(record):

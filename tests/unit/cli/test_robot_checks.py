@@ -50,6 +50,17 @@ def test_either_file_may_be_left_out(cli):
 
 
 @pytest.mark.usefixtures("files")
+def test_the_component_file_has_vrx_s_older_name_too(cli):
+    named = cli("robot", "check", "--components", "c.yaml")
+    assert named == cli("robot", "check", "--sensor-yaml", "c.yaml")
+    said = cli("robot", "check", "--components", "c.yaml", "--sensor-yaml", "c.yaml")
+    assert (said.code, said.err) == (
+        2,
+        "--components and --sensor-yaml are two names of one option: give one of them\n",
+    )
+
+
+@pytest.mark.usefixtures("files")
 def test_a_file_that_cannot_be_read_ends_with_two(cli):
     said = cli("robot", "check", "--components", "t.yaml")
     assert (said.code, said.out) == (2, "")

@@ -114,12 +114,14 @@ def test_the_advice_after_a_recording_can_be_pasted(cli, folder):
     assert "recording: my run.rrd; to open it: vrx-mj replay 'my run.rrd'\n" in said.out
 
 
-def test_recordings_of_different_runs_compare_with_exit_code_1(cli):
+def test_recordings_of_different_runs_compare_with_exit_code_1(cli, folder):
+    (folder / "gusty.yaml").write_text("extends: ocean\nwind: {mean_velocity: 3, var_gain: 3}\n", encoding="utf-8")
     for seed in (1, 2):
-        cli("run", "ocean_buoys", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")
+        cli("run", "gusty.yaml", "--duration", "1", "--seed", seed, "--record", f"{seed}.rrd")
     said = cli("compare", "1.rrd", "2.rrd")
     assert said.code == 1
-    assert said.out.strip()
+    assert "seed: 1 and 2\n" in said.out
+    assert "\nthey part at 0.050 s (row 1) in wind_speed: " in said.out
 
 
 @pytest.mark.parametrize("output", ["course", "course/scene.xml", "course/my.xml"])

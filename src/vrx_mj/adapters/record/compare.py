@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.adapters.record.reader import Record, read_record
 
@@ -40,25 +42,32 @@ class Comparison:
     """The other recording."""
     common: int
     """Rows that both have."""
+    columns: int
+    """Columns that both have."""
+    complete: bool
+    """Whether both have the same rows and columns."""
     differences: tuple[str, ...]
     """Everything that differs besides the rows, in words."""
     parting: Difference | None
-    """The first place where the motions part; None: nowhere."""
+    """The first place where the motions part, in what both have; None: nowhere."""
     notes: tuple[str, ...] = ()
     """What was not compared, in words."""
 
     @property
     def equal(self) -> bool:
-        """Whether all of the motion is the same, to the last bit."""
-        return not self.differences and self.parting is None
+        """Whether all of the motion is the same, to the last bit; names of worlds and fleets, and seeds, may differ."""
+        return self.complete and self.parting is None
 
     def __str__(self) -> str:
         lines = list(self.differences)
         if self.parting is not None:
             lines.append(parting_text(self.parting))
-        elif self.common and self.differences:
-            lines.append(f"the {self.common} rows that both have are equal to the last bit")
-        return "\n".join([*(lines or [f"equal to the last bit: {self.common} rows"]), *self.notes])
+        elif self.complete:
+            lines.append(f"equal to the last bit: {self.common} rows")
+        elif self.common and self.columns:
+            both = f"{self.common} rows of {self.columns} columns"
+            lines.append(f"what both have is equal to the last bit: {both}")
+        return "\n".join([*lines, *self.notes])
 
 
 def parting_text(parting: Difference) -> str:
@@ -72,13 +81,23 @@ def parting_text(parting: Difference) -> str:
 
 
 def compare(first: str | Path | Record, second: str | Path | Record) -> Comparison:
-    """Compare two recordings row by row, bit by bit."""
+    """Compare two recordings row by row, bit by bit, in the columns that both have."""
     a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
     differences = tuple(word_differences(a, b))
     common = min(len(a.rows), len(b.rows))
-    same_columns = a.layout.names() == b.layout.names()
-    parting = first_parting(a, b, common) if same_columns else None
-    return Comparison(a.path, b.path, common, differences, parting, tuple(sensor_notes(a, b)))
+    names = [record.layout.names() for record in (a, b)]
+    shared = [name for name in names[0] if name in set(names[1])]
+    complete = names[0] == names[1] and len(a.rows) == len(b.rows)
+    return Comparison(
+        first=a.path,
+        second=b.path,
+        common=common,
+        columns=len(shared),
+        complete=complete,
+        differences=differences,
+        parting=first_parting(a, b, common, shared),
+        notes=tuple(sensor_notes(a, b)),
+    )
 
 
 def sensor_notes(a: Record, b: Record) -> list[str]:
@@ -113,9 +132,10 @@ DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
 """Properties that make two runs different ones; versions and platform may differ."""
 
 
-def first_parting(a: Record, b: Record, common: int) -> Difference | None:
-    """The first row and column whose bits differ."""
-    bits = [np.ascontiguousarray(record.rows[:common]).view(np.uint64) for record in (a, b)]
+def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
+    """The first of the common rows, and of the shared columns, whose bits differ."""
+    rows = [_columns(record, shared)[:common] for record in (a, b)]
+    bits = [np.ascontiguousarray(part).view(np.uint64) for part in rows]
     differs = bits[0] != bits[1]
     if not differs.any():
         return None
@@ -125,8 +145,14 @@ def first_parting(a: Record, b: Record, common: int) -> Difference | None:
     return Difference(
         row=row,
         time=float(a.rows[row, 0]),
-        column=a.layout.names()[column],
-        first=float(a.rows[row, column]),
-        second=float(b.rows[row, column]),
+        column=shared[column],
+        first=float(rows[0][row, column]),
+        second=float(rows[1][row, column]),
         columns=len(columns),
     )
+
+
+def _columns(record: Record, names: Sequence[str]) -> npt.NDArray[np.float64]:
+    """Rows of a recording, with these columns alone."""
+    known = {name: index for index, name in enumerate(record.layout.names())}
+    return np.asarray(record.rows[:, [known[name] for name in names]], np.float64)
