@@ -7,7 +7,7 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster or of 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
@@ -21,6 +21,8 @@ from vrx_mj.errors import ConfigError, Problem
 __all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
 
 Vector = tuple[float, float, float]
+Pushed = Literal["link", "hull"] | Vector
+"""What water and wind push: the base link of VRX's plugins, the hull as it is built, or a place in the base link."""
 
 YIELDING = ContactConfig()
 """What a robot's file does not say of contacts."""
@@ -92,6 +94,9 @@ class Boat:
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = YIELDING
     """How the hull yields to what it touches."""
+    pushed: Pushed = "hull"
+    """Where water and wind push: at the centre of mass of what fixed joints hold to the base link, as VRX's plugins do;
+    at that of all that is rigid with it, where the YAML has the figures; or at a place [m], where the shapes have."""
 
 
 def assembled(
@@ -123,6 +128,7 @@ def assembled(
         hydrodynamics=gazebo.hydrodynamics,
         wind=config.wind or gazebo.wind,
         sensors=sensors,
+        pushed="link" if gazebo.hydrodynamics is not None else "hull",
         warnings=(
             *gazebo.warnings,
             *hinges.notes,

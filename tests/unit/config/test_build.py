@@ -343,7 +343,8 @@ def test_several_oddities_stand_one_a_line(folder):
     assert text == (
         "robot boat.urdf:\n"
         "joint 'turntable' (continuous) is not simulated: it stays at zero\n"
-        "derived from its shapes and mass: hull_radius 0.143, boat_width 0.577, boat_length 4, "
+        "derived from its shapes and mass: waterline at z = -0.224 m, draft 0.0256 m, hull_radius 0.193, "
+        "boat_width 0.577, boat_length 4, "
         "added_mass [0, 0, 0, 0, 0, 0], drag_linear [30.9, 24.1, 301, 20.1, 20.1, 160], "
         "drag_quadratic [48.2, 0, 0, 0, 0, 0]; the YAML beside it can set them"
     )
