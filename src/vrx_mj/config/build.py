@@ -14,6 +14,7 @@ from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
+from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
@@ -88,11 +89,18 @@ def _built(order: Order) -> Boat:
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
     boat, derived = _in_water(boat, config, profile)
-    if notes := [note for note in (*boat.warnings, *derived, _unfurnished(boat, order, config)) if note]:
-        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    contact = profile.contact or config.contact
-    return replace(boat, contact=contact, sensors=sensors, name=order.robot)
+    odd = (*boat.warnings, *derived, _unfurnished(boat, order, config))
+    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot)
+    if notes := [note for note in (*odd, *_names_for_ros(boat)) if note]:
+        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
+    return boat
+
+
+def _names_for_ros(boat: Boat) -> list[str]:
+    """What ROS would refuse."""
+    engines = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
+    return engines + ros_names_note("sensor", (sensor.name for sensor in boat.sensors))
 
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:
