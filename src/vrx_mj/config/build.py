@@ -18,7 +18,7 @@ from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
-from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.expand import check_library, expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
 from vrx_mj.config.urdf.namespaces import in_namespace
@@ -130,7 +130,10 @@ def robot_urdf(
     file = config.description_file
     if not (order.thrusters or order.components):
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
-        return _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
+        text = _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
+        if "<link" not in text:
+            check_library(file)
+        return text
     if not config.vrx_parts:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: its YAML sets no `vrx_parts`")
     return wamv_urdf(
