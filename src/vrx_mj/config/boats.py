@@ -190,7 +190,7 @@ def _engines(
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
-        yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), fixed, servo, ())
+        yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
 
 
 def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> Thruster:
@@ -202,7 +202,7 @@ def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: Serv
         joint=tree.urdf.local(hinge.name),
         pose=_hinge_pose(tree, hinge),
         center=propeller[:3],
-        direction=apply(rotation(*propeller[3:]), (1.0, 0.0, 0.0)),
+        direction=apply(rotation(*propeller[3:]), item.axis),
         drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
         servo=said or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
         parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),

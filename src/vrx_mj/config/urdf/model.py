@@ -74,12 +74,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class UrdfThruster:
-    """A thruster of VRX's thrust plugin, by the names of its links and joints."""
+    """A thruster of a plugin, by the names of its links and joints."""
 
     name: str
     """Stem of its topics: `left` of `thrusters/left_thrust_cmd`; else of its propeller's link."""
     propeller_link: str
-    """Thrust acts at its origin, along its x axis."""
+    """Thrust acts at its origin, along `axis`."""
     propeller_joint: str | None
     engine_joint: str | None
     """What steers; None if nothing does."""
@@ -87,6 +87,8 @@ class UrdfThruster:
     kp: float = 300.0
     kd: float = 20.0
     line: int | None = None
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """Direction of the thrust in the propeller's link, of length 1."""
 
 
 @dataclass(frozen=True)
