@@ -272,7 +272,8 @@ def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
             used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in tree.urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
-            yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at zero"
+            place = f"{joint.rest:g}" if joint.rest else "zero"
+            yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at {place}"
 
 
 def _swinging(urdf: Urdf, sensors: tuple[SensorConfig, ...], hinges: Hinges) -> Iterator[str]:

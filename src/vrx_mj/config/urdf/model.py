@@ -52,7 +52,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; `pose` is of the child's frame in the parent's at zero."""
+    """A joint; `pose` is of the child's frame in the parent's at `rest`."""
 
     name: str
     type: str
@@ -63,6 +63,8 @@ class Joint:
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     limits: Limits | None = None
     line: int | None = None
+    rest: float = 0.0
+    """Angle [rad] or distance [m] at rest: 0, or the limit that is nearest to it."""
 
     @property
     def locked(self) -> bool:
