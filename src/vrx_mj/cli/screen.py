@@ -95,6 +95,8 @@ def print_summary(summary: "Summary") -> None:
             task.name, task.state, task.score, task.unit, task.better, task.num_collisions, task.timed_out
         )
         out.print(line, highlight=False, markup=False, soft_wrap=True)
+    for line in summary.warnings:
+        out.print(line, highlight=False, markup=False, soft_wrap=True)
     out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
 
 

@@ -37,6 +37,7 @@ from vrx_mj.config.fleet import BoatConfig, FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.poses import Pose
 from vrx_mj.config.report import problem_at
+from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 
@@ -106,6 +107,8 @@ class _Assembly:
         self.lock: Lock | None = None
 
     def world(self, seed: int) -> World:
+        for note in ros_names_note("boat", (boat.name for boat in self.boats)):
+            warnings.warn(note, VrxWarning, stacklevel=3)
         check_docks(self.config, self.docks)
         if self.config.terrain:
             self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))

@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.afloat import outline
 from vrx_mj.compiler.parameters import Row, hull_physics
-from vrx_mj.compiler.robots import Color, Engines, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
+from vrx_mj.compiler.robots import Color, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
 from vrx_mj.compiler.templates import PREFIX, Piece
 from vrx_mj.compiler.wind import boat_wind
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.masses import Engines
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 
 __all__ = ["Fitted", "boat_rows", "fitted", "renamed"]

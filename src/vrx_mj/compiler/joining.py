@@ -6,6 +6,7 @@ the others keep their order, and MuJoCo gives them the same numbers.
 
 import json
 import re
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -31,8 +32,9 @@ from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import build_boat
 from vrx_mj.config.fleet import BoatConfig, newcomer
 from vrx_mj.config.poses import Pose
+from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
-from vrx_mj.errors import CommandError, CompileError, StateError, UnknownNameError
+from vrx_mj.errors import CommandError, CompileError, StateError, UnknownNameError, VrxWarning
 
 __all__ = ["boat_alone", "with_boat", "without_boat"]
 
@@ -58,6 +60,8 @@ def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None)
     own = {key: spawn[key] for key in ("robot", "thrusters", "sensors") if spawn.get(key) is not None}
     boat = newcomer(said, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
+    for note in ros_names_note("boat", [boat.name]):
+        warnings.warn(note, VrxWarning, stacklevel=3)
     return _Joining(world, boat).world()
 
 

@@ -8,50 +8,45 @@ looks. There are no actuators: the runtime's kernels thrust and steer.
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from vrx_mj.compiler.masses import MassProperties, axis_inertia, joined, posed, rigid
 from vrx_mj.compiler.templates import Geom, Piece, geoms, meshes
 from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.dynamics import ContactConfig
+from vrx_mj.config.masses import (
+    LIGHTEST,
+    NOTHING,
+    Engines,
+    axis_inertia,
+    boat_mass,
+    body_mass,
+    push_center,
+    turning_mass,
+)
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.errors import CompileError
 from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 
 __all__ = [
-    "Engines",
-    "boat_mass",
-    "body_mass",
     "hull_row",
-    "link_mass",
     "robot_piece",
     "sensor_rows",
     "station_rows",
     "stiffness",
     "thruster_rows",
-    "turning_mass",
 ]
-
-Engines = Literal["fixed", "hinged"]
-"""Are the engines part of the hull's body, or bodies of their own that turn about z?"""
 
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 
 MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
-
-LIGHTEST = 1e-6
-"""Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
-NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
-"""What turns where no link that does has a mass: so much [kg, kg m2] at the hinge, as MuJoCo wants some."""
 
 
 @dataclass(frozen=True)
@@ -60,50 +55,6 @@ class _Frame:
 
     pose: Pose
     geoms: tuple[Geom, ...]
-
-
-def link_mass(boat: Boat) -> MassProperties:
-    """What fixed joints hold to the base link: Gazebo's base link, at whose centre of mass VRX's plugins push."""
-    lumped = list(_masses(part for part in boat.parts if part.lumped))
-    return joined(lumped) if lumped else boat_mass(boat)
-
-
-def turning_mass(thruster: Thruster) -> MassProperties | None:
-    """An engine with its propeller, in the frame of the hinge it steers on; None if it weighs nothing."""
-    parts = list(_masses(thruster.parts))
-    return joined(parts) if parts else None
-
-
-def boat_mass(boat: Boat) -> MassProperties:
-    """The whole boat with everything at zero, in its base link.
-
-    Raises:
-        CompileError: nothing of it has a mass.
-    """
-    turning = [
-        posed(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
-    ]
-    parts = [*_masses(boat.parts), *turning]
-    if not parts:
-        raise CompileError(f"robot {boat.name}: no link has a mass")
-    return joined(parts)
-
-
-def body_mass(boat: Boat, engines: Engines) -> MassProperties:
-    """What belongs to the MuJoCo body of the base link."""
-    if engines == "fixed":
-        return boat_mass(boat)
-    parts = list(_masses(boat.parts))
-    if not parts:
-        raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return joined(parts)
-
-
-def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
-    for part in parts:
-        if part.inertial is not None and part.inertial.mass > 0:
-            own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
-            yield posed(own, part.pose)
 
 
 def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> Piece:
@@ -201,9 +152,8 @@ def _camera_view(sensor: CameraConfig) -> dict[str, Any]:
 def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
     """The boat's row of the runtime's table of hulls, with names where that has ids.
 
-    `link_com` is where VRX's plugins push, the centre of mass of what fixed joints hold to the base link; `body_com`
-    and `mass` are those of the MuJoCo body. The wind's coefficients belong to the world, which fills them in and adds
-    what `parameters.hull_physics` says.
+    `link_com` is where water and wind push; `body_com` and `mass` are those of the MuJoCo body. The wind's coefficients
+    belong to the world, which fills them in and adds what `parameters.hull_physics` says.
     """
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
@@ -216,7 +166,7 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
         "added_mass": list(water.added_mass),
         "drag_linear": list(water.drag_linear),
         "drag_quadratic": list(water.drag_quadratic),
-        "link_com": link_mass(boat).center.tolist(),
+        "link_com": push_center(boat).tolist(),
         "body_com": body.center.tolist(),
         "mass": body.mass,
         "wind": [0.0, 0.0, 0.0],

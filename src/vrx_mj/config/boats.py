@@ -7,7 +7,7 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster or of 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
@@ -21,6 +21,8 @@ from vrx_mj.errors import ConfigError, Problem
 __all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
 
 Vector = tuple[float, float, float]
+Pushed = Literal["link", "hull"] | Vector
+"""What water and wind push: the base link of VRX's plugins, the hull as it is built, or a place in the base link."""
 
 YIELDING = ContactConfig()
 """What a robot's file does not say of contacts."""
@@ -92,6 +94,9 @@ class Boat:
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = YIELDING
     """How the hull yields to what it touches."""
+    pushed: Pushed = "hull"
+    """Where water and wind push: at the centre of mass of what fixed joints hold to the base link, as VRX's plugins do;
+    at that of all that is rigid with it, where the YAML has the figures; or at a place [m], where the shapes have."""
 
 
 def assembled(
@@ -123,6 +128,7 @@ def assembled(
         hydrodynamics=gazebo.hydrodynamics,
         wind=config.wind or gazebo.wind,
         sensors=sensors,
+        pushed="link" if gazebo.hydrodynamics is not None else "hull",
         warnings=(
             *gazebo.warnings,
             *hinges.notes,
@@ -184,7 +190,7 @@ def _engines(
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
-        yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), fixed, servo, ())
+        yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
 
 
 def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> Thruster:
@@ -196,7 +202,7 @@ def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: Serv
         joint=tree.urdf.local(hinge.name),
         pose=_hinge_pose(tree, hinge),
         center=propeller[:3],
-        direction=apply(rotation(*propeller[3:]), (1.0, 0.0, 0.0)),
+        direction=apply(rotation(*propeller[3:]), item.axis),
         drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
         servo=said or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
         parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
@@ -266,7 +272,8 @@ def _loose(tree: Tree, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
             used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in tree.urdf.joints.values():
         if not (joint.type == "fixed" or joint.locked or joint.name in used):
-            yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at zero"
+            place = f"{joint.rest:g}" if joint.rest else "zero"
+            yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at {place}"
 
 
 def _swinging(urdf: Urdf, sensors: tuple[SensorConfig, ...], hinges: Hinges) -> Iterator[str]:

@@ -1,23 +1,24 @@
 """Building a boat: from what a fleet orders to a `Boat`, by xacro, URDF and the YAML beside it."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.boats import Boat, assembled
-from vrx_mj.config.derive import derived_hydrodynamics
+from vrx_mj.config.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
+from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
-from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.expand import check_library, expand
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
 from vrx_mj.config.urdf.namespaces import in_namespace
@@ -87,13 +88,19 @@ def _built(order: Order) -> Boat:
         boat = assembled(urdf, read_gazebo(urdf), config, _drive(order, profile))
     except ConfigError as error:
         raise located(error, robot_section(order.robot, order.folder)) from None
-    water, derived = _hydrodynamics(boat, config, profile)
-    notes = [note for note in (*boat.warnings, derived, _unfurnished(boat, order, config)) if note]
-    if notes:
-        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
+    boat, derived = _in_water(boat, config, profile)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    contact = profile.contact or config.contact
-    return replace(boat, hydrodynamics=water, contact=contact, sensors=sensors, name=order.robot)
+    odd = (*boat.warnings, *derived, _unfurnished(boat, order, config))
+    boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot)
+    if notes := [note for note in (*odd, *_names_for_ros(boat)) if note]:
+        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
+    return boat
+
+
+def _names_for_ros(boat: Boat) -> list[str]:
+    """What ROS would refuse."""
+    engines = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
+    return engines + ros_names_note("sensor", (sensor.name for sensor in boat.sensors))
 
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:
@@ -123,7 +130,10 @@ def robot_urdf(
     file = config.description_file
     if not (order.thrusters or order.components):
         named = {**given, **({"namespace": namespace} if namespace else {}), **({"locked": "true"} if locked else {})}
-        return _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
+        text = _plain_urdf(file) or expand(file, arguments=named, package_paths=package_paths())
+        if "<link" not in text:
+            check_library(file)
+        return text
     if not config.vrx_parts:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: its YAML sets no `vrx_parts`")
     return wamv_urdf(
@@ -200,16 +210,26 @@ def _unfurnished(boat: Boat, order: Order, config: RobotConfig) -> str:
     return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
 
 
-def _hydrodynamics(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[HydrodynamicsConfig, str]:
-    """What the YAML says, then the plugin, then the shapes; with a note about what was derived."""
+def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[Boat, tuple[str, ...]]:
+    """The boat with what the YAML says, then the plugin, then the shapes; with notes about what was derived."""
     said = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
     if boat.hydrodynamics is not None:
-        return boat.hydrodynamics.model_copy(update=said), ""
-    guess = derived_hydrodynamics(boat)
-    missing = [key for key in guess if key not in said]
-    note = ", ".join(f"{key} {_short(guess[key])}" for key in missing)
-    values = HydrodynamicsConfig.model_validate({**guess, **said})
-    return values, f"derived from its shapes and mass: {note}; the YAML beside it can set them" if missing else ""
+        return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=said)), ()
+    in_lines = bool(LINES & said.keys())
+    guess = derived_lines(boat) if in_lines else derived_floats(boat, said.get("water_density", DENSITY),
+                                                                said.get("length_n", 2))  # fmt: skip
+    values = HydrodynamicsConfig.model_validate({**guess.values, **said})
+    boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
+    return boat, (*guess.notes, *_derived(guess, said))
+
+
+def _derived(guess: Derived, said: Collection[str]) -> list[str]:
+    """What was derived, for a warning; the floats are told by how the boat floats on them."""
+    missing = [f"{key} {_short(value)}" for key, value in guess.values.items() if key not in said and key != "hulls"]
+    rest = [guess.rest] if guess.rest else []
+    if not missing:
+        return []
+    return [f"derived from its shapes and mass: {', '.join([*rest, *missing])}; the YAML beside it can set them"]
 
 
 def _listed(robot: str, notes: Sequence[str]) -> str:

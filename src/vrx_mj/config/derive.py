@@ -2,33 +2,64 @@
 
 import itertools
 import math
+from dataclasses import dataclass
 from typing import Any
 
-from vrx_mj.config.boats import Boat, Part
+import numpy as np
+from numpy.typing import NDArray
+
+from vrx_mj.config.boats import Boat, Part, Pushed
+from vrx_mj.config.displacement import Displaced, displaced, floating_level
+from vrx_mj.config.masses import MassProperties, boat_mass
 from vrx_mj.config.poses import apply, compose, rotation
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
+from vrx_mj.config.solids import solid
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
 
-__all__ = ["boat_box", "derived_hydrodynamics"]
+__all__ = ["LINES", "Derived", "boat_box", "derived_floats", "derived_lines"]
 
 DENSITY = 997.8
 """Of VRX's water [kg/m3]."""
 RESERVE = 2.5
-"""Largest lift over weight: 2.7 for the bare WAM-V."""
+"""Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
+RESERVES = (1.1, 10.0)
+"""Least and largest lift over weight of floats that have a volume."""
 SPREAD = 1.0 / math.sqrt(3.0)
 """Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
 MODEL_LENGTH = 4.9
 """Of the WAM-V [m], whose drag is scaled by Froude's law: forces per speed with the length to 2.5, moments to 4.5."""
 MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
 MODEL_SURGE_QUADRATIC = 72.4
+LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
+"""Fields that say where floats are: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
+HIGHEST_LIFT = 0.1
+"""Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
+ODD_ANGLE = math.radians(5.0)
+"""Heel or trim at rest beyond which a boat's masses are hardly meant so."""
+AWASH = 0.95
+"""Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
 Corner = tuple[float, float, float]
+FloatArray = NDArray[np.float64]
 
 
-def derived_hydrodynamics(boat: Boat) -> dict[str, Any]:
-    """Fields of `HydrodynamicsConfig` for a boat of which only shapes and mass are known.
+@dataclass(frozen=True)
+class Derived:
+    """Fields of `HydrodynamicsConfig`, and what is to be said about them."""
+
+    values: dict[str, Any]
+    rest: str = ""
+    """How the boat floats at rest."""
+    notes: tuple[str, ...] = ()
+    """What is odd about the shapes or the masses."""
+    pushed: Pushed = "hull"
+    """Where the water pushes, as `Boat.pushed` has it."""
+
+
+def derived_lines(boat: Boat) -> Derived:
+    """VRX's two lines of floats for a boat of which only shapes and mass are known.
 
     Length and beam are those of the box around what collides, or else is seen; the floats' radius gives a lift of
     `RESERVE` times the weight; drag is the WAM-V's by Froude's law of similarity; added mass is nil.
@@ -38,20 +69,136 @@ def derived_hydrodynamics(boat: Boat) -> dict[str, Any]:
     """
     low, high = boat_box(boat)
     length, beam = high[0] - low[0], high[1] - low[1]
-    parts = (*boat.parts, *itertools.chain.from_iterable(thruster.parts for thruster in boat.thrusters))
-    mass = math.fsum(part.inertial.mass for part in parts if part.inertial)
-    if mass <= 0.0:
-        raise VrxError(f"robot {boat.name}: no link has a mass")
+    floats = {
+        "hull_radius": math.sqrt(RESERVE * boat_mass(boat).mass / (math.pi * DENSITY * length)),
+        "boat_width": SPREAD * beam,
+        "boat_length": length,
+    }
+    return Derived(floats | _resistance(length))
+
+
+def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
+    """Floats that lift as the volume of the boat's shapes does in water of a density [kg/m3]; drag is scaled.
+
+    Upright at rest the draft, the displacement, the centre of buoyancy, the waterplane's area and both metacentric
+    heights are those of the shapes, and all under water the floats lift as much as the shapes. Each of two lines
+    has as many stations.
+
+    Raises:
+        VrxError: the boat has no shape, no mass, or a mesh that cannot be read.
+    """
+    body, (corners, notes) = boat_mass(boat), _corners_of(boat, boat_mass(boat).mass / density)
+    if not len(corners):
+        return derived_lines(boat)
+    low, high = float(corners[:, :, 2].min()), float(corners[:, :, 2].max())
+    whole, wanted = displaced(corners, high).volume, body.mass / density
+    if whole > wanted * (1.0 + 1e-6):
+        level = floating_level(corners, wanted)
+    else:
+        level = low + AWASH * (high - low)
+        carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
+        notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
+    wet = displaced(corners, level)
+    if wet.area <= 0.0:  # surfaces that pass through themselves
+        return derived_lines(boat)
+    rest = f"waterline at z = {round(level, 4) + 0.0:.3g} m, draft {level - low:.3g} m"
+    length = float(np.ptp(corners[:, :, 0]))
+    floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, HIGHEST_LIFT * length)
+    values = floats | {"boat_length": length} | _resistance(length)
+    return Derived(values, rest, (*notes, *_stability(wet, body)), (0.0, 0.0, lift))
+
+
+def _floats(
+    wet: Displaced, level: float, volume: float, whole: float, stations: int, most: float
+) -> tuple[dict[str, Any], float]:
+    """Half cylinders whose lift, and its rates with depth, heel and trim, are those of what is under a level [m].
+
+    A section of radius R, wet to the depth s R, has the area a(s) R^2 and the chord k(s) R. Its s follows from
+    the reserve of buoyancy, R from the mean depth of what is wet, and the length from the area of the waterplane. Also
+    returns how far [m] above the stations, whose depth counts, their force acts: at the centre of buoyancy. Where
+    that is more than `most`, a larger distance between the stations makes up for the rest.
+    """
+    from scipy.optimize import brentq
+
+    reserve = min(max(whole / volume, RESERVES[0]), RESERVES[1])
+    share = float(brentq(lambda s: _section(s) - 0.5 * math.pi / reserve, 1e-6, 1.0))
+    chord = 2.0 * math.sqrt(share * (2.0 - share))
+    radius = volume / wet.area * chord / _section(share)
+    keel = level - share * radius
+    above = max(float(wet.center[2]) - keel, 0.0)
+    lift = min(above, most)
+    dx, dy = np.sqrt((wet.spread + (above - lift) * wet.volume) / wet.area)
+    step = dx * math.sqrt(12.0 / (stations**2 - 1)) if stations > 1 else 0.0
+    x, y = wet.center[:2]
+    along = [float(x + (number - (stations - 1) / 2) * step) for number in range(stations)]
+    length = wet.area / (chord * radius) / 2
+    hulls = [
+        {"length": length, "radius": radius, "points": [(place, float(y + side), keel) for place in along]}
+        for side in (-dy, dy)
+    ]
+    return {"hull_radius": radius, "boat_width": 2.0 * float(dy), "hulls": hulls}, lift
+
+
+def _section(share: float) -> float:
+    """Area of a circle's segment whose height is a share of the radius, over the square of the radius."""
+    return math.acos(1.0 - share) - (1.0 - share) * math.sqrt(share * (2.0 - share))
+
+
+def _stability(wet: Displaced, body: MassProperties) -> list[str]:
+    """What is odd about how it floats at rest: the metacentric heights say how far it heels and trims."""
+    ahead, left, up = (float(value) for value in body.center - wet.center)
+    trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)
+    if min(trim, heel) <= 0.0:
+        height = f"{up:.3g} m above its centre of buoyancy"
+        return [f"its centre of mass is {height}: the metacentric height is {min(trim, heel):.3g} m, and it capsizes"]
+    notes = []
+    for angle, ends, offset in (
+        (math.atan2(ahead, trim), ("bow", "stern"), abs(ahead)),
+        (math.atan2(left, heel), ("port side", "starboard side"), abs(left)),
+    ):
+        if abs(angle) > ODD_ANGLE:
+            end = ends[0] if angle > 0.0 else ends[1]
+            notes.append(
+                f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
+                f"{offset:.3g} m from its centre of buoyancy; check the <inertial> of its links"
+            )
+    return notes
+
+
+def _resistance(length: float) -> dict[str, Any]:
+    """The WAM-V's drag for a boat of a length [m]."""
     scale = length / MODEL_LENGTH
     forces, moments = scale**2.5, scale**4.5
     return {
-        "hull_radius": math.sqrt(RESERVE * mass / (math.pi * DENSITY * length)),
-        "boat_width": SPREAD * beam,
-        "boat_length": length,
         "added_mass": (0.0,) * 6,
         "drag_linear": tuple(value * (forces if i < 3 else moments) for i, value in enumerate(MODEL_LINEAR)),
         "drag_quadratic": (MODEL_SURGE_QUADRATIC * scale**2, 0.0, 0.0, 0.0, 0.0, 0.0),
     }
+
+
+def _corners_of(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]]:
+    """Triangles (n, 3, 3) in the base link [m] around what collides; around what is seen, if that displaces too little.
+
+    Where neither displaces the volume [m3], those of the larger. With notes about meshes.
+    """
+    found = []
+    for kind in ("collisions", "visuals"):
+        placed = [(part, shape, solid(shape)) for part in boat.parts for shape in getattr(part, kind)]
+        pieces = [_placed(item.corners, part, shape) for part, shape, item in placed]
+        corners = np.concatenate([np.empty((0, 3, 3)), *pieces])
+        total = displaced(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
+        notes = dict.fromkeys(note for _, _, item in placed for note in item.notes)
+        found.append((total, corners, tuple(notes)))
+        if total > volume:
+            break
+    _, corners, kept = max(found, key=lambda item: item[0])
+    return corners, kept
+
+
+def _placed(corners: FloatArray, part: Part, shape: Shape) -> FloatArray:
+    pose = compose(part.pose, shape.pose)
+    placed: FloatArray = corners @ np.array(rotation(*pose[3:])).T + np.array(pose[:3])
+    return placed
 
 
 def boat_box(boat: Boat) -> tuple[Corner, Corner]:

@@ -69,7 +69,7 @@ class HydrodynamicsConfig(Config):
     """
 
     water_level: float = 0.0
-    """Mean water level in the world [m]."""
+    """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
     water_density: Positive = 997.8
     """Density of the water [kg/m3]."""
     hull_radius: Positive

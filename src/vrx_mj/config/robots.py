@@ -105,7 +105,7 @@ class HydrodynamicsEntry(Config):
     """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
     water_level: float | None = None
-    """Mean water level in the world [m]."""
+    """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
     water_density: Positive | None = None
     """Density of the water [kg/m3]."""
     hull_radius: Positive | None = None

@@ -5,6 +5,7 @@ from collections.abc import Container, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from vrx_mj.config.foreign import foreign_file, vrx_world
+from vrx_mj.config.ros_packages import ros_package_paths
 from vrx_mj.errors import UnknownNameError, VrxError, shortened
 from vrx_mj.resources import root
 
@@ -38,8 +39,9 @@ PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 
 
 def package_paths() -> tuple[Path, ...]:
-    """Folders in which a robot's files look for packages, besides their own."""
-    return tuple(Path(entry) for entry in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if entry)
+    """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
+    own = tuple(Path(entry) for entry in os.environ.get(PACKAGE_PATH, "").split(os.pathsep) if entry)
+    return (*own, *ros_package_paths())
 
 
 def is_path(source: str | Path) -> bool:

@@ -5,7 +5,7 @@ import math
 import pathlib
 import platform
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import import_module, metadata
 from typing import Any, cast
@@ -17,6 +17,7 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.upsets import Upsets
 from vrx_mj.tasks.layout import frame_stride
 from vrx_mj.tasks.meaning import MEANINGS
 
@@ -98,6 +99,8 @@ class Summary:
     """Where each boat is and how far it went, by name."""
     task: TaskSummary | None = None
     """Result of the world's task; None if it has none."""
+    warnings: tuple[str, ...] = ()
+    """Boats that capsized, or spun faster than boats do, with the time at which it was first seen."""
 
     def as_dict(self) -> dict[str, Any]:
         """The summary as plain data for JSON."""
@@ -122,6 +125,10 @@ def run(
     as in `Simulation.command`. Ctrl-C ends the run early and sets `interrupted` in the summary. `advance` replaces
     `Simulation.advance`: it has to call it, and may inspect the simulation in between.
 
+    Warns:
+        VrxWarning: a boat capsizes, or spins faster than boats do; once for each boat, and `warnings` of the summary
+            has it, too.
+
     Raises:
         CommandError: `sim` is not a Simulation, the duration is not a multiple of the timestep, the rate is not above
             0, or the controller returned invalid commands.
@@ -133,7 +140,7 @@ def run(
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
-    before, begun, interrupted = sim.observe(), clock.perf_counter(), False
+    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, Upsets()
     done = calls = 0
     try:
         while done < steps:
@@ -147,6 +154,7 @@ def run(
             for boat in way:
                 way[boat] += float(np.hypot(*(now[boat].position - before[boat].position)[:2]))
             before = now
+            upsets.warn(now, sim.time)
             if progress is not None:
                 progress(done * sim.timestep)
             if duration is None and sim.task_is_over:
@@ -155,7 +163,7 @@ def run(
         interrupted = True
         sim.event("interrupted", "WARN")
     wall = clock.perf_counter() - begun
-    return summarize(sim, done, wall, way, interrupted=interrupted)
+    return summarize(sim, done, wall, way, interrupted=interrupted, odd=upsets.lines)
 
 
 def planned(sim: Simulation) -> float:
@@ -299,9 +307,18 @@ FIRE = "fire"
 
 
 def summarize(
-    sim: Simulation, steps: int, wall: float, way: Mapping[str, float], *, interrupted: bool = False
+    sim: Simulation,
+    steps: int,
+    wall: float,
+    way: Mapping[str, float],
+    *,
+    interrupted: bool = False,
+    odd: Sequence[str] = (),
 ) -> Summary:
-    """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m]."""
+    """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m].
+
+    `odd` is what was wrong with how boats moved.
+    """
     seen = sim.observe()
     elapsed = steps * sim.timestep
     boats = {
@@ -325,6 +342,7 @@ def summarize(
         interrupted=interrupted,
         boats=boats,
         task=_task_summary(sim),
+        warnings=tuple(odd),
     )
 
 

@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.compiler.masses import axis_inertia, joined, posed, rigid
-from vrx_mj.compiler.robots import (
-    boat_mass,
-    body_mass,
-    hull_row,
-    link_mass,
-    robot_piece,
-    stiffness,
-    thruster_rows,
-    turning_mass,
-)
+from vrx_mj.compiler.robots import hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.masses import (
+    axis_inertia,
+    boat_mass,
+    body_mass,
+    joined,
+    posed,
+    push_center,
+    rigid,
+    turning_mass,
+)
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.resources import root
 
@@ -95,10 +95,10 @@ def compiled(boat, engines="fixed", **options):
 
 
 def test_hull_and_batteries_are_vrxs_base_link():
-    link = link_mass(wamv())
+    link = body_mass(wamv(), "hinged")
     assert link.mass == 227.0
-    assert link.center == pytest.approx([0.0, 0.0, 0.12422907], abs=5e-9)
     assert np.diag(link.inertia) == pytest.approx([181.419798, 408.203132, 495.036667], abs=5e-7)
+    assert push_center(wamv()) == pytest.approx([0.0, 0.0, 0.12422907], abs=5e-9)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -241,7 +241,7 @@ def test_every_thruster_of_the_table_exists_and_no_other():
 
 def test_hull_row_has_vrxs_numbers():
     row = hull_row(wamv(), "fixed", "wamv1/")
-    assert row.pop("link_com") == link_mass(wamv()).center.tolist()
+    assert row.pop("link_com") == push_center(wamv()).tolist()
     assert row.pop("body_com") == boat_mass(wamv()).center.tolist()
     assert row == {
         "body": "wamv1/base_link",

@@ -326,3 +326,22 @@ def test_links_that_differ_by_the_namespace_alone_are_told():
     assert refused(*parts, hull=link("wamv/base_link", 100)) == (
         "boat.urdf:5: link 'mast': has the same name as 'wamv/mast' without the namespace 'wamv'"
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "limits", "pose"),
+    [
+        ("revolute", "0 0 1", (0.5, 0.5), (0, 0, 1, 0, 0, 0.5)),
+        ("revolute", "0 1 0", (-2, -0.5), (0, 0, 1, 0, -0.5, 0)),
+        ("revolute", "1 0 0", (-2, 2), (0, 0, 1, 0, 0, 0)),
+        ("prismatic", "0 0 -1", (0.25, 0.75), (0, 0, 0.75, 0, 0, 0)),
+    ],
+)
+def test_a_joint_that_cannot_be_at_zero_is_held_at_its_nearest_limit(kind, axis, limits, pose):
+    mast = joint("step", "mast", kind=kind, xyz="0 0 1", axis=axis, limits=limits)
+    boat = assemble(link("mast"), mast)
+    assert boat.parts[1].pose == pytest.approx(pose)
+    said = [line for line in boat.warnings if "step" in line]
+    place = {0.5: "0.5", -2: "-0.5" if limits[1] < 0 else "zero", 0.25: "0.25"}[limits[0]]
+    locked = limits[0] == limits[1]
+    assert said == ([] if locked else [f"joint 'step' ({kind}) is not simulated: it stays at {place}"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vrx_mj.adapters.ros.topic_names import TopicHints
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.thrusters import Thruster
+from vrx_mj.runtime.upsets import FASTEST_SPIN, is_capsized, spin
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.adapters.ros.inbox import Command, Stranger
@@ -119,15 +120,17 @@ class Diagnosis:
             self._once(f"{boat} {thruster.name} N", f"{said}: it is clamped to this range")
 
     def look(self) -> None:
-        """See whether boats are aground or capsized, if it is time."""
+        """See whether boats are aground, capsized or spinning, if it is time."""
         number = math.floor(self._sim.time * LOOK_RATE)
         if number == self._number:
             return
         self._number = number
         seen, ashore = self._sim.observe(), _touching_land(self._sim)
         for boat in self._sim.boats:
-            up = math.cos(seen[boat].roll) * math.cos(seen[boat].pitch)
-            self._state(f"{boat} capsized", up < 0.0, f"{boat} has capsized; /gazebo/set_model_state rights it")
+            capsized, rate = is_capsized(seen[boat]), spin(seen[boat])
+            self._state(f"{boat} capsized", capsized, f"{boat} has capsized; /gazebo/set_model_state rights it")
+            fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
+            self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot")
             self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
             if self._ashore[boat] >= AGROUND:
                 self._once(f"{boat} aground", f"t = {self._sim.time:.1f} s: {boat} is aground")

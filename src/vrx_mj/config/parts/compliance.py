@@ -15,6 +15,8 @@ from vrx_mj.config.parts.files import Instance, Kind, PartsFile
 from vrx_mj.config.parts.mounts import name_of, place_of
 from vrx_mj.config.parts.rules import KindRules, Rules, load_rules
 from vrx_mj.config.parts.vrx_verdict import GeneratorResult, generator_result
+from vrx_mj.config.ros_names import ALLOWED, is_ros_name
+from vrx_mj.config.wording import shown
 
 __all__ = ["Breach", "PartVerdict", "Verdict", "judge"]
 
@@ -30,7 +32,7 @@ WAYS = (
 class Breach:
     """A rule that a part breaks."""
 
-    rule: Literal["type", "count", "parameter", "place"]
+    rule: Literal["type", "count", "parameter", "place", "name"]
     message: str
 
 
@@ -118,7 +120,9 @@ def _legal_places(points: list[Point], boxes: Sequence[Box]) -> list[Spot | None
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
     """What a part breaks whatever its place."""
-    part = TYPES[instance.type]
+    part, name = TYPES[instance.type], name_of(instance)
+    if name and not is_ros_name(name):
+        yield Breach("name", f"ROS refuses the name {shown(name)}: {ALLOWED} are allowed")
     rules = book.of(part.kind).types.get(instance.type)
     if rules is None:
         yield Breach("type", f"type {instance.type} is not an accepted {part.kind.removesuffix('s')} type")

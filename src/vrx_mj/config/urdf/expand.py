@@ -5,6 +5,7 @@ lists (`expressions`), files are read from the robot's own folder and from packa
 limited. What is wrong with a file is one `ConfigError` with the file, line and element.
 """
 
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,9 +19,10 @@ from vrx_mj.config.urdf.xacro_wording import problem_of
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.resources import root
 
-__all__ = ["arguments", "expand"]
+__all__ = ["arguments", "check_library", "expand"]
 
 _SHOWN_WARNINGS = 10
+_MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 
 def expand(
@@ -45,6 +47,15 @@ def expand(
     if engine.warnings:
         warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=2)
     return text
+
+
+def check_library(file: Path) -> None:
+    """Raise ConfigError where a file, which makes no links, defines macros: it is there for other files."""
+    names = list(dict.fromkeys(_MACRO.findall(read_bytes(file).decode("utf-8", "replace"))))
+    if names:
+        listed = ", ".join(f"'{name}'" for name in names[:8]) + (f" and {len(names) - 8} more" if names[8:] else "")
+        message = f"has no links, only macros: {listed}; name the file that calls them"
+        raise ConfigError([Problem(display(file), None, None, "robot", message)])
 
 
 def arguments(file: Path) -> dict[str, str]:

@@ -13,6 +13,7 @@ from vrx_mj.config.urdf.gazebo_forces import (
     read_wind,
 )
 from vrx_mj.config.urdf.gazebo_instruments import INSTRUMENTS
+from vrx_mj.config.urdf.gazebo_others import read_freefloating, read_uuv_thruster
 from vrx_mj.config.urdf.gazebo_scope import Scope, plugin_kind
 from vrx_mj.config.urdf.gazebo_sensors import read_sensor
 from vrx_mj.config.urdf.model import Gazebo, Urdf, UrdfThruster
@@ -20,7 +21,13 @@ from vrx_mj.errors import Problem
 
 __all__ = ["read_gazebo"]
 
-THRUSTERS = {"usv_gazebo_thrust_plugin": read_thrusters, "gz-sim-thruster-system": read_newer_thruster}
+THRUSTERS = {
+    "usv_gazebo_thrust_plugin": read_thrusters,
+    "gz-sim-thruster-system": read_newer_thruster,
+    "uuv_thruster_plugin": read_uuv_thruster,
+    "uuv_thruster_ros_plugin": read_uuv_thruster,
+    "freefloating_gazebo_control": read_freefloating,
+}
 WATER, NEWER_DRAG, NEWER_HULL, WIND = (
     "usv_gazebo_dynamics_plugin",
     "SimpleHydrodynamics",
@@ -55,7 +62,8 @@ def read_gazebo(urdf: Urdf) -> Gazebo:
     """Thrusters, water, wind and sensors of a robot, in the order of the file.
 
     VRX's and Hector's plugins of Gazebo classic are known by their files' names, and those that took their place in
-    newer VRX as far as they mean the same. Names and frames come without the namespace, poses in the root link's frame.
+    newer VRX as far as they mean the same; and thrusters of the UUV simulator and of freefloating_gazebo. Names and
+    frames come without the namespace, poses in the root link's frame.
 
     Raises:
         ConfigError: For values that are wrong, and links and joints that are not there.

@@ -1,8 +1,9 @@
 """Joints of a URDF, and the tree that they make of its links."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
+from vrx_mj.config.poses import Pose, compose, facing, inverse
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.links import read_pose
 from vrx_mj.config.urdf.model import Joint, Limits, Link
@@ -25,16 +26,30 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
         node.fault(f"joins the link '{parent}' to itself")
     if node.child("mimic"):
         node.findings.note("mimic", name)
+    axis, limits = _axis(node, kind), _limits(node, kind)
+    rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     return Joint(
         name=name,
         type=kind,
         parent=parent,
         child=child,
-        pose=read_pose(node),
-        axis=_axis(node, kind),
-        limits=_limits(node, kind),
+        pose=_at_rest(read_pose(node), kind, axis, rest),
+        axis=axis,
+        limits=limits,
         line=node.line,
+        rest=rest,
     )
+
+
+def _at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
+    """The pose of the child in the parent with the joint at `rest` [rad or m]."""
+    if rest == 0.0:
+        return pose
+    if kind == "prismatic":
+        x, y, z = (rest * value for value in axis)
+        return compose(pose, (x, y, z, 0.0, 0.0, 0.0))
+    turn = facing(axis)
+    return compose(pose, compose(compose(turn, (0.0, 0.0, 0.0, 0.0, 0.0, rest)), inverse(turn)))
 
 
 def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str, Joint], findings: Findings) -> str:

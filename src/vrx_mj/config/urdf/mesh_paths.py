@@ -6,11 +6,12 @@ No file is read outside these folders, not even through a link.
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 from xml.sax.saxutils import quoteattr, unescape
 
-from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.config.ros_packages import enclosing_packages, package_above, package_name
 from vrx_mj.config.search import display
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import VrxError
@@ -20,8 +21,8 @@ __all__ = ["MeshFiles", "MissingMeshError", "with_file_uris"]
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")
-_PACKAGE_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
-_PACKAGE_BYTES = 100_000
+SHOWN_BASES = 12
+"""Folders that a message lists."""
 _QUOTES = {"&quot;": '"', "&apos;": "'"}
 
 
@@ -40,14 +41,19 @@ class MeshFiles:
     package_paths: Sequence[Path] = ()
     """Folders that are packages, or hold them."""
 
+    @cached_property
+    def _around(self) -> dict[str, Path]:
+        """The package that the URDF lies in."""
+        return enclosing_packages(self.folder.absolute())
+
     def find(self, name: str) -> tuple[Path, str]:
         """The folder and the path inside it of a mesh, from what a `filename` says."""
         text = unquote(name)
         if "\\" in text or "\0" in text or PureWindowsPath(text).drive:
             raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
-        outside = False
+        outside, bases = False, self._bases(text)
         for file in self._candidates(text):
-            base = next((base for base in self._bases() if _contains(base, file)), None)
+            base = next((base for base in bases if _contains(base, file)), None)
             if base is not None and _is_file(file):
                 return base, _inside(file, base)
             outside = outside or base is None
@@ -69,17 +75,31 @@ class MeshFiles:
 
     def _package(self, name: str) -> Iterator[Path]:
         """The folders that may be the package of this name."""
+        if name in self._around:
+            yield self._around[name]
         if name in self.packages:
             yield self.packages[name]
         if name in {"", ".", ".."}:
             return
+        above = package_above(self.folder.absolute(), name)
+        if above is not None:
+            yield above
         for path in (*self.package_paths, self.folder):
             yield path / name
-            if path.resolve().name == name or _named(path) == name:
+            if path.resolve().name == name or package_name(path) == name:
                 yield path
 
-    def _bases(self) -> list[Path]:
-        return [self.folder, *self.packages.values(), *self.package_paths]
+    def _bases(self, text: str = "") -> list[Path]:
+        """The folders that may be read for what a `filename` says."""
+        package = _PACKAGE.fullmatch(text)
+        above = package_above(self.folder.absolute(), package[2]) if package else None
+        return [
+            *([above] if above else []),
+            self.folder,
+            *self.packages.values(),
+            *self._around.values(),
+            *self.package_paths,
+        ]
 
     def _advice(self, text: str) -> str:
         package = _PACKAGE.fullmatch(text)
@@ -88,7 +108,9 @@ class MeshFiles:
         return f"looked in {self._shown_bases()}"
 
     def _shown_bases(self) -> str:
-        return ", ".join(dict.fromkeys(display(base) for base in self._bases()))
+        names = list(dict.fromkeys(display(base) for base in self._bases()))
+        more = f" and {len(names) - SHOWN_BASES} more" if len(names) > SHOWN_BASES else ""
+        return ", ".join(names[:SHOWN_BASES]) + more
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:
@@ -127,12 +149,3 @@ def _inside(file: Path, base: Path) -> str:
     if relative is None or ".." in relative.parts:
         relative = file.resolve().relative_to(base.resolve())
     return relative.as_posix()
-
-
-def _named(folder: Path) -> str:
-    """What a folder's `package.xml` calls the package; empty if it has none."""
-    try:
-        found = _PACKAGE_NAME.search(read_limited(folder / "package.xml", _PACKAGE_BYTES))
-    except ReadingError:
-        return ""
-    return found[1].decode("utf-8", "replace") if found else ""

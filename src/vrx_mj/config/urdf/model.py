@@ -52,7 +52,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; `pose` is of the child's frame in the parent's at zero."""
+    """A joint; `pose` is of the child's frame in the parent's at `rest`."""
 
     name: str
     type: str
@@ -63,6 +63,8 @@ class Joint:
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     limits: Limits | None = None
     line: int | None = None
+    rest: float = 0.0
+    """Angle [rad] or distance [m] at rest: 0, or the limit that is nearest to it."""
 
     @property
     def locked(self) -> bool:
@@ -74,12 +76,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class UrdfThruster:
-    """A thruster of VRX's thrust plugin, by the names of its links and joints."""
+    """A thruster of a plugin, by the names of its links and joints."""
 
     name: str
     """Stem of its topics: `left` of `thrusters/left_thrust_cmd`; else of its propeller's link."""
     propeller_link: str
-    """Thrust acts at its origin, along its x axis."""
+    """Thrust acts at its origin, along `axis`."""
     propeller_joint: str | None
     engine_joint: str | None
     """What steers; None if nothing does."""
@@ -87,6 +89,8 @@ class UrdfThruster:
     kp: float = 300.0
     kd: float = 20.0
     line: int | None = None
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    """Direction of the thrust in the propeller's link, of length 1."""
 
 
 @dataclass(frozen=True)

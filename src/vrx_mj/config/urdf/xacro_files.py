@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.config.ros_packages import enclosing_packages, package_above, package_name
 from vrx_mj.config.search import display
 from vrx_mj.config.urdf.xacro_limits import ExpressionError
 from vrx_mj.errors import UnknownNameError, nearest
@@ -18,22 +19,20 @@ MAX_BYTES = 4_000_000
 MOST_MATCHES = 1000
 """Files that one pattern may match."""
 _PATTERN = re.compile(r"[*?\[]")
-_PACKAGE_NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
-_PACKAGE_BYTES = 100_000
-_PARENTS = 4
 _WILD_PARTS = 3
 
 
 def own_packages() -> dict[str, Path]:
     """The packages among our robots: every folder with a `package.xml`, by the name it has there."""
     found = (file.parent for file in sorted((root() / "assets" / "robots").rglob("package.xml")))
-    return {name: folder for folder in found if (name := _package_name(folder))}
+    return {name: folder for folder in found if (name := package_name(folder))}
 
 
 class Files:
     """What one expansion may read.
 
-    A package is first looked for in `packages`, then in `package_paths` and beside the file, at last in `spare`.
+    A package is first looked for in `packages` and above the file, then in `package_paths` and beside the file, at
+    last in `spare`.
     """
 
     def __init__(
@@ -46,7 +45,7 @@ class Files:
         self.folder = file.absolute().parent
         self.paths = [Path(path).absolute() for path in package_paths]
         self.packages = {
-            **_package_of(self.folder),
+            **enclosing_packages(self.folder),
             **{name: Path(folder).absolute() for name, folder in packages.items()},
         }
         self.spare = {name: Path(folder).absolute() for name, folder in (spare or {}).items()}
@@ -57,7 +56,8 @@ class Files:
         """The folder of a package."""
         found = self.packages.get(name) if _is_name(name) else None
         if found is None and _is_name(name):
-            found = next((folder for folder in self._candidates(name) if folder.is_dir()), self.spare.get(name))
+            found = next((folder for folder in self._candidates(name) if folder.is_dir()), None)
+            found = found or self._above(name) or self.spare.get(name)
         if found is None:
             words = str(UnknownNameError("package", name, self._known()))
             raise ExpressionError(f"{words} (or add its folder to the package paths)")
@@ -105,9 +105,16 @@ class Files:
     def _candidates(self, name: str) -> Iterator[Path]:
         for path in self.paths:
             yield path / name
-            if path.name == name or _package_name(path) == name:
+            if path.name == name or package_name(path) == name:
                 yield path
         yield self.folder / name
+
+    def _above(self, name: str) -> Path | None:
+        """The folder of that name in which the file lies, which may be read from then on."""
+        found = package_above(self.folder, name)
+        if found is not None:
+            self.roots.append(found.resolve())
+        return found
 
     def _known(self) -> list[str]:
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
@@ -120,25 +127,6 @@ def read_bytes(file: Path) -> bytes:
         return read_limited(file, MAX_BYTES)
     except ReadingError as error:
         raise ExpressionError(str(error)) from None
-
-
-def _package_of(folder: Path) -> dict[str, Path]:
-    """The package that a folder is in, if any: that of the nearest `package.xml`, at most four folders up."""
-    nearby = [folder, *folder.parents][: _PARENTS + 1]
-    for place in nearby:
-        if (place / "package.xml").is_file():
-            name = _package_name(place)
-            return {name: place} if name else {}
-    return {}
-
-
-def _package_name(folder: Path) -> str | None:
-    try:
-        text = read_limited(folder / "package.xml", _PACKAGE_BYTES).decode("utf-8", errors="replace")
-    except ReadingError:
-        return None
-    found = _PACKAGE_NAME.search(text)
-    return found[1] if found else None
 
 
 def _is_name(name: str) -> bool:

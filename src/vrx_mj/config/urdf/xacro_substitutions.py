@@ -41,7 +41,10 @@ class Substitutions:
     def argument(self, name: str) -> str:
         """The value of an argument."""
         if name not in self.arguments:
-            raise unknown("argument", name, self.arguments)
+            beside = f"; or give it in the YAML beside the file: `arguments: {{{name}: ...}}`"
+            raise ExpressionError(
+                f"{unknown('argument', name, self.arguments)}{'' if nearest(name, self.arguments) else beside}"
+            )
         return self.arguments[name]
 
     def find(self, name: str) -> str:

@@ -61,6 +61,14 @@ def test_a_boat_that_has_capsized_is_told_once_until_it_is_upright_again(scene):
     assert len([line for line in scene.told if "capsized" in line]) == 1
 
 
+def test_a_boat_that_spins_is_told(scene):
+    scene.sim.set_boat("wamv1", velocity=(0, 0, 0, 0, 0, 40))
+    scene.station.diagnosis.look()
+    assert scene.told == [
+        "t = 0.0 s: wamv1 spins at 40 rad/s, more than 12: check masses, inertias and floats of its robot"
+    ]
+
+
 def test_a_held_boat_says_until_when(course):
     scene = served(vrx_mj.compile_world("stationkeeping_task"))
     scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
@@ -122,7 +130,7 @@ def test_commands_are_too_rare_if_each_comes_after_the_one_before_has_run_out(ga
 def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
     sim, lines = Quiet(), []
     diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
-    sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch)}
+    sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch, angular_velocity=(0, 0, 1))}
     diagnosis.look()
     assert len(lines) == told
 

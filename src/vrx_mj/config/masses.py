@@ -1,15 +1,20 @@
-"""Mass, centre of mass and inertia of rigid parts joined together."""
+"""Mass, centre of mass and inertia of rigid parts joined together, and of what a boat is made of."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.poses import Pose, rotation
+from vrx_mj.errors import CompileError
 
 FloatArray = npt.NDArray[np.float64]
+Engines = Literal["fixed", "hinged"]
+"""Are the engines part of the hull's body, or bodies of their own that turn about z?"""
 
 
 @dataclass(frozen=True)
@@ -67,3 +72,55 @@ def axis_inertia(part: MassProperties) -> float:
     """Inertia [kg m2] of the part about the z axis of its frame."""
     x, y, _ = part.center
     return float(part.inertia[2, 2] + part.mass * (x * x + y * y))
+
+
+LIGHTEST = 1e-6
+"""Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
+NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
+"""What turns where no link that does has a mass: so much [kg, kg m2] at the hinge, as MuJoCo wants some."""
+
+
+def push_center(boat: Boat) -> FloatArray:
+    """(3,): where water and wind push the hull [m], in its base link; `Boat.pushed` says which place that is."""
+    if not isinstance(boat.pushed, str):
+        return np.array(boat.pushed)
+    lumped = list(_masses(part for part in boat.parts if part.lumped or boat.pushed == "hull"))
+    return joined(lumped).center if lumped else boat_mass(boat).center
+
+
+def turning_mass(thruster: Thruster) -> MassProperties | None:
+    """An engine with its propeller, in the frame of the hinge it steers on; None if it weighs nothing."""
+    parts = list(_masses(thruster.parts))
+    return joined(parts) if parts else None
+
+
+def boat_mass(boat: Boat) -> MassProperties:
+    """The whole boat with everything at zero, in its base link.
+
+    Raises:
+        CompileError: nothing of it has a mass.
+    """
+    turning = [
+        posed(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
+    ]
+    parts = [*_masses(boat.parts), *turning]
+    if not parts:
+        raise CompileError(f"robot {boat.name}: no link has a mass")
+    return joined(parts)
+
+
+def body_mass(boat: Boat, engines: Engines) -> MassProperties:
+    """What belongs to the MuJoCo body of the base link."""
+    if engines == "fixed":
+        return boat_mass(boat)
+    parts = list(_masses(boat.parts))
+    if not parts:
+        raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
+    return joined(parts)
+
+
+def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
+    for part in parts:
+        if part.inertial is not None and part.inertial.mass > 0:
+            own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
+            yield posed(own, part.pose)

@@ -1,0 +1,181 @@
+"""Closed surfaces that hold a volume: from shapes and from meshes, which may be inside out or open."""
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrx_mj.config.search import contained
+from vrx_mj.config.shapes import Shape
+from vrx_mj.config.urdf.meshes import read_mesh
+
+__all__ = ["Solid", "solid", "solid_of_mesh"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SEGMENTS = 64
+"""Sides of the prism that stands for a cylinder; it has the cylinder's volume."""
+MOST_PIECES = 100
+"""Loose pieces of a mesh that are looked at one by one; those of more are one."""
+SEAM = 1e-6
+"""Share of a mesh's extent [m] within which two points are one."""
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Closed surfaces as triangles, counter-clockwise seen from outside."""
+
+    corners: FloatArray
+    """(n, 3, 3): corners of the triangles [m]"""
+    notes: tuple[str, ...] = ()
+    """What was mended."""
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Triangles that hang together; `volume` [m3] has a sign, and is 0 if the piece is open."""
+
+    corners: FloatArray
+    volume: float
+    gaps: int
+
+    @property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        points = self.corners.reshape(-1, 3)
+        return points.min(axis=0), points.max(axis=0)
+
+
+def solid(shape: Shape) -> Solid:
+    """The volume of a shape in its own frame.
+
+    Raises:
+        VrxError: its mesh cannot be read.
+    """
+    if shape.type != "mesh":
+        return Solid(_hull(_outline(shape)))
+    mesh = read_mesh(contained(str(shape.file), shape.folder), shape.scale)
+    return solid_of_mesh(str(shape.file).rpartition("/")[2], mesh.points, mesh.triangles)
+
+
+def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
+    """The volume inside a mesh. What is inside out is turned; of what is open the convex hull is taken."""
+    pieces = _pieces(points, triangles)
+    notes = []
+    gaps = sum(piece.gaps for piece in pieces)
+    if gaps:
+        notes.append(f"mesh {name} is open ({gaps} edges without a second triangle): its convex hull is used")
+    whole = _closed([piece for piece in pieces if piece.gaps]) + [piece for piece in pieces if not piece.gaps]
+    total = math.fsum(piece.volume for piece in whole)
+    if total < 0.0:
+        notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are turned")
+        whole = [_turned(piece) for piece in whole]
+    kept = [piece.corners if piece.volume > 0.0 else _turned(piece).corners
+            for piece in whole if piece.volume > 0.0 or not _is_cavity(piece, whole)]  # fmt: skip
+    return Solid(np.concatenate(kept) if kept else np.empty((0, 3, 3)), tuple(notes))
+
+
+def _pieces(points: FloatArray, triangles: IntArray) -> list[_Piece]:
+    """The parts of a mesh that share no point."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    grain = SEAM * float(np.ptp(points, axis=0).max()) or 1.0
+    _, first, names = np.unique(np.round(points / grain), axis=0, return_index=True, return_inverse=True)
+    faces = names.ravel()[triangles]
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    count, labels = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(first),) * 2), directed=False)
+    edges, places = np.unique(np.minimum(a, b) * len(first) + np.maximum(a, b), return_inverse=True)
+    uneven = np.bincount(places.ravel(), weights=np.where(a < b, 1.0, -1.0), minlength=len(edges)) != 0.0
+    label = np.zeros(len(first), dtype=np.int64) if count > MOST_PIECES else labels
+    corners, owner = points[first][faces], label[faces[:, 0]]
+    gaps = np.bincount(label[edges[uneven] // len(first)], minlength=count)
+    return [_piece(corners[owner == number], int(gaps[number])) for number in np.unique(owner)]
+
+
+def _piece(corners: FloatArray, gaps: int) -> _Piece:
+    return _Piece(corners, 0.0 if gaps else _volume(corners), gaps)
+
+
+def _volume(corners: FloatArray) -> float:
+    """Volume [m3] inside closed triangles, by the divergence theorem about their middle."""
+    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def _turned(piece: _Piece) -> _Piece:
+    return _Piece(piece.corners[:, ::-1], -piece.volume, piece.gaps)
+
+
+def _is_cavity(piece: _Piece, others: list[_Piece]) -> bool:
+    """Whether this is the inner wall of a hollow piece, which keeps the water out as a full one does."""
+    low, high = piece.box
+    return any(
+        other.volume > -piece.volume and (other.box[0] <= low).all() and (high <= other.box[1]).all()
+        for other in others
+    )
+
+
+def _closed(pieces: list[_Piece]) -> list[_Piece]:
+    """The convex hulls of open pieces; those whose boxes touch are one."""
+    groups: list[FloatArray] = []
+    for piece in pieces:
+        points = piece.corners.reshape(-1, 3)
+        near = [group for group in groups if _touch(group, points)]
+        groups = [group for group in groups if not any(group is other for other in near)]
+        groups.append(np.concatenate([points, *near]))
+    hulls = (_hull(group) for group in groups)
+    return [_piece(hull, 0) for hull in hulls if len(hull)]
+
+
+def _touch(one: FloatArray, other: FloatArray) -> bool:
+    return bool((one.min(axis=0) <= other.max(axis=0)).all() and (other.min(axis=0) <= one.max(axis=0)).all())
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Triangles (n, 3, 3) of the convex hull of points; none if these lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull: Any = ConvexHull(points)
+    except QhullError:
+        return np.empty((0, 3, 3))
+    corners: FloatArray = points[hull.simplices]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    corners[inward] = corners[inward, ::-1]
+    return corners
+
+
+def _outline(shape: Shape) -> FloatArray:
+    """Points whose convex hull is a box, a ball, a cylinder or a capsule."""
+    if shape.type in {"box", "ellipsoid"}:
+        assert shape.size is not None
+        half = np.array(shape.size) / 2
+        if shape.type == "box":
+            return np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * half
+        return _round(1.0, 0.0) * half
+    assert shape.radius is not None
+    radius, length = shape.radius, shape.length or 0.0
+    if shape.type == "cylinder":
+        return _rings([radius, radius], [-length / 2, length / 2])
+    return _round(radius, length)
+
+
+def _round(radius: float, length: float) -> FloatArray:
+    """A ball whose halves are `length` [m] apart along z."""
+    angles = np.linspace(-math.pi / 2, math.pi / 2, SEGMENTS // 2)
+    return _rings(radius * np.cos(angles), radius * np.sin(angles) + np.where(angles < 0, -length / 2, length / 2))
+
+
+def _rings(radii: Any, heights: Any) -> FloatArray:
+    """Regular polygons about the z axis, each of the area of a circle of its radius [m], at these heights [m]."""
+    step = 2 * math.pi / SEGMENTS
+    turn = np.arange(SEGMENTS) * step
+    out = math.sqrt(step / math.sin(step)) * np.asarray(radii, dtype=float)[:, None]
+    x, y = out * np.cos(turn), out * np.sin(turn)
+    return np.stack([x, y, np.broadcast_to(np.asarray(heights, dtype=float)[:, None], x.shape)], axis=-1).reshape(-1, 3)
