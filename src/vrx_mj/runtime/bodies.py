@@ -52,11 +52,17 @@ class FreeBodies:
         turn = self._data.qpos[qpos + 3 : qpos + 7].copy()
         linear = rotation_matrix(turn).T @ self._data.qvel[dof : dof + 3]
         spin = self._data.qvel[dof + 3 : dof + 6].copy()
-        hull = self._hulls.get(name) or self._hulls.setdefault(name, self._hull(name))
-        return BoatObservation(self._data.qpos[qpos : qpos + 3].copy(), turn, linear, spin, hull=hull, **known)
+        position = self._data.qpos[qpos : qpos + 3].copy()
+        return BoatObservation(position, turn, linear, spin, hull=self._hull(name), **known)
 
-    def _hull(self, name: str) -> Hull:
-        number = self._boats.index(name)
+    def _hull(self, name: str) -> Hull | None:
+        """The figures of a boat, which do not change; nothing else has any."""
+        if name in self._hulls or name not in self._boats:
+            return self._hulls.get(name)
+        self._hulls[name] = self._figures(self._boats.index(name))
+        return self._hulls[name]
+
+    def _figures(self, number: int) -> Hull:
         names = {item["name"]: row for row, item in enumerate(self._thrusters) if item["hull"] == number}
         return hull_of(self._rig, self._rig.hulls[number], names)
 

@@ -88,7 +88,7 @@ def _masses(model: mujoco.MjModel, root: int) -> tuple[float, float, tuple[float
 
     What hangs on joints, as engines do, is taken with the axes of its own frame along those of the boat.
     """
-    parts = [body for body in range(model.nbody) if model.body_rootid[body] == root]
+    parts = np.flatnonzero(model.body_rootid == root).tolist()
     mass = model.body_mass[parts]
     places, moments = np.zeros((len(parts), 3)), np.zeros(len(parts))
     origin = {root: np.zeros(3)}
