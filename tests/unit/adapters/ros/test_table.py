@@ -154,6 +154,21 @@ def test_ground_truth_is_of_the_boats_own_frame_in_map():
     assert scene.told == []  # two boats whose readings are in `map` share no frame of theirs
 
 
+def test_readings_are_in_the_frames_that_vrx_gives_them(bay):
+    """vrx-robot's table of topics, for each boat of a fleet; the pinger's frame has the boat's name here."""
+    frames = {
+        "gps/gps/fix": "gps_wamv_link", "gps/gps/fix_velocity": "gps_wamv_link", "imu/imu/data": "imu_wamv_link",
+        "pingers/pinger/range_bearing": "pinger", "pingers/pinger/marker/signal": "pinger",
+    }  # fmt: skip
+    topics = {
+        f"/{boat}/sensors/{tail}": f"{boat}/{frame}" for boat in ("wamv1", "wamv2") for tail, frame in frames.items()
+    }
+    scene = served(bay, wanted=set(topics))
+    run(scene, 1.1)
+    found = {topic: scene.network.got[topic][-1].message.header.frame_id for topic in topics}
+    assert found == topics
+
+
 @pytest.mark.parametrize(("written", "published"), [(120, 120.0), (180, 180.0), (270, -90.0), (-90, -90.0)])
 def test_the_direction_of_the_wind_is_from_minus_180_to_180_degrees(written, published):
     world = {"extends": "ocean", "wind": {"direction": written, "mean_velocity": 6.0}}

@@ -57,6 +57,10 @@ def test_a_name_that_is_one_slip_away_is_that_of_the_same_boat(tables, dialect):
         ("/wamv1/thrusters/left/thrust", "std_msgs/Float64", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
         ("/escort/thrusters/thrust_left_front_cmd", "*", "did you mean /escort/thrusters/left_front_thrust_cmd?"),
         ("/formation", "std_msgs/String", "did you mean /swarm/formation?"),
+        ("/x/formation", "std_msgs/String", "did you mean /swarm/formation?"),
+        ("/x/formation", "std_msgs/Bool", ""),  # two slips and another type
+        ("/wamv1/cmd", "geometry_msgs/Twist", "did you mean /wamv1/cmd_vel?"),
+        ("/wamv1/cmd", "std_msgs/String", ""),
         ("/vrx/a/b", "*", "topics of boats begin with /wamv1/"),
         ("/wamv1/odom", "nav_msgs/Odometry", ""),
         ("/wamv1/path", "*", ""),
