@@ -38,6 +38,8 @@ HIGHEST_LIFT = 0.1
 """Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
 ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest beyond which a boat's masses are hardly meant so."""
+LEAST_AREA = 1e-9
+"""Of a waterplane [m2]."""
 AWASH = 0.95
 """Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
@@ -99,7 +101,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
         carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
     wet = displaced(corners, level)
-    if wet.area <= 0.0:  # surfaces that pass through themselves
+    if wet.area <= LEAST_AREA:  # surfaces that pass through themselves, or a mesh in other units
         return derived_lines(boat)
     rest = f"waterline at z = {round(level, 4) + 0.0:.3g} m, draft {level - low:.3g} m"
     length = float(np.ptp(corners[:, :, 0]))

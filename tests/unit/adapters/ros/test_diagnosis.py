@@ -142,7 +142,7 @@ def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
 def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, touches, told):
     sim, lines, looks = Quiet(), [], iter(touches)
     monkeypatch.setattr(diagnosis, "_touching_land", lambda _: {"a"} if next(looks) == "1" else set())
-    sim.observe = lambda: {"a": SimpleNamespace(roll=0.0, pitch=0.0)}
+    sim.observe = lambda: {"a": SimpleNamespace(roll=0.0, pitch=0.0, angular_velocity=(0, 0, 0))}
     watch = Diagnosis(sim, lambda _level, text: lines.append(text))
     for number in range(len(touches)):
         sim.time = float(number + 1)
