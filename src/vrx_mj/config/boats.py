@@ -4,10 +4,10 @@ Links on fixed joints belong to the base link, as in Gazebo; those on joints tha
 steers, are rigid here too, at zero. What steers is a joint of a thruster or of a rudder, with all that hangs on it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.poses import Pose, apply, compose, facing, inverse, rotation
@@ -21,9 +21,6 @@ from vrx_mj.errors import ConfigError, Problem
 __all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
 
 Vector = tuple[float, float, float]
-Pushed = Literal["link", "hull"] | Vector
-"""What water and wind push: the base link of VRX's plugins, the hull as it is built, or a place in the base link."""
-
 YIELDING = ContactConfig()
 """What a robot's file does not say of contacts."""
 
@@ -39,7 +36,8 @@ class Part:
     collisions: tuple[Shape, ...]
     visuals: tuple[Visual, ...]
     lumped: bool
-    """Joined to the base link by fixed joints alone: Gazebo makes one link of these, and VRX pushes at its centre."""
+    """Held to the base link: water and wind push at the centre of mass of what is. Where VRX's plugin says how the hull
+    floats, fixed joints alone hold, as Gazebo makes one link of these; else all that do not turn a propeller."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +92,8 @@ class Boat:
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = YIELDING
     """How the hull yields to what it touches."""
-    pushed: Pushed = "hull"
-    """Where water and wind push: at the centre of mass of what fixed joints hold to the base link, as VRX's plugins do;
-    at that of all that is rigid with it, where the YAML has the figures; or at a place [m], where the shapes have."""
+    pushed: Vector | None = None
+    """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
 
 
 def assembled(
@@ -120,15 +117,17 @@ def assembled(
     taken = {link for links in hinges.turning.values() for link in links}
     pushing = (*_engines(tree, thrusters, config, hinges.by_name), *_rudders(tree, config, hinges.by_name))
     sensors = _sensors(tree, gazebo, config)
+    spinning = {joint.name for item in thrusters.values() if (joint := tree.above.get(item.propeller_link))
+                and joint.name != item.engine_joint}  # fmt: skip
+    held = frozenset[str]() if gazebo.hydrodynamics is not None else urdf.joints.keys() - spinning
     return Boat(
         name=urdf.name,
         link=urdf.local(urdf.root),
-        parts=tuple(_part(tree, name, urdf.root) for name in urdf.links if name not in taken),
+        parts=tuple(_part(tree, name, urdf.root, held=held) for name in urdf.links if name not in taken),
         thrusters=pushing,
         hydrodynamics=gazebo.hydrodynamics,
         wind=config.wind or gazebo.wind,
         sensors=sensors,
-        pushed="link" if gazebo.hydrodynamics is not None else "hull",
         warnings=(
             *gazebo.warnings,
             *hinges.notes,
@@ -149,8 +148,8 @@ def _check_links(urdf: Urdf) -> None:
             raise ConfigError([Problem(urdf.label or urdf.file.name, link.line, None, f"link '{name}'", message)])
 
 
-def _part(tree: Tree, name: str, base: str, turn: Pose = HERE) -> Part:
-    """A link in the frame of one above it, or in that frame turned by `turn`."""
+def _part(tree: Tree, name: str, base: str, turn: Pose = HERE, *, held: Collection[str] = ()) -> Part:
+    """A link in the frame of one above it, or in that frame turned by `turn`; joints in `held` hold like fixed ones."""
     link = tree.urdf.links[name]
     pose = tree.pose(name, base)
     return Part(
@@ -159,7 +158,7 @@ def _part(tree: Tree, name: str, base: str, turn: Pose = HERE) -> Part:
         inertial=link.inertial,
         collisions=link.collisions,
         visuals=link.visuals,
-        lumped=all(joint.type == "fixed" for joint in tree.path(name, base)),
+        lumped=all(joint.type == "fixed" or joint.name in held for joint in tree.path(name, base)),
     )
 
 

@@ -2,13 +2,13 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vrx_mj.config.boats import Boat, Part, Pushed
+from vrx_mj.config.boats import Boat, Part
 from vrx_mj.config.displacement import Displaced, displaced, floating_level
 from vrx_mj.config.masses import MassProperties, boat_mass
 from vrx_mj.config.poses import apply, compose, rotation
@@ -38,8 +38,8 @@ HIGHEST_LIFT = 0.1
 """Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
 ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest beyond which a boat's masses are hardly meant so."""
-LEAST_AREA = 1e-9
-"""Of a waterplane [m2]."""
+LEAST_SHARE = 0.1
+"""Share of a boat's displacement below which its shapes are no hull, and say no more than its length and beam."""
 AWASH = 0.95
 """Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
@@ -56,8 +56,8 @@ class Derived:
     """How the boat floats at rest."""
     notes: tuple[str, ...] = ()
     """What is odd about the shapes or the masses."""
-    pushed: Pushed = "hull"
-    """Where the water pushes, as `Boat.pushed` has it."""
+    pushed: tuple[float, float, float] | None = None
+    """Where the water pushes [m], as `Boat.pushed` has it."""
 
 
 def derived_lines(boat: Boat) -> Derived:
@@ -100,8 +100,10 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
         level = low + AWASH * (high - low)
         carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
+    if whole < LEAST_SHARE * wanted:
+        return replace(derived_lines(boat), notes=notes)
     wet = displaced(corners, level)
-    if wet.area <= LEAST_AREA:  # surfaces that pass through themselves, or a mesh in other units
+    if wet.area <= 0.0:  # surfaces that pass through themselves
         return derived_lines(boat)
     rest = f"waterline at z = {round(level, 4) + 0.0:.3g} m, draft {level - low:.3g} m"
     length = float(np.ptp(corners[:, :, 0]))

@@ -81,10 +81,10 @@ NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
 
 
 def push_center(boat: Boat) -> FloatArray:
-    """(3,): where water and wind push the hull [m], in its base link; `Boat.pushed` says which place that is."""
-    if not isinstance(boat.pushed, str):
+    """(3,): where water and wind push the hull [m], in its base link."""
+    if boat.pushed is not None:
         return np.array(boat.pushed)
-    lumped = list(_masses(part for part in boat.parts if part.lumped or boat.pushed == "hull"))
+    lumped = list(_masses(part for part in boat.parts if part.lumped))
     return joined(lumped).center if lumped else boat_mass(boat).center
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.dynamics import ServoConfig
+from vrx_mj.config.masses import push_center
 from vrx_mj.config.poses import apply, compose, rotation
 from vrx_mj.errors import ConfigError
 
@@ -85,8 +86,17 @@ def test_a_locked_hinge_is_a_link_of_its_own_and_steers_nothing():
     boat = assemble(*outboard(limits=(0, 0)))
     engine = the(boat.thrusters)
     assert (engine.joint, engine.parts, engine.drive.max_angle) == (None, (), 0)
-    assert [(part.name, part.lumped) for part in boat.parts][1:] == [("left_engine", False), ("left_propeller", False)]
+    assert [(part.name, part.lumped) for part in boat.parts][1:] == [("left_engine", True), ("left_propeller", False)]
     assert boat.warnings == ()
+
+
+@pytest.mark.parametrize("vrx", [True, False])
+def test_a_joint_that_is_held_holds_like_a_fixed_one_unless_vrxs_plugin_has_the_water(vrx):
+    """Gazebo makes no one link of what such a joint holds, and VRX's plugin pushes at the centre of that link."""
+    water = '<gazebo><plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"/></gazebo>'
+    boat = assemble(link("keel", 50), joint("bolt", "keel", limits=(0, 0), xyz="0 0 -0.6"), *([water] if vrx else []))
+    assert [part.lumped for part in boat.parts] == [True, not vrx]
+    assert push_center(boat) == pytest.approx([0, 0, 0 if vrx else -0.2])
 
 
 def test_a_propeller_without_an_engine_pushes_from_its_own_frame():

@@ -397,22 +397,3 @@ def test_in_the_other_profile_commands_are_newtons_and_hold_for_ever():
     classic, other = (build_boat(Order("wamv", layout="H", profile=profile)) for profile in ("vrx", "vrx3"))
     assert {(item.drive.mapping, item.drive.timeout) for item in classic.thrusters} == {("glf", 1.0)}
     assert {(item.drive.mapping, item.drive.timeout) for item in other.thrusters} == {("newtons", 0.0)}
-
-
-def test_a_library_of_macros_is_no_robot(folder):
-    macros = "".join(f'<xacro:macro name="{name}" params="x"><link name="${{x}}"/></xacro:macro>' for name in "ab")
-    write(folder, parts_xacro=f'<robot name="parts" {XACRO}>{macros}</robot>')
-    with pytest.raises(ConfigError) as caught:
-        build("parts.xacro")
-    assert str(caught.value) == (
-        "parts.xacro: robot: has no links, only macros: 'a', 'b'; name the file that calls them"
-    )
-
-
-def test_names_that_ros_refuses_are_said(folder):
-    write(folder, boat_urdf=BOAT.replace("left", "back-left").replace("left_thrust_cmd", "left_thrust_cmd"))
-    _, (text,) = warned("boat.urdf")
-    assert text == (
-        "robot boat.urdf: ROS refuses topics with the name of thruster 'back-left': "
-        "a letter, then letters, digits and '_' are allowed"
-    )
