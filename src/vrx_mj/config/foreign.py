@@ -1,12 +1,12 @@
 """What is given in place of our files and names: files of Gazebo and ROS, and VRX's names of worlds."""
 
-from collections.abc import Container
+from collections.abc import Container, Iterable
 from pathlib import Path
 
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.errors import shortened
 
-__all__ = ["foreign_file", "vrx_world"]
+__all__ = ["foreign_file", "other_kind", "vrx_world"]
 
 FORMATS = {
     ".world.xacro": "a world of Gazebo (SDF in xacro)",
@@ -60,6 +60,31 @@ LAUNCHED = {
 PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
 """World files of VRX that have other names here."""
 ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+
+
+MARKS = {
+    "worlds": {"sea", "scene", "spawn", "physics", "task", "terrain", "georeference"},
+    "fleets": {"usv_count", "positions", "boats", "layout", "engines", "components"},
+    "objects": {"mass", "inertia", "buoyancy", "collisions", "visuals", "static"},
+    "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders"},
+}
+"""Keys of files of one kind alone."""
+USES = {
+    "worlds": "a world, which commands take as WORLD",
+    "fleets": "a fleet, which commands take with --fleet",
+    "objects": "an object, which a world names in `objects` as `model`",
+    "robots": "a robot, which a fleet or a world's `spawn` names as `robot`",
+}
+"""What a file is, and where it is named."""
+
+
+def other_kind(kind: str, keys: Iterable[str]) -> str | None:
+    """What a message says of the keys of a file of another kind; None: they may be of this kind."""
+    given = set(keys)
+    if given & MARKS.get(kind, given):
+        return None
+    found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
+    return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
 
 
 def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> str | None:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import Config, fault
-from vrx_mj.config.foreign import vrx_world
+from vrx_mj.config.foreign import other_kind, vrx_world
 from vrx_mj.config.report import problem_at, problems_of
 from vrx_mj.config.search import KINDS, XML_SUFFIXES, catalogue, contained, display, find, is_path, refuse_foreign
 from vrx_mj.config.tree import File, Section, merged, of_python
@@ -91,7 +91,10 @@ def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
 def read_source(kind: str, source: Path | Mapping[str, Any]) -> Section:
     """The keys and values of a YAML file, of a dict or of a section, on top of those of the files that it extends."""
     if isinstance(source, Path):
-        return _extended(kind, _read(source), source, (source.resolve(),))
+        section = _read(source)
+        if said := other_kind(kind, section):
+            raise ConfigError([Problem(display(source), None, None, "", said)])
+        return _extended(kind, section, source, (source.resolve(),))
     if isinstance(source, Section):
         return _extended(kind, source, None, ())
     file = File(f"<{KINDS[kind]}>", None)

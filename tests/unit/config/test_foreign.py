@@ -4,10 +4,14 @@ import pickle
 
 import pytest
 
+from vrx_mj.config.base import keys_of
+from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.foreign import FORMATS, LAUNCHED, NEEDS, PLACES
+from vrx_mj.config.foreign import FORMATS, LAUNCHED, MARKS, NEEDS, PLACES
+from vrx_mj.config.objects import ObjectConfig
+from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.search import KINDS, catalogue
-from vrx_mj.config.world import load_world
+from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 
 SDF = '<?xml version="1.0"?>\n<sdf version="1.6"><world name="mine"/></sdf>\n'
@@ -65,6 +69,22 @@ def test_a_file_that_is_no_fleet_object_robot_or_dock(here):
     ]
     assert message(lambda: load_fleet("./my.sdf", load_world("ocean"))) == f"{what}: {NEEDS['fleets']}"
     assert NEEDS.keys() == KINDS.keys()
+
+
+def test_a_file_of_another_kind_is_called_by_its_kind(here):
+    (here / "fleet.yaml").write_text("usv_count: 2\nlayout: line\nsensors: none\n", encoding="utf-8")
+    (here / "world.yaml").write_text("extends: ocean\nsea: {gain: 0.2}\n", encoding="utf-8")
+    text = "fleet.yaml: the file of a fleet, which commands take with --fleet: it has the key 'layout'"
+    assert message(lambda: load_world("fleet.yaml")) == text
+    text = "world.yaml: the file of a world, which commands take as WORLD: it has the key 'sea'"
+    assert message(lambda: load_fleet("world.yaml", load_world("ocean"))) == text
+
+
+def test_the_keys_that_tell_a_kind_are_of_one_kind_alone():
+    models = {"worlds": WorldConfig, "fleets": FleetConfig, "objects": ObjectConfig, "robots": RobotConfig}
+    for kind, marks in MARKS.items():
+        assert marks <= set(keys_of(models[kind]))
+        assert [name for name, model in models.items() if name != kind and marks & set(keys_of(model))] == []
 
 
 def test_xml_in_a_yaml_file_is_called_xml(here):
