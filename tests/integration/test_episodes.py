@@ -139,24 +139,27 @@ def test_a_team_that_loses_a_boat_loses_its_share():
 
 
 @pytest.mark.parametrize(("robot", "limit"), [("wamv", "2.19"), ("skiff", "2.9"), ("cora", "10.7")])
-def test_a_mass_that_sinks_the_boat_is_refused(robot, limit):
+def test_a_mass_with_which_the_boat_does_not_float_is_refused(robot, limit):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"}, mass=(0.5, 30))
     name = VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"})._batch.boats[0]
-    text = f"at most {limit} is needed; with more {name} sinks on a calm"
+    text = f"at most {limit} is needed; with more an end of {name} goes under water"
     assert str(caught.value) == f"invalid mass (0.5, 30): {text}"
 
 
-def test_up_to_the_greatest_mass_a_boat_floats_and_beyond_it_sinks():
-    batch = VectorEnv("StationKeeping", 2)._batch
-    batch.vary(mass=batch.largest_masses * [0.98, 1.05], waves=0)
+def test_up_to_the_greatest_mass_a_boat_floats_and_beyond_it_does_not():
+    """On end, and a third beyond, where all its volume is too little, down for good."""
+    batch = VectorEnv("StationKeeping", 3)._batch
+    batch.vary(mass=batch.largest_masses * [0.98, 1.05, 1.3], waves=0)
     batch.reset()
     poses, velocities = batch.afloat("wamv", (0, 0, 0))
     batch.set_boat("wamv", pose=poses, velocity=velocities)
-    batch.step(np.zeros((2, 4)), duration=20.0)
-    depths = -batch.features[:, 0, 2]
-    assert depths[0] == pytest.approx(-poses[0, 2], abs=1e-3)
-    assert depths[1] > 3.0
+    batch.step(np.zeros((3, 4)), duration=10.0)
+    assert batch.features[0, 0, 2] == pytest.approx(poses[0, 2], abs=1e-3)
+    upright = 1.0 - 2.0 * (batch.features[:, 0, 4:6] ** 2).sum(axis=1)
+    assert upright[0] > 0.999
+    assert upright[1] < 0.8
+    assert batch.features[2, 0, 2] < -5.0
 
 
 @pytest.mark.parametrize(

@@ -312,8 +312,8 @@ class Batch(RowWater):
             wave_direction: direction in which the sea travels [rad], counter-clockwise from east.
             wave_spread: factor of the angles between the waves and that direction: 0 for a long-crested sea.
             wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves).
-            mass: factor of every boat's mass and inertia; such a row has its own model, and sinks if it is above
-                `largest_masses`.
+            mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
+                boat capsizes or sinks.
             thrust: factor of all thrusters' forces.
 
         Raises:

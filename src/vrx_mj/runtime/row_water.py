@@ -23,7 +23,7 @@ class RowWater(RowTables):
 
     @property
     def largest_masses(self) -> Floats:
-        """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, it sinks."""
+        """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, an end goes under."""
         return self._afloat.largest_masses()
 
     @in_turn

@@ -44,7 +44,7 @@ class Variety:
         """Take a `Batch`, or what stands for one, and the ranges by the names of `VARIED`.
 
         Raises:
-            gymnasium.error.Error: a range is invalid, or a boat with so much mass sinks.
+            gymnasium.error.Error: a range is invalid, or a boat with so much mass does not float upright.
         """
         self._ranges = {name: _range(name, value) for name, value in ranges.items() if value is not None}
         if "mass" in self._ranges:
@@ -90,9 +90,9 @@ def _range(name: str, value: Any) -> tuple[float, float]:
 
 
 def _check_mass(batch: Batch, given: Range, most: float) -> None:
-    """gymnasium.error.Error: a boat with `most` times its mass sinks on a calm."""
+    """gymnasium.error.Error: of a boat with `most` times its mass an end goes under water, on a calm."""
     limits = batch.largest_masses
     boat = int(np.argmin(limits))
     if most > limits[boat]:
-        text = f"at most {limits[boat]:.3g} is needed; with more {batch.boats[boat]} sinks on a calm"
+        text = f"at most {limits[boat]:.3g} is needed; with more an end of {batch.boats[boat]} goes under water"
         raise gymnasium.error.Error(f"invalid mass {shown(given)}: {text}")
