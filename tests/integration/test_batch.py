@@ -171,7 +171,9 @@ def test_a_row_with_a_parameter_of_its_own(boat, varied, change):
 DIFFERENT = {
     "wind_speed": (2.0, "wind_speed 2, not 5"), "wind_direction": (1.0, "wind_direction 1, not 0.523599"),
     "gusts": (0.5, "gusts 0.5, not 2"), "waves": (0.5, "waves 0.5, not 1"), "mass": (1.25, "mass 1.25, not 1"),
-    "thrust": (0.8, "thrust 0.8, not 1"),
+    "thrust": (0.8, "thrust 0.8, not 1"), "wave_period": (1.5, "wave_period 1.5, not 1"),
+    "wave_band": (0.5, "wave_band 0.5, not 1"), "wave_direction": (1.0, "wave_direction 1, not 0"),
+    "wave_spread": (0.5, "wave_spread 0.5, not 1"), "wave_phases": ([0.5, 0.25, -1.0], "wave_phases 1, not 0"),
 }  # fmt: skip
 """A value of each parameter that differs from the world's, and what is said of it."""
 

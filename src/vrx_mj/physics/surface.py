@@ -164,7 +164,7 @@ def _elevation_and_slope(
         share = _share(wave.wavenumber, gap)
         if share > 0.0:
             along = wave.direction[0] * x + wave.direction[1] * y
-            phase = wave.wavenumber * along - wave.frequency * t
+            phase = wave.wavenumber * along - wave.frequency * t + wave.phase
             slope = -share * wave.amplitude * wave.wavenumber * math.sin(phase)
             if i < waves.size:
                 height += share * wave.amplitude * cosine(phase)

@@ -40,6 +40,7 @@ WAVE = np.dtype(
         ("wavenumber", _f),  # [rad/m]
         ("frequency", _f),  # angular [rad/s]
         ("direction", _f, (2,)),  # unit vector, travels toward, world axes
+        ("phase", _f),  # at the origin at time 0 [rad]: 0, unless a batch varies it
         ("steepness", _f),  # share of the trochoid's horizontal motion, 0..1; heights ignore it
     ],
     align=True,
@@ -268,10 +269,15 @@ WIND_STATE = np.dtype(
 )
 
 
+VARIED: Mapping[str, float] = {"phase": 0.0, "gain": 1.0}
+"""Columns that compiled worlds do not have, with what they are unless a batch varies them."""
+
+
 def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Return a table of `rows`, each of which has exactly the fields of `dtype`."""
+    """Return a table of `rows`, each of which has exactly the fields of `dtype`, or all but those `VARIED`."""
     names = set(dtype.names or ())
     filled = np.zeros(len(rows), dtype)
+    rows = [{name: value for name, value in VARIED.items() if name in names} | dict(row) for row in rows]
     for index, row in enumerate(rows):
         if row.keys() != names:
             missing, unknown = sorted(names - row.keys()), sorted(row.keys() - names)

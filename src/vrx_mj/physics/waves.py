@@ -2,7 +2,8 @@
 
 VRX's sea is a sum of a few cosine waves of deep water. Its surface is sampled at a fixed point
 without following the horizontal motion of the water ("simple sampler"), and it grows from flat
-calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` says.
+calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` says; a
+batch may give its rows others.
 """
 
 import math
@@ -124,7 +125,7 @@ def elevation(waves: Table, x: float, y: float, t: float) -> float:
     for i in range(waves.size):
         wave = waves[i]
         along = wave.direction[0] * x + wave.direction[1] * y
-        height += wave.amplitude * cosine(wave.wavenumber * along - wave.frequency * t)
+        height += wave.amplitude * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase)
     return height
 
 
@@ -149,3 +150,34 @@ def surface_heights(
     """Write `surface_height` at each (x, y, t) into `out`; all four are (n,)."""
     for i in range(out.size):
         out[i] = surface_height(waves, sea, x[i], y[i], t[i])
+
+
+@kernel
+def stretched(waves: Table, sea: Record, change: Record, phases: npt.NDArray[np.float64], out: Table) -> None:
+    """Write the waves of a sea that differs from `waves` by `change` into `out`; `sea` and `change` are as below.
+
+    Heights grow by a factor; angular frequencies go from w to (p / f) (w / p)^b, with the peak's p, the period's
+    factor f and the band's factor b, so that the same energy lies in a band of another width; wavenumbers follow from
+    the dispersion of deep water. Directions keep a share of their angles from the sea's own, which turns.
+
+    Args:
+        waves: `tables.WAVE` of the world.
+        sea: peak [rad/s], and the direction (2,) of the world's sea.
+        change: factors of `amplitude`, `period`, `band` and `spread`, and `turn` [rad].
+        phases: (n,) of the waves at the origin at time 0 [rad].
+        out: `tables.WAVE`.
+    """
+    for i in range(waves.size):
+        wave, own = waves[i], out[i]
+        own.amplitude, own.phase, own.steepness = wave.amplitude * change.amplitude, phases[i], wave.steepness
+        own.frequency, own.wavenumber = wave.frequency, wave.wavenumber
+        if change.period != 1.0 or change.band != 1.0:
+            own.frequency = sea.peak / change.period * (wave.frequency / sea.peak) ** change.band
+            own.wavenumber = own.frequency**2 / WAVE_GRAVITY
+        east, north = wave.direction[0], wave.direction[1]
+        if change.turn != 0.0 or change.spread != 1.0:
+            x, y = sea.direction[0], sea.direction[1]
+            off = math.atan2(x * north - y * east, x * east + y * north)
+            angle = math.atan2(y, x) + change.turn + change.spread * off
+            east, north = math.cos(angle), math.sin(angle)
+        own.direction[0], own.direction[1] = east, north

@@ -23,9 +23,10 @@ from vrx_mj.runtime.divergence import told_rows
 from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
 from vrx_mj.runtime.row_memory import allocating, check_memory
-from vrx_mj.runtime.row_tables import STACKED, RowTables
+from vrx_mj.runtime.row_tables import STACKED
+from vrx_mj.runtime.row_water import RowWater
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.stepping import stepping_models
@@ -42,7 +43,7 @@ MOST = 10**6
 """Rows, or threads, of a batch."""
 
 
-class Batch(RowTables):
+class Batch(RowWater):
     """`n` independent copies (rows) of one world, advanced in parallel on all cores.
 
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
@@ -290,6 +291,11 @@ class Batch(RowTables):
         wind_direction: npt.ArrayLike | None = None,
         gusts: npt.ArrayLike | None = None,
         waves: npt.ArrayLike | None = None,
+        wave_period: npt.ArrayLike | None = None,
+        wave_band: npt.ArrayLike | None = None,
+        wave_direction: npt.ArrayLike | None = None,
+        wave_spread: npt.ArrayLike | None = None,
+        wave_phases: npt.ArrayLike | None = None,
         mass: npt.ArrayLike | None = None,
         thrust: npt.ArrayLike | None = None,
     ) -> None:
@@ -301,37 +307,34 @@ class Batch(RowTables):
             wind_direction: direction of the air's motion [rad], counter-clockwise from east.
             gusts: standard deviation of the gusts [m/s].
             waves: factor of all waves' amplitudes, 0 for none.
-            mass: factor of every boat's mass and inertia; such a row has its own model.
+            wave_period: factor of all waves' periods; lengths follow, heights stay.
+            wave_band: factor of the width of the spectrum's band, in logarithms of frequency: 0 for one period.
+            wave_direction: direction in which the sea travels [rad], counter-clockwise from east.
+            wave_spread: factor of the angles between the waves and that direction: 0 for a long-crested sea.
+            wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves).
+            mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
+                boat capsizes or sinks.
             thrust: factor of all thrusters' forces.
 
         Raises:
-            CommandError: the shape is wrong, or a number is not finite or negative (or 0 for `mass`), or there is no
-                memory for the models of rows with a mass of their own.
+            CommandError: the shape is wrong, a number is not finite, or negative (or 0 for `mass` or `wave_period`), or
+                there is no memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
-        lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
-        parameters: dict[str, npt.ArrayLike | None] = {
-            "wind_speed": wind_speed, "wind_direction": wind_direction, "gusts": gusts, "waves": waves, "mass": mass,
-            "thrust": thrust,
-        }  # fmt: skip
-        given = {
-            name: row_values(name, value, len(which), lowest.get(name, 0.0))
-            for name, value in parameters.items()
-            if value is not None
-        }
+        given = varied(
+            len(which), wind_speed=wind_speed, gusts=gusts, wind_direction=wind_direction, waves=waves,
+            wave_period=wave_period, wave_band=wave_band, wave_direction=wave_direction, wave_spread=wave_spread,
+            mass=mass, thrust=thrust,
+        )  # fmt: skip
         self._warn_of_no_effect(given)
         for name, values in given.items():
             self._varied[name][which] = values
-        if "wind_speed" in given:
-            self._wind["mean"][which, 0] = given["wind_speed"]
-        if "gusts" in given:
-            self._wind["gain"][which, 0] = given["gusts"]
-        if "wind_direction" in given:
-            toward = given["wind_direction"]
-            self._wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
-        if "waves" in given:
+        if wave_phases is not None or any(name.startswith("wave") for name in given):
+            own = self._seas.change(which, given, wave_phases)
+            self._varied["wave_phases"][which] = np.abs(own["phase"]).max(axis=1, initial=0.0)
             self._waves = self._spread(self._waves)
-            self._waves["amplitude"][which] = self._rig.waves["amplitude"] * given["waves"][:, None]
+            self._waves[which] = own
+        self._vary_wind(which, given)
         if "thrust" in given:
             self._thrusters = self._spread(self._thrusters)
             self._thrusters["gain"][which] = given["thrust"][:, None]

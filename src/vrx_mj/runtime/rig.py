@@ -305,7 +305,7 @@ class Rig:
 
     def _engine(self, row: Row) -> Row:
         """Replace names by ids in a thruster's row; a fixed engine has no joint."""
-        plain = {"gain": 1.0, **{key: value for key, value in row.items() if key not in ("name", "joint", "body")}}
+        plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body")}
         body = int(self.model.body(row["body"]).id)
         if row["joint"] is None:
             return {**plain, "body": body, "qpos": NO_JOINT, "dof": NO_JOINT}

@@ -12,7 +12,17 @@ from vrx_mj.physics.tables import RUDDER, Record, Table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE
 
-__all__ = ["Channel", "Rows", "as_numbers", "channels_of", "row_seeds", "row_values", "row_vectors", "which_rows"]
+__all__ = [
+    "Channel",
+    "Rows",
+    "as_numbers",
+    "channels_of",
+    "row_seeds",
+    "row_values",
+    "row_vectors",
+    "varied",
+    "which_rows",
+]
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.ArrayLike | None
@@ -21,6 +31,10 @@ Rows = npt.ArrayLike | None
 
 LARGEST = 1e6
 """What `Batch.vary` takes, at most, in its unit."""
+LEAST = {"wind_direction": -np.inf, "wave_direction": -np.inf, "wind_speed": -np.inf}
+"""What it takes, at least; else 0."""
+ABOVE_ZERO = {"mass", "wave_period"}
+"""Of what it takes, what must be above 0."""
 
 
 class Channel(NamedTuple):
@@ -110,18 +124,17 @@ def as_numbers(what: str, values: npt.ArrayLike) -> Floats:
     raise CommandError(f"invalid {what} {shown(values)}: an array of numbers is needed")
 
 
-def row_vectors(what: str, values: npt.ArrayLike, count: int) -> Floats:
-    """Return six numbers for each of `count` rows, (count, 6).
+def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> Floats:
+    """Return `size` numbers for each of `count` rows, (count, size).
 
     Raises:
         CommandError: another shape, or numbers that no state may have.
     """
     given = as_numbers(what, values)
-    if given.shape not in {(6,), (count, 6)} or not (np.abs(given) < HUGE).all():
-        raise CommandError(
-            f"invalid {what} of shape {given.shape}: {(count, 6)} or (6,), of numbers below {HUGE:g}, is needed"
-        )
-    return np.broadcast_to(given, (count, 6))
+    if given.shape not in {(size,), (count, size)} or not (np.abs(given) < HUGE).all():
+        text = f"{(count, size)} or {(size,)}, of numbers below {HUGE:g}, is needed"
+        raise CommandError(f"invalid {what} of shape {given.shape}: {text}")
+    return np.broadcast_to(given, (count, size))
 
 
 def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Floats:
@@ -137,3 +150,14 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     if (np.abs(given) > LARGEST).any():
         raise CommandError(f"invalid {what} {shown(value)}: at most {LARGEST:g}")
     return np.broadcast_to(given, (count,)).copy()
+
+
+def varied(count: int, **values: npt.ArrayLike | None) -> dict[str, Floats]:
+    """Return what `Batch.vary` was given, by name, a number for each of `count` rows; what is None is left out.
+
+    Raises:
+        CommandError: another shape, or numbers that are not finite, or too small or too large.
+    """
+    least = LEAST | dict.fromkeys(ABOVE_ZERO, float(np.nextafter(0.0, 1.0)))
+    return {name: row_values(name, value, count, least.get(name, 0.0)) for name, value in values.items()
+            if value is not None}  # fmt: skip

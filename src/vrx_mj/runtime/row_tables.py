@@ -12,8 +12,10 @@ import numpy.typing as npt
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxWarning
 from vrx_mj.runtime.ballast import heavier
+from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
+from vrx_mj.runtime.row_seas import RowSeas
 from vrx_mj.runtime.rows import FEATURES, ROW
 
 __all__ = ["STACKED", "RowTables"]
@@ -23,15 +25,20 @@ SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
 """Tables that change from step to step, in the order in which a state has them."""
 CARRIED = (
-    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_hulls",
-    "_thrusters", "_varied",
+    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_seas",
+    "_hulls", "_thrusters", "_varied",
 )  # fmt: skip
 """What a copy of a batch has besides its world and MuJoCo's states."""
 VARIED: dict[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
-    "waves": ("waves", "amplitude"), "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
+    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
+    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
+    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
 }  # fmt: skip
-"""What `Batch.vary` changes: table and column of a rig in which it is, or the product with a factor."""
+"""What `Batch.vary` changes: table and column of a rig in which it is, or the product with a factor; of phases the
+largest."""
+SHARED = {"wave_period", "wave_band", "wave_direction", "wave_spread"}
+"""Of these, those that share a column."""
 
 
 class RowTables:
@@ -120,7 +127,9 @@ class RowTables:
         )
         self._wind = self._spread(rig.wind[None])
         self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
+        self._seas = RowSeas(rig.waves, self.world.parameters["sea"], self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
+        self._afloat = Afloat(rig)
         self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
         self._channels = channels_of(self.world, rig.thrusters)
 
@@ -133,7 +142,8 @@ class RowTables:
         wind = self._rig.wind[0]
         toward = float(np.arctan2(wind["direction"][1], wind["direction"][0]))
         return {"wind_speed": float(wind["mean"]), "wind_direction": toward, "gusts": float(wind["gain"]),
-                "waves": 1.0, "mass": 1.0, "thrust": 1.0}  # fmt: skip
+                "waves": 1.0, "wave_period": 1.0, "wave_band": 1.0, "wave_direction": self._seas.course,
+                "wave_spread": 1.0, "wave_phases": 0.0, "mass": 1.0, "thrust": 1.0}  # fmt: skip
 
     def _differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Parameters in which a row differs from its world, as a state has them."""
@@ -141,9 +151,19 @@ class RowTables:
         for name, (table, column) in VARIED.items():
             stack = getattr(self, f"_{table}")
             own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._rig, table)[column]
-            if own.tobytes() != common.tobytes():
-                found[name] = float(self._varied[name][row]), usual[name]
+            value = float(self._varied[name][row])
+            if own.tobytes() != common.tobytes() and (name not in SHARED or value != usual[name]):
+                found[name] = value, usual[name]
         return found
+
+    def _vary_wind(self, which: npt.NDArray[np.int64], given: dict[str, Floats]) -> None:
+        """Give rows winds of their own."""
+        for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
+            if name in given:
+                self._wind[column][which, 0] = given[name]
+        if "wind_direction" in given:
+            toward = given["wind_direction"]
+            self._wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
 
     def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""

@@ -42,7 +42,7 @@ class Sea:
         except ValueError:
             shapes = ", ".join(str(array.shape) for array in arrays)
             raise CommandError(f"invalid x, y and t of shapes {shapes}: they cannot be broadcast") from None
-        east, north, when = (np.ascontiguousarray(values).reshape(-1) for values in grid)
+        east, north, when = (np.array(values).reshape(-1) for values in grid)
         out = np.empty(east.shape)
         surface_heights(self._rig.waves, self._rig.sea[0], east, north, when, out)
         return out.reshape(grid[0].shape)

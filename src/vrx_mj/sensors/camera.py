@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.physics.noise import bits
 from vrx_mj.physics.surface import HORIZON
+from vrx_mj.physics.tables import Table
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.grain import copy_flipped, grain_table, with_grain
 from vrx_mj.sensors.intrinsics import focal_length, half_heights, intrinsics
@@ -82,9 +83,9 @@ class Cameras:
         for geom, rgba in colors.items():
             self._model.geom_rgba[geom] = rgba
 
-    def swell(self, factor: float) -> None:
-        """Draw waves `factor` times as high as the world's from now on, 0 for none."""
-        self._sea.swell(factor)
+    def set_sea(self, waves: Table) -> None:
+        """Draw a sea of these waves, `tables.WAVE`, instead of the world's from now on."""
+        self._sea.set_waves(waves)
 
     def compile(self) -> None:
         """Have the kernels that pictures need compiled; nothing is drawn."""

@@ -26,9 +26,8 @@ class SeaSkin:
     def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
         self.wet = model.nskin == 1
         sea = parameters["sea"]
-        self._nominal = tables.table(tables.WAVE, sea["waves"])
-        self._factor = 1.0
-        self._waves, self._shading = self._nominal, ripples(self._nominal)
+        self._waves = tables.table(tables.WAVE, sea["waves"])
+        self._shading = ripples(self._waves)
         self._sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
         self._distances, self._spokes = fan()
         number = int(model.nskinvert)
@@ -37,12 +36,10 @@ class SeaSkin:
         self.palette = np.zeros((number, 2), np.float32)
         """Texture coordinates: what share of the sky a point mirrors, and how it glitters."""
 
-    def swell(self, factor: float) -> None:
-        """Have all waves `factor` times as high as the world's from now on, 0 for none."""
-        if factor != self._factor:
-            self._factor, self._waves = factor, self._nominal.copy()
-            self._waves["amplitude"] *= factor
-            self._shading = ripples(self._waves)
+    def set_waves(self, waves: tables.Table) -> None:
+        """Have these waves, `tables.WAVE`, instead of the world's from now on."""
+        if waves.tobytes() != self._waves.tobytes():
+            self._waves, self._shading = waves.copy(), ripples(waves)
 
     def height(self, x: FloatArray, y: FloatArray, time: float) -> FloatArray:
         """Heights [m] of the surface at x, y [m, ENU, equal shapes] and simulated time [s], as the physics has them."""

@@ -28,6 +28,7 @@ def _along(waves: Table, x: float, y: float, dx: float, dy: float, t: float) -> 
     for i in range(waves.size):
         wave = waves[i]
         phase = wave.wavenumber * (wave.direction[0] * x + wave.direction[1] * y) - wave.frequency * t
+        phase += wave.phase
         height += wave.amplitude * cosine(phase)
         slope -= wave.amplitude * wave.wavenumber * (wave.direction[0] * dx + wave.direction[1] * dy) * math.sin(phase)
     return height, slope

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import oracle, sea_of
 from vrx_mj.physics.tables import SEA, WAVE, table
-from vrx_mj.physics.waves import cwr_components, pms_components, ramp, surface_height, surface_heights
+from vrx_mj.physics.waves import cwr_components, pms_components, ramp, stretched, surface_height, surface_heights
 
 TAU = 2.0
 
@@ -166,3 +166,52 @@ def test_a_wave_travels_along_its_direction(t, along, shift):
 def test_pms_has_three_waves_at_most():
     with pytest.raises(ValueError, match=r"^the model has at most 3 waves, not 4$"):
         pms_components(4, 1.5, 0.4, 0.0, 0.1, 5.0, (1.0, 0.0))
+
+
+# Seas that differ from a world's
+
+
+def changed(phases=(0.0, 0.0, 0.0), **change):
+    """The sea J, of peak 2 pi / 5 s towards east, with factors, a turn and phases."""
+    waves = SEAS["J"][0]
+    nominal = np.array([(2 * math.pi / 5, (1.0, 0.0))], [("peak", float), ("direction", float, (2,))])
+    row = {"amplitude": 1.0, "period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
+    given, out = np.array([tuple(row.values())], [(name, float) for name in row]), np.zeros(len(waves), WAVE)
+    stretched(waves, nominal[0], given[0], np.array(phases), out)
+    return waves, out
+
+
+def test_a_sea_without_changes_is_the_world_s_to_the_last_bit():
+    world, own = changed()
+    assert own.tobytes() == world.tobytes()
+
+
+def test_periods_stretch_and_lengths_with_their_squares_while_heights_stay():
+    world, own = changed(period=1.5)
+    np.testing.assert_allclose(own["frequency"], world["frequency"] / 1.5, rtol=1e-14)
+    np.testing.assert_allclose(own["wavenumber"], world["wavenumber"] / 2.25, rtol=1e-14)
+    np.testing.assert_array_equal(own["amplitude"], world["amplitude"])
+
+
+@pytest.mark.parametrize(("band", "ratio"), [(0.0, 1.0), (0.5, math.sqrt(1.1)), (2.0, 1.21)])
+def test_a_band_s_ratio_of_frequencies_is_raised_to_its_factor(band, ratio):
+    _, own = changed(band=band)
+    peak = 2 * math.pi / 5
+    np.testing.assert_allclose(own["frequency"], [peak / ratio, peak, peak * ratio], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("spread", "turn"), [(0.0, 0.0), (1.0, 2.0), (1.5, -0.3)])
+def test_directions_turn_and_spread(spread, turn):
+    _, own = changed(spread=spread, turn=turn)
+    angles = turn + spread * np.array([-0.4, 0.0, 0.4])
+    np.testing.assert_allclose(own["direction"], np.stack((np.cos(angles), np.sin(angles)), axis=1), atol=1e-12)
+
+
+def test_phases_are_those_at_the_origin_at_time_0():
+    _, own = changed(phases=(0.3, 1.0, -2.0), amplitude=2.0)
+    calm = table(SEA, [{"tau": 0.0, "level": 0.0}])[0]
+    expected = (own["amplitude"] * np.cos([0.3, 1.0, -2.0])).sum()
+    assert surface_height(own, calm, 0.0, 0.0, 0.0) == pytest.approx(expected, abs=1e-15)
+    k, w, d = own["wavenumber"], own["frequency"], own["direction"]
+    there = (own["amplitude"] * np.cos(k * (d @ [3.0, -4.0]) - w * 7.0 + [0.3, 1.0, -2.0])).sum()
+    assert surface_height(own, calm, 3.0, -4.0, 7.0) == pytest.approx(there, abs=1e-14)

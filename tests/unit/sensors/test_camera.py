@@ -129,16 +129,19 @@ def test_stereo_cameras_see_a_ball_apart_by_focal_length_times_baseline_over_dis
     assert left[1] == pytest.approx(right[1], abs=0.3)
 
 
-def test_a_swell_is_a_sea_with_as_much_more_gain():
+def test_another_sea_is_drawn_as_a_world_that_has_it():
     cameras, _ = _drawn("waves")
     nominal = image("waves", config())
+    waves = cameras._sea._waves.copy()
     try:
         for factor, other in ((2.0, "high waves"), (0.0, "calm"), (1.0, "waves")):
-            cameras.swell(factor)
+            changed = waves.copy()
+            changed["amplitude"] *= factor
+            cameras.set_sea(changed)
             np.testing.assert_array_equal(image("waves", config()), image(other, config()))
             assert (factor == 1.0) == (image("waves", config()) == nominal).all()
     finally:
-        cameras.swell(1.0)
+        cameras.set_sea(waves)
 
 
 def test_what_is_nearer_than_near_is_not_seen():

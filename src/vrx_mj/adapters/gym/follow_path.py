@@ -27,7 +27,8 @@ class FollowPath(Problem):
     gate; to cross its continuation misses it. Either way the next one counts, and the last one ends the episode.
 
     Reward: 0.1 for every m by which the middle of the present gate has come nearer, 2 for a gate that is passed and
-    another one if the gate before it was, -2 for one that is missed. `info`: `passed` and `missed`, how many.
+    another one if the gate before it was, -2 for one that is missed. `info`: `passed` and `missed`, how many; at the
+    start `gates`, x, y [m] of the middle and course [rad] of each.
     """
 
     world = open_water()
@@ -87,6 +88,10 @@ class FollowPath(Problem):
         self._at += over
         self._note(self._all, seen)
         return Judged(reward, self._at >= COUNT)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The gates, (n, 6, 3): x, y [m] of the middle and course [rad] of each."""
+        return {"gates": self._gates.copy()}
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """What became of the gates."""

@@ -13,11 +13,12 @@ __all__ = ["final", "masked"]
 
 
 def masked(facts: Mapping[str, npt.NDArray[Any]], rows: Mask) -> dict[str, Any]:
-    """`info` for the facts of some rows, (n,): zero for the other rows, a mask `_NAME` beside each; {} for no row."""
+    """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
     info: dict[str, Any] = {}
     if rows.any():
         for name, value in facts.items():
-            info[name], info[f"_{name}"] = np.where(rows, value, np.zeros_like(value)), rows.copy()
+            wide = rows.reshape(-1, *[1] * (value.ndim - 1))
+            info[name], info[f"_{name}"] = np.where(wide, value, np.zeros_like(value)), rows.copy()
     return info
 
 

@@ -10,6 +10,7 @@ from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.sensors.camera import Cameras
 
@@ -36,12 +37,12 @@ class Picture:
         if self._model is not None:
             self._cameras.close()
 
-    def draw(self, batch: Batch, row: int, waves: float) -> npt.NDArray[np.uint8]:
-        """The picture (height, width, 3) of a row, from behind and above its first boat; `waves` is as in `take`."""
+    def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a row, from behind and above its first boat."""
         x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
         place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
-        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw), waves)
+        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw), batch.waves(row))
 
     def take(
         self,
@@ -49,7 +50,7 @@ class Picture:
         time: float,
         place: npt.NDArray[np.float64],
         turned: tuple[float, float, float],
-        waves: float,
+        waves: Table,
     ) -> npt.NDArray[np.uint8]:
         """The picture (height, width, 3) of a state.
 
@@ -58,7 +59,7 @@ class Picture:
             time: simulated [s], for the waves.
             place: of the camera (3,) [m].
             turned: its roll, pitch and yaw [rad]; x is forward.
-            waves: factor of the waves' amplitudes.
+            waves: `tables.WAVE` of the sea.
         """
         if self._model is None:
             self._model = drawing_model(self._world)
@@ -66,7 +67,7 @@ class Picture:
             self._cameras = Cameras(self._model, self._world.parameters)
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
-        self._cameras.swell(waves)
+        self._cameras.set_sea(waves)
         axes = np.array(rotation(*turned))
         rgb: npt.NDArray[np.uint8] = self._cameras.image(self._lens, self._data, place, axes, time).rgb
         return rgb

@@ -10,11 +10,15 @@ import numpy.typing as npt
 from vrx_mj.adapters.gym.seen import Floats, Seen
 from vrx_mj.compiler.world import World
 
-__all__ = ["Entry", "Judged", "Mask", "Problem", "Start", "open_water"]
+__all__ = ["LOSS", "Entry", "Judged", "Mask", "Problem", "Start", "open_water"]
 
 Mask = npt.NDArray[np.bool_]
 Start = tuple[float, float, float]
 """x, y [m] and heading [rad] of a boat at the start of an episode."""
+
+
+LOSS = 20.0
+"""Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
 class Entry(NamedTuple):
@@ -66,14 +70,27 @@ class Problem(ABC):
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """What `info` tells, (n,) each."""
 
+    @abstractmethod
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """What `start` drew, (n, ...) each: goals and the like, which `info` tells when an episode begins."""
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """What a boat that is lost forfeits, (n,), with so many steps of its episode left.
+
+        At least as much as the rest of the episode could cost a boat that stays where it is: to end an episode by
+        sinking is never better than to go on. Here: nothing is charged for time, and `LOSS` is a drift of 200 m.
+        """
+        forfeit: Floats = np.where(left > 0, LOSS, 0.0)
+        return forfeit
+
 
 def open_water(**more: Any) -> dict[str, Any]:
-    """A world without a shore, with waves and gusts, in which the wind acts on boats."""
+    """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
     return {
         "extends": "ocean",
         "description": "open water with waves and wind",
         "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "direction": [1, 0.5],
-                "angle": 0.4, "tau": 2},
+                "angle": 0.4, "tau": 0},
         "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
                  "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
     } | more  # fmt: skip

@@ -46,7 +46,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         self._rows.use(0, self.np_random)
         observation, info = self._rows.reset()
         self._ended = False
-        return observation[0], info
+        return observation[0], _alone(info)
 
     def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
         """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
@@ -58,8 +58,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
             raise gymnasium.error.InvalidAction(text)
         observation, reward, done, cut, info = self._rows.step(given[None])
         self._ended = bool(done[0] or cut[0])
-        facts = {name: value[0].item() for name, value in info.items() if not name.startswith("_")}
-        return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), facts
+        return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), _alone(info)
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
@@ -84,3 +83,9 @@ class RegisteredEnv(Env):
         check_name("problem", problem, PROBLEMS)
         most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
         super().__init__(problem, duration=duration, max_episode_steps=most, **options)
+
+
+def _alone(info: dict[str, Any]) -> dict[str, Any]:
+    """What the only row is told: plain numbers, and copies of arrays."""
+    own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
+    return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}

@@ -18,8 +18,9 @@ RADIUS = 10.0
 class StationKeeping(Problem):
     """The goal is drawn within 10 m of the start, with any heading.
 
-    Reward: -0.1 e in each step, with e VRX's error of the pose [m]. Nothing ends an episode before its time is up.
-    `info`: `pose_error` [m], and `mean_pose_error` [m] since the start, which is VRX's score.
+    Reward: -0.1 e in each step, with e VRX's error of the pose [m]. Nothing but the loss of the boat ends an episode
+    before its time is up; it forfeits 0.1 (e + 10) for each step left. `info`: `pose_error` [m], and `mean_pose_error`
+    [m] since the start, which is VRX's score; at the start `goal`, x, y [m] and heading [rad].
     """
 
     world = open_water()
@@ -56,6 +57,15 @@ class StationKeeping(Problem):
         self._sum += np.where(going, self._error, 0.0)
         self._steps += going
         return Judged(-0.1 * self._error, np.zeros(self.n, np.bool_))
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The goals, (n, 3): x, y [m] and heading [rad]."""
+        return {"goal": np.stack((self._x, self._y, self._yaw), axis=1)}
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """The error that the boat has, and 10 m more, for all steps left."""
+        lost: Floats = 0.1 * (self._error + RADIUS) * left
+        return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """The errors."""

@@ -13,22 +13,31 @@ from gymnasium.vector.utils import batch_space
 from vrx_mj.adapters.gym.features import BOUND, Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
 from vrx_mj.adapters.gym.infos import final, masked
-from vrx_mj.adapters.gym.options import PERIOD, as_floats, check_count, check_picture, reset_mode, step_limit
+from vrx_mj.adapters.gym.losses import Watch
+from vrx_mj.adapters.gym.options import (
+    PERIOD,
+    as_floats,
+    check_count,
+    check_picture,
+    episode_steps,
+    reset_mode,
+    step_limit,
+)  # fmt: skip
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Problem
 from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.adapters.gym.seen import Seen, seen_of
-from vrx_mj.adapters.gym.variety import Range, Variety
+from vrx_mj.adapters.gym.variety import Range, Variety, ranges_of
 from vrx_mj.arguments import check_name
 from vrx_mj.compiler.compile import Source, compile_world
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError, shown
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["HEIGHT", "VectorEnv", "commanded"]
+__all__ = ["LEAST_LEFT", "VectorEnv", "commanded"]
 
-HEIGHT = 0.1
-"""Of the boat's origin over the water at the start [m], as VRX spawns it."""
+LEAST_LEFT = 100
+"""Steps, at least, that a lost boat is taken to have left: 10 s."""
 
 Arrays = tuple[Floats32, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 
@@ -44,7 +53,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
     port [10 m/s], the previous action, and the problem's entries (`observation_names`). Axes are the boat's: x ahead,
     y to port. The values are exact, without sensor noise.
 
-    A row whose state becomes NaN or too large ends (terminated, reward 0, `info["diverged"]`).
+    An episode begins with the boat afloat at rest. Its sea, and what else the options vary, is drawn from the row's
+    seed; what was drawn, and the problem's goals, is in the `info` of `reset`, and of the step that begins a row anew.
+
+    A row ends (terminated) when its boat is lost: 2 m deeper under the water than at rest (`info["sunk"]`), leaning
+    more than 90 degrees (`capsized`), or with a state that became NaN or too large (`diverged`). Its last reward is
+    what the problem has it forfeit, never less than going on would have cost.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
@@ -58,16 +72,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         fleet: Source | None = None,
         duration: float | None = None,
         max_episode_steps: int | None = None,
-        wind_speed: Range = None,
-        gusts: Range = None,
-        waves: Range = None,
-        mass: Range = None,
-        thrust: Range = None,
         threads: int | None = None,
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        **variety: Range,
     ) -> None:
         """Compile the world and make its rows.
 
@@ -79,17 +89,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             duration: duration of an episode [s], after which it is truncated; by default the problem's.
             max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
                 no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
-            wind_speed: mean wind [m/s], from any direction. This and the next four: a number, or a pair (least,
-                greatest) from which each episode draws; by default as in the world.
-            gusts: standard deviation of the gusts [m/s].
-            waves: factor of the waves' amplitudes.
-            mass: factor of the boat's mass and inertia.
-            thrust: factor of all thrusters' forces.
             threads: number of threads, as for `vrx_mj.Batch`.
             render_mode: None or rgb_array.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
             autoreset_mode: when a row whose episode ended is reset (`gymnasium.vector.AutoresetMode`).
+            variety: what differs from episode to episode: a number, or a pair (least, greatest) from which each episode
+                draws; None: as in the world. `wind_speed` is the mean wind [m/s], from any direction, `gusts` their
+                standard deviation [m/s]; `waves` is a factor of the waves' heights, `wave_period` one of their periods,
+                by default (0.8, 1.4), `wave_band` one of the width of the spectrum's band, (0.5, 1.2), `wave_spread`
+                one of the angles between the waves, (0, 1.5); `wave_direction` is where the sea travels [rad], and
+                `wave_phase` the phase of each wave at the origin at the start [rad], both (-pi, pi); `mass` is a factor
+                of the boat's mass and inertia, refused where the boat does not float with it, `thrust` one of all thrusters' forces.
 
         Raises:
             gymnasium.error.Error: an option is invalid.
@@ -102,9 +113,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._most = step_limit(duration, max_episode_steps, kind.duration)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
-        self._variety = Variety(num_envs, wind_speed=wind_speed, gusts=gusts, waves=waves, mass=mass, thrust=thrust)
         compiled = _compiled(kind.world if world is None else world, fleet)
         self._batch = Batch(compiled, num_envs, threads=threads)
+        self._variety, self._watch = Variety(self._batch, ranges_of(problem, variety)), Watch(self._batch)
+        self._horizon = episode_steps(kind.duration if duration is None else duration)
         self._problem: Problem = kind(num_envs, compiled)
         self._limits = np.abs(self._batch.largest)
         self._steps, self._over = np.zeros(num_envs, np.int64), np.ones(num_envs, np.bool_)  # none has begun
@@ -138,7 +150,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         rows = self._masked((options or {}).get("reset_mask"))
         self._random.seed(rows, seed)
         self._begin(rows)
-        return self._observe(self._seen()), {}
+        begun = np.zeros(self.num_envs, np.bool_)
+        begun[rows] = True
+        return self._observe(self._seen()), self._begun(begun)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
         """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
@@ -155,19 +169,24 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             self._begin(np.flatnonzero(idle))
         going = np.flatnonzero(~idle)
         self._last[going] = given[going]
+        forfeit = self._problem.forfeit(np.maximum(self._horizon - self._steps, LEAST_LEFT))
         diverged = self._sail(going)
+        sunk, capsized = (mask[:, 0] & ~idle & ~diverged for mask in (self._watch.sunk(), self._watch.capsized()))
+        lost = sunk | capsized | diverged
         seen = self._seen()
         reward, done = self._problem.judge(seen, ~idle)
         self._steps[going] += 1
-        reward, done = np.where(idle | diverged, 0.0, reward), (done & ~idle) | diverged
+        reward, done = np.where(idle, 0.0, np.where(lost, -forfeit, reward)), (done & ~idle) | lost
         cut = (self._steps >= self._most) & ~idle
-        observation, facts = self._observe(seen), {**self._problem.facts(), "diverged": diverged}
+        observation, facts = self._observe(seen), self._problem.facts()
+        facts |= {"sunk": sunk, "capsized": capsized, "diverged": diverged}
         self._over = done | cut
         if self._mode is AutoresetMode.SAME_STEP and self._over.any():
             info = masked(facts, ~self._over) | final(facts, observation, self._over)
-            self._begin(np.flatnonzero(self._over))
-            return self._observe(self._seen()), reward, done, cut, info
-        return observation, reward, done, cut, masked(facts, ~idle)
+            begun = self._over.copy()
+            self._begin(np.flatnonzero(begun))
+            return self._observe(self._seen()), reward, done, cut, info | self._begun(begun)
+        return observation, reward, done, cut, masked(facts, ~idle) | self._begun(idle)
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
@@ -176,8 +195,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
         self._random.check_begun()
-        waves = self._variety.waves.tolist()
-        return tuple(self._picture.draw(self._batch, row, factor) for row, factor in enumerate(waves))
+        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer; the rows go with the environment."""
@@ -202,10 +220,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._variety.draw(self._batch, rows, random)
         self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
         starts = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
-        poses = np.array([(x, y, HEIGHT, 0.0, 0.0, yaw) for x, y, yaw in starts]).reshape(-1, 6)
-        self._batch.set_boat(self._batch.boats[0], pose=poses, rows=rows)
+        self._watch.launch(0, rows, np.array(starts).reshape(-1, 3))
         self._problem.begin(rows, self._seen())
         self._steps[rows], self._over[rows], self._last[rows] = 0, False, 0.0
+
+    def _begun(self, rows: npt.NDArray[np.bool_]) -> dict[str, Any]:
+        """`info` for the rows whose episodes have just begun: what was drawn for them."""
+        return masked(self._problem.drawn() | self._variety.facts(), rows)
 
     def _sail(self, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Advance rows; which of them have diverged."""

@@ -22,7 +22,8 @@ class Wayfinding(Problem):
     """Three poses, each 10 to 25 m from the one before it in any direction, with any heading.
 
     Reward: 0.1 for every m by which VRX's error of the present pose has become less, and 5 when it is below 1.5 m, upon
-    which the next one counts. The last one ends the episode. `info`: `reached`, how many, and `pose_error` [m].
+    which the next one counts. The last one ends the episode. `info`: `reached`, how many, and `pose_error` [m]; at the
+    start `waypoints`, x, y [m] and heading [rad] of each.
     """
 
     world = open_water()
@@ -70,6 +71,10 @@ class Wayfinding(Problem):
         self._at += there
         self._error = self._now(seen)
         return Judged(reward, self._at >= COUNT)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
+        return {"waypoints": self._points.copy()}
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """How far it is."""

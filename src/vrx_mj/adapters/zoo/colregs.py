@@ -17,7 +17,7 @@ from vrx_mj.adapters.gym.seen import Floats, folded
 
 __all__ = [
     "GIVE_WAY", "HEAD_ON", "OVERTAKEN", "OVERTAKING", "ROLES", "STAND_ON", "approach", "bearings", "departure",
-    "keeps_clear", "pose_score", "range_score", "roles",
+    "gone_by", "keeps_clear", "pose_score", "range_score", "roles",
 ]  # fmt: skip
 
 Roles = npt.NDArray[np.int64]
@@ -57,6 +57,16 @@ def keeps_clear(role: Roles) -> Mask:
     """Who has to keep out of the way: rules 13 (a), 14 (a) and 15."""
     clear: Mask = (role == HEAD_ON) | (role == GIVE_WAY) | (role == OVERTAKING)
     return clear
+
+
+def gone_by(role: Roles, x: Floats, y: Floats, course: Floats) -> Mask:
+    """Whether both have gone by each other, (n,), from places [m] and the courses [rad] at their first sight.
+
+    Each has the other abaft the beam of its course; who is overtaken has it before the beam.
+    """
+    ahead = np.cos(course) * (x[:, ::-1] - x) + np.sin(course) * (y[:, ::-1] - y)
+    by = np.where(role == OVERTAKEN, ahead > 0.0, ahead < 0.0)
+    return np.asarray(by.all(axis=1))
 
 
 def approach(x: Floats, y: Floats, east: Floats, north: Floats) -> tuple[Floats, Floats]:

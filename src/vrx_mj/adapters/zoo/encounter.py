@@ -25,7 +25,8 @@ AGREED = 15.0
 ARRIVED = 5.0
 """A boat is at its goal within this distance [m]."""
 OPENED = 1.0
-"""They have passed when they are farther apart than they were at the least by this [m]: waves shake them by less."""
+"""They have passed when they are behind each other, and farther apart than they were at the least by this [m]: waves
+shake them by less."""
 
 
 class Encounter(TeamProblem):
@@ -34,13 +35,18 @@ class Encounter(TeamProblem):
     They start under way, 1.5 m/s each or 2 and 0.8, so that both would be at one point after 18 s; each has its goal
     20 m behind that point, straight ahead. `adapters/zoo/colregs.py` tells roles and scores.
 
-    Reward of a boat: 0.1 for every m by which its goal has come nearer, and 5 within 5 m of it, which takes it out.
-    -0.1 times its fault in each step while they approach each other. The fault of who has to keep clear: 1 - d/15 with
-    d [m] the closest approach at present velocities, so that early action pays (rules 8 and 16), and head-on also any
-    turn to port over 30 degrees, at most 1 (14). Of who has to hold on: its departure from course and speed (17),
-    which is free within 15 m, where only the turn to port of who stands on in a crossing counts (17 c). Once they have
-    passed, 5 times the range's score, of 6 to 15 m, times the pose's. -10 for being nearer than 6 m, which ends the
-    episode. The team's reward is the mean of both. `info`: `role`, `closest` [m] so far, and `score`.
+    They have passed when each has the other abaft the beam of the course it started on, or, where one overtakes, when
+    the one that does is ahead; and the range has opened by 1 m. To stop, to go astern or to turn away does not pass.
+
+    Reward of a boat: 0.1 for every m by which its goal has come nearer, and 5 for the first time within 5 m of it.
+    -0.1 times its fault in each step until they have passed. The fault of who has to keep clear, while they approach
+    each other: 1 - d/15 with d [m] the closest approach at present velocities, so that early action pays (rules 8 and
+    16), and head-on also any turn to port over 30 degrees, at most 1 (14). Of who has to hold on: its departure from
+    course and speed (17), which is free within 15 m, where only the turn to port of who stands on in a crossing counts
+    (17 c). A boat that is at its goal when they have passed leaves, with 5 times the range's score, of 6 to 15 m, times
+    the pose's. -10 for being nearer than 6 m at any time, which ends the episode, without scores. A boat that is lost
+    forfeits 20, and 0.1 for each step left. The team's reward is the mean of both. `info`: `role`, `closest` [m] so
+    far, `passed`, `collided`, and `score` as it stands, 0 until they have passed; at the start `goals` [m].
     """
 
     world = open_water()
@@ -60,8 +66,8 @@ class Encounter(TeamProblem):
         self._course, self._speed = np.zeros((n, 2)), np.zeros((n, 2))
         self._role = np.zeros((n, 2), np.int64)
         self._closest, self._passed = np.zeros(n), np.zeros(n, np.bool_)
-        self._bearing, self._score = np.zeros((n, 2)), np.zeros((n, 2))
-        self._held, self._steps = np.zeros((n, 2)), np.zeros(n, np.int64)
+        self._bearing, self._held, self._steps = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(n, np.int64)
+        self._reached, self._collided = np.zeros((n, 2), np.bool_), np.zeros(n, np.bool_)
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A situation, who is who in it, and the way it lies in the world."""
@@ -87,7 +93,7 @@ class Encounter(TeamProblem):
             (self._role, colregs.roles(bearing, team.yaw)), (self._closest, _gap(team)), (self._bearing, bearing),
         ):  # fmt: skip
             kept[rows] = now[rows]
-        for count in (self._passed, self._score, self._held, self._steps):
+        for count in (self._passed, self._collided, self._reached, self._held, self._steps):
             count[rows] = 0
 
     def observe(self, team: Team) -> Floats:
@@ -101,23 +107,35 @@ class Encounter(TeamProblem):
         )  # fmt: skip
 
     def judge(self, team: Team, going: Mask) -> TeamJudged:
-        """Gain by the goal, lose by faults, and be scored when they have passed."""
-        far, gap = self._distances(team), _gap(team)
-        meet = team.present.all(axis=1) & going
-        fault = self._faults(team, gap, meet)
-        touched = meet & (gap < CLEAR)
-        arrived = (far < ARRIVED) & ~touched[:, None]
-        own = 0.1 * (self._far - far) - 0.1 * fault + 5.0 * arrived - 10.0 * touched[:, None]
-        own = np.where(team.present, own + 5.0 * self._scored(team, gap, meet), 0.0)
-        self._far = np.where(team.present, far, self._far)
-        return TeamJudged(mean_of(own, team.present), own, (touched[:, None] | arrived) & team.present)
+        """Gain by the goal, lose by faults, and be scored at the goal when they have passed."""
+        far, gap, both = self._distances(team), _gap(team), team.present.all(axis=1)
+        meet = both & going
+        self._follow(team, gap, meet)
+        fault, touched = self._faults(team, gap, meet), meet & (gap < CLEAR)
+        self._collided |= touched
+        inside = (far < ARRIVED) & team.present & ~touched[:, None]
+        leaves = inside & (self._passed | ~both)[:, None]
+        own = 0.1 * (self._far - far) - 0.1 * fault + 5.0 * (inside & ~self._reached) - 10.0 * touched[:, None]
+        own = np.where(team.present, own + 5.0 * np.where(leaves, self._scores(), 0.0), 0.0)
+        self._reached |= inside
+        self._far = far
+        return TeamJudged(mean_of(own, team.present), own, touched[:, None] | leaves)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The goals, (n, 2, 2): x, y [m] of each boat's."""
+        return {"goals": self._goals.copy()}
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """Beside the usual, being at fault for all steps left."""
+        return super().forfeit(left) + 0.1 * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """Who is who, how near they came, and what that was worth."""
-        return {"role": self._role.copy(), "closest": self._closest.copy(), "score": self._score.copy()}
+        found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
+        return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
 
     def _faults(self, team: Team, gap: Floats, meet: Mask) -> Floats:
-        """(n, 2), 0 to 1; none once they draw apart. What the stand-on vessel departs is added up for its score."""
+        """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = colregs.approach(team.x, team.y, team.east, team.north)
         port = np.clip(folded(team.yaw - self._course) / colregs.READILY, 0.0, 1.0)
         risk = np.clip(1.0 - distance / WANTED, 0.0, 1.0)[:, None]
@@ -125,24 +143,28 @@ class Encounter(TeamProblem):
         off = colregs.departure(folded(team.yaw - self._course), _speeds(team), self._speed)
         late = np.where(self._role == colregs.STAND_ON, port, 0.0)
         holds = np.where((gap < AGREED)[:, None], late, off)
-        near = ((time > 0.0) & ~self._passed & meet)[:, None]
-        self._steps += near[:, 0]
-        self._held += np.where(near, holds, 0.0)
-        return np.where(near, np.where(colregs.keeps_clear(self._role), clear, holds), 0.0)
+        before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
+        self._steps += before[:, 0]
+        self._held += np.where(before, holds, 0.0)
+        faults: Floats = np.where(colregs.keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
+        return np.where(before, faults, 0.0)
 
-    def _scored(self, team: Team, gap: Floats, meet: Mask) -> Floats:
-        """The scores (n, 2) of those who pass in this step, 0 for the others."""
+    def _follow(self, team: Team, gap: Floats, meet: Mask) -> None:
+        """Keep the closest approach so far, and whether they have passed."""
         nearer = meet & (gap < self._closest)
         self._closest = np.where(nearer, gap, self._closest)
         now = colregs.bearings(team.x, team.y, team.yaw)
         self._bearing = np.where(nearer[:, None], now, self._bearing)
-        passes = meet & ~self._passed & (gap > self._closest + OPENED)
+        behind = colregs.gone_by(self._role, team.x, team.y, self._course)
+        self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
+
+    def _scores(self) -> Floats:
+        """The scores (n, 2) as they stand: 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
-        safe = colregs.range_score(self._closest, CLEAR, WANTED)[:, None]
-        score = np.where(passes[:, None], safe * colregs.pose_score(self._role, self._bearing, kept), 0.0)
-        self._passed |= passes
-        self._score += score
-        return score
+        safe = colregs.range_score(self._closest, CLEAR, WANTED)
+        counts = (safe * self._passed * ~self._collided)[:, None]
+        scores: Floats = counts * colregs.pose_score(self._role, self._bearing, kept)
+        return scores
 
     def _distances(self, team: Team) -> Floats:
         """(n, 2): to the goals [m]."""

@@ -24,6 +24,8 @@ SWING = 40.0
 """Period of that [s]."""
 OFF = 3.0
 """A boat starts no farther beside or behind its place than this [m]."""
+FARTHER = 10.0
+"""A boat that is lost forfeits what it is off and so much more [m], for the time left."""
 TURNED = np.radians(45.0)
 """Of the bow from the leader's course at the start, at most [rad]."""
 
@@ -35,7 +37,9 @@ class Formation(TeamProblem):
     of 40 s to at most 0.08 rad/s. Boats start within 3 m of their places, at the leader's speed.
 
     Reward of a boat: -0.1 for every m that it is off its place, in each step, and -1 while another one is nearer than
-    6 m. The team's is the mean of that. Nothing ends an episode before its time is up. `info`: `off` [m].
+    6 m. The team's is the mean of that. Nothing but the loss of a boat ends its episode before time is up; it forfeits
+    1 + 0.1 (off + 10) for each step left. `info`: `off` [m]; at the start `leader`, x, y [m] and course [rad],
+    `leader_speed` [m/s], and `slots`, ahead and to port of the leader [m].
     """
 
     world = open_water()
@@ -85,6 +89,16 @@ class Formation(TeamProblem):
         self._off = np.where(team.present, self._now(team), 0.0)
         own = np.where(team.present, -0.1 * self._off - crowded(team), 0.0)
         return TeamJudged(mean_of(own, team.present), own, np.zeros_like(team.present))
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""
+        found = {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
+        return {name: values.copy() for name, values in found.items()}
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """What it is off, 10 m more, and having another too near, for all steps left."""
+        lost: Floats = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
+        return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """How far they are off."""

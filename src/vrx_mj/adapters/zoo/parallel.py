@@ -137,9 +137,12 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     def _facts(self, boats: list[str], info: dict[str, Any]) -> Told:
         """What `info` tells each boat: its own, and what is the whole world's."""
-        own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"}}
+        own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
+        whole = self._rows.drawn_names
         return {
-            boat: {name: _plain(value[k] if np.ndim(value) else value) for name, value in own.items()}
+            boat: {
+                name: _plain(value if name in whole or not np.ndim(value) else value[k]) for name, value in own.items()
+            }
             for boat in boats
             for k in (self.possible_agents.index(boat),)
         }
@@ -191,4 +194,6 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.copy() if value.ndim else value.item()
     return value.item() if isinstance(value, np.generic) else value

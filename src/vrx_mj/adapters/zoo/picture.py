@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.adapters.gym.picture import Picture
+from vrx_mj.physics.tables import Table
 
 __all__ = ["show", "team_picture"]
 
@@ -18,7 +19,7 @@ COLUMNS = 80
 
 
 def team_picture(
-    picture: Picture, qpos: npt.NDArray[np.float64], time: float, places: npt.NDArray[np.float64], waves: float
+    picture: Picture, qpos: npt.NDArray[np.float64], time: float, places: npt.NDArray[np.float64], waves: Table
 ) -> npt.NDArray[np.uint8]:
     """A picture (height, width, 3) from the south, with all boats at `places`, (boats, 2) [m], in sight.
 

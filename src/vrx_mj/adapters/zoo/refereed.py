@@ -7,12 +7,15 @@ from vrx_mj.adapters.gym.problem import Mask
 from vrx_mj.adapters.gym.seen import Floats
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import DivergedError
+from vrx_mj.physics.tables import WAVE, Table, table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["RefereedRow"]
 
 Rows = npt.NDArray[np.int64]
+HEIGHT = 0.1
+"""Of a boat's origin over the water where it joins [m]."""
 
 
 class RefereedRow:
@@ -60,6 +63,20 @@ class RefereedRow:
     def qpos(self) -> Floats:
         """(1, nq): the positions of MuJoCo's model."""
         return np.asarray(self.sim.data.qpos)[None]
+
+    def waves(self, row: int) -> Table:
+        """Waves of the world's sea, `tables.WAVE`."""
+        return table(WAVE, self.sim.world.parameters["sea"]["waves"])
+
+    def sea_height(self, x: Floats, y: Floats) -> Floats:
+        """Height [m] of the sea at points x, y, (1, points) [m], now."""
+        return np.asarray(self.sim.sea.height(x, y, self.sim.time))
+
+    def afloat(self, boat: str, places: Floats, rows: Rows) -> tuple[Floats, Floats]:
+        """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
+        x, y, yaw = places.T
+        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + HEIGHT
+        return np.stack((x, y, height, none, none, yaw), axis=1), np.zeros((len(x), 6))
 
     def reset(self, rows: Rows, *, seed: list[int]) -> None:
         """Go back to the start."""

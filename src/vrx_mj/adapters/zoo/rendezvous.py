@@ -23,6 +23,9 @@ HOLD = 3.0
 AWAY = (25.0, 35.0)
 """Of the boats from the middle between the places at the start [m]."""
 
+TOO_NEAR = 0.2
+"""Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
+
 
 class Rendezvous(TeamProblem):
     """Two places 24 to 36 m apart that drift by up to 0.2 m/s; the boats, all around, have to agree upon one.
@@ -30,10 +33,11 @@ class Rendezvous(TeamProblem):
     They have met when all that are in the water were within 5 m times the root of the fleet's size of the same place
     for 3 s (10 m for four boats); that ends the episode.
 
-    Reward of a boat: 0.1 for every m by which the place nearest to it has come nearer, and -1 while another one is
+    Reward of a boat: 0.1 for every m by which the place nearest to it has come nearer, and -0.2 while another one is
     nearer than 6 m. The team's: 0.1 for every m by which the boats' mean distance to the place where that is least has
-    become less, -1 times the share of boats that are too near, and 10 for having met, which every boat gets as well.
-    `info`: `distance`, that mean [m], and `met`.
+    become less, -0.2 times the share of boats that are too near, and 10 for having met, which every boat gets as well.
+    A boat that is lost forfeits 20, and 0.2 for each step left. `info`: `distance`, that mean [m], and `met`; at the
+    start `places` [m] and their `drift` [m/s], two each.
     """
 
     world = open_water()
@@ -83,12 +87,20 @@ class Rendezvous(TeamProblem):
         there = inside.any(axis=1) & present.any(axis=1)
         self._held = np.where(there, self._held + going, 0)
         met = self._held >= round(HOLD / PERIOD)
-        own = 0.1 * (self._far.min(axis=2) - far.min(axis=2)) - near + 10.0 * met[:, None]
+        own = 0.1 * (self._far.min(axis=2) - far.min(axis=2)) - TOO_NEAR * near + 10.0 * met[:, None]
         self._distance = self._least(far, present)
         team_gain = 0.1 * (self._least(self._far, present) - self._distance)
         self._far = np.where(present[..., None], far, 0.0)
-        shared = team_gain - mean_of(near.astype(np.float64), present) + 10.0 * met
+        shared = team_gain - TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
         return TeamJudged(shared, np.where(present, own, 0.0), met[:, None] & present)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
+        return {"places": self._places.copy(), "drift": self._drift.copy()}
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """Beside the usual, having another boat too near for all steps left."""
+        return super().forfeit(left) + TOO_NEAR * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """How far it is."""

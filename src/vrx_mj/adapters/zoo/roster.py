@@ -3,8 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.adapters.gym.losses import Watch
 from vrx_mj.adapters.gym.problem import Mask
-from vrx_mj.adapters.gym.vector import HEIGHT
 from vrx_mj.adapters.zoo.refereed import RefereedRow
 from vrx_mj.adapters.zoo.team import Spot, Team, TeamProblem
 from vrx_mj.runtime.batch import Batch
@@ -25,10 +25,17 @@ class Roster:
     """The boats of `n` worlds: who is present, (n, boats), and when each joins and leaves, in steps."""
 
     def __init__(
-        self, batch: Batch | RefereedRow, problem: TeamProblem, *, joining: float, leaving: float, most: int
+        self,
+        batch: Batch | RefereedRow,
+        problem: TeamProblem,
+        watch: Watch,
+        *,
+        joining: float,
+        leaving: float,
+        most: int,
     ) -> None:
         """Take the chances, 0 to 1, that a boat joins late and leaves early, and the steps of an episode."""
-        self._batch, self._problem = batch, problem
+        self._problem, self._watch = problem, watch
         self._joining, self._leaving, self._most = joining, leaving, most
         shape = batch.n, len(batch.boats)
         self.present = np.zeros(shape, np.bool_)
@@ -98,8 +105,4 @@ class Roster:
     def _put(self, boat: int, rows: Rows, spots: npt.NDArray[np.float64]) -> None:
         if not len(rows):
             return
-        x, y, yaw, surge = spots.T
-        none = np.zeros_like(x)
-        pose = np.stack((x, y, none + HEIGHT, none, none, yaw), axis=1)
-        velocity = np.stack((surge, none, none, none, none, none), axis=1)
-        self._batch.set_boat(self._batch.boats[boat], pose=pose, velocity=velocity, rows=rows)
+        self._watch.launch(boat, rows, spots[:, :3], spots[:, 3])

@@ -18,13 +18,18 @@ TOLD = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "scor
 """What every referee tells, besides what a task has of its own."""
 
 
+LOST = 100.0
+"""What the scored boat forfeits by sinking or capsizing, in the unit of its task's score."""
+
+
 class Score(TeamProblem):
     """Any world with a task: its boats start where the fleet has them, and one of them is scored.
 
     Reward of that boat: by how much the task's score has become better in the step, in its unit; their sum is the
     score, less where less is better. The others have none of their own; the team's is the same. The end of the task
-    ends the episode. Observed of the task is how it stands alone; what it tells a team (a goal, a pinger's range) is
-    in `info["outputs"]`, beside `score`, `state` and `num_collisions`. Messages and shots are not among the actions.
+    ends the episode, and so does the loss of the boat, which forfeits 100. Observed of the task is how it stands alone;
+    what it tells a team (a goal, a pinger's range) is in `info["outputs"]`, beside `score`, `state` and
+    `num_collisions`. Messages and shots are not among the actions.
     """
 
     world = open_water()
@@ -84,6 +89,11 @@ class Score(TeamProblem):
         self._score = score
         own = np.where(np.arange(self.size) == self.anchor, change[:, None], 0.0)
         return TeamJudged(change, own, team.present & self._row.sim.task_is_over)
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """For the scored boat more than most tasks pay."""
+        lost: Floats = np.where(np.arange(self.size) == self.anchor, LOST, 0.0)[None] * (left > 0)[:, None]
+        return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """What the referee tells."""

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.adapters.gym.problem import Entry, Mask
+from vrx_mj.adapters.gym.problem import LOSS, Entry, Mask
 from vrx_mj.adapters.gym.seen import Floats, seen_of
 from vrx_mj.physics.motion import in_world_axes
 
@@ -101,6 +101,17 @@ class TeamProblem(ABC):
     @abstractmethod
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """What `info` tells, (n,) or (n, boats) each."""
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """What `start` drew, (n, ...) each: goals and the like, which `info` tells when an episode begins."""
+        return {}
+
+    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+        """What each boat forfeits that is lost, (n, boats), with so many steps of the episode left, (n,).
+
+        As for `gym.problem.Problem.forfeit`: at least what the rest could cost a boat that stays where it is.
+        """
+        return np.repeat(np.where(left > 0, LOSS, 0.0)[:, None], self.size, axis=1)
 
 
 def team_of(features: Floats, wind: Floats, present: Mask) -> Team:

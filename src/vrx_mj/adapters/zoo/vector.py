@@ -10,11 +10,14 @@ import numpy.typing as npt
 
 from vrx_mj.adapters.gym.features import Features, Floats32
 from vrx_mj.adapters.gym.generators import Generators, Seeds
+from vrx_mj.adapters.gym.infos import masked
+from vrx_mj.adapters.gym.losses import Watch
 from vrx_mj.adapters.gym.options import PERIOD, check_count, check_picture, episode_steps
 from vrx_mj.adapters.gym.picture import Picture
 from vrx_mj.adapters.gym.problem import Mask
 from vrx_mj.adapters.gym.seen import Floats
-from vrx_mj.adapters.gym.variety import Range, Variety
+from vrx_mj.adapters.gym.variety import Range, Variety, ranges_of
+from vrx_mj.adapters.gym.vector import LEAST_LEFT
 from vrx_mj.adapters.zoo.actions import Actions
 from vrx_mj.adapters.zoo.neighbours import Neighbours
 from vrx_mj.adapters.zoo.options import RENDER_MODES, chance, eyes_of, team_share
@@ -22,7 +25,7 @@ from vrx_mj.adapters.zoo.picture import team_picture
 from vrx_mj.adapters.zoo.problems import PROBLEMS
 from vrx_mj.adapters.zoo.roster import Roster
 from vrx_mj.adapters.zoo.stage import SCORE, staged
-from vrx_mj.adapters.zoo.team import Team, team_of
+from vrx_mj.adapters.zoo.team import Team, mean_of, team_of
 from vrx_mj.arguments import check_name
 from vrx_mj.compiler.compile import Source
 from vrx_mj.errors import DivergedError
@@ -33,8 +36,6 @@ __all__ = ["NOISE", "TeamVectorEnv"]
 Arrays = tuple[Floats32, Floats, Mask, Mask, dict[str, Any]]
 NOISE = (0.3, 0.1, 0.03)
 """Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
-VARIED = ("wind_speed", "gusts", "waves", "mass", "thrust")
-"""What `Variety` takes."""
 
 
 class TeamVectorEnv:
@@ -50,7 +51,9 @@ class TeamVectorEnv:
 
     Reward, terminated and truncated, (num_envs, boats). `info["acted"]` has the boats to which these numbers belong,
     `info["present"]` the boats in the next step, `team_reward` (num_envs,) and `own_reward` the parts of the rewards,
-    `diverged` (num_envs,) the rows whose state became NaN or too large; they end with reward 0.
+    `sunk` and `capsized` (num_envs, boats) the boats that are lost, and `diverged` (num_envs,) the rows whose state
+    became NaN or too large. These end, as in `gym.VectorEnv`, and forfeit what their problem says. When rows begin,
+    `info` has what was drawn for them (`drawn_names`), with masks.
 
     A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
     `autoreset` is false.
@@ -103,7 +106,8 @@ class TeamVectorEnv:
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
             autoreset: whether rows begin another episode automatically.
-            variety: wind_speed, gusts, waves, mass and thrust, as in `gym.VectorEnv`; not with Score.
+            variety: wind_speed, gusts, waves, wave_period, wave_band, wave_direction, wave_spread, wave_phase, mass and
+                thrust, as in `gym.VectorEnv`; not with Score.
 
         Raises:
             gymnasium.error.Error: an option is invalid.
@@ -113,13 +117,13 @@ class TeamVectorEnv:
         check_picture(render_mode, RENDER_MODES, width, height)
         eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
         late, early = chance("joining", joining), chance("leaving", leaving)
-        self._variety = _variety(num_envs, problem, variety)
         compiled, self._batch, self._problem = staged(
             problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
         )
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
         self._most = episode_steps(self._problem.duration if duration is None else duration)
-        self._roster = Roster(self._batch, self._problem, joining=late, leaving=early, most=self._most)
+        self._variety, self._watch = Variety(self._batch, _ranges(problem, variety)), Watch(self._batch)
+        self._roster = Roster(self._batch, self._problem, self._watch, joining=late, leaving=early, most=self._most)
         self._actions = Actions(self.boats, self._batch.channels, self._batch.largest)
         self._neighbours = Neighbours(num_envs, len(self.boats), eyes)
         self._random, self._steps = Generators(num_envs), np.zeros(num_envs, np.int64)
@@ -141,6 +145,11 @@ class TeamVectorEnv:
     def action_names(self) -> dict[str, tuple[str, ...]]:
         """Names of the channels of each boat's actions."""
         return self._actions.names
+
+    @property
+    def drawn_names(self) -> frozenset[str]:
+        """Names of what `info` has for the whole of a row when its episode begins."""
+        return frozenset(self._problem.drawn()) | frozenset(self._variety.facts())
 
     @property
     def present(self) -> Mask:
@@ -166,7 +175,7 @@ class TeamVectorEnv:
         self._random.seed(which, seed)
         self._begin(which)
         acted = np.zeros_like(self._roster.present)
-        return self._observe(self._seen()), self._told(acted)
+        return self._observe(self._seen()), self._told(acted) | self._begun(mask)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
         """Apply the actions for 0.1 s.
@@ -182,21 +191,26 @@ class TeamVectorEnv:
             self._begin(np.flatnonzero(idle))
         acted = self._roster.present & ~idle[:, None]
         self._last = np.where(acted[..., None], given, np.float32(0.0))
+        forfeit = self._problem.forfeit(np.maximum(self._most - self._steps, LEAST_LEFT))
         diverged = self._sail(np.flatnonzero(~idle))
+        lost = self._lost(acted, diverged)
         team = self._seen()
         judged = self._problem.judge(team, ~idle)
         self._steps += ~idle
-        lost = diverged[:, None]
-        ended = acted & ((judged.ended & ~lost) | lost)
+        gone = lost["sunk"] | lost["capsized"] | (acted & diverged[:, None])
+        ended = acted & (judged.ended | gone)
         cut = acted & ~ended & ((self._steps >= self._most)[:, None] | self._roster.due(self._steps))
-        own, shared = np.where(acted & ~lost, judged.own, 0.0), np.where(idle | diverged, 0.0, judged.team)
+        own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
+        paid = judged.team - mean_of(np.where(gone, judged.own + forfeit, 0.0), acted)
+        shared = np.where(idle, 0.0, np.where(diverged, mean_of(own, acted), paid))
         reward = np.where(acted, self._share * shared[:, None] + (1.0 - self._share) * own, 0.0)
         self._come(np.asarray((acted & ~ended & ~cut).any(axis=1)), team)
         now = self._seen()
         self._neighbours.note(~idle, now)
         observation = self._observe(now)
         self._roster.dismiss(ended | cut)
-        info = self._told(acted) | {"team_reward": shared, "own_reward": own, "diverged": diverged}
+        info = self._told(acted) | {"team_reward": shared, "own_reward": own, "diverged": diverged} | lost
+        info |= self._begun(idle)
         return observation, reward, ended, cut, info
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
@@ -215,7 +229,7 @@ class TeamVectorEnv:
     def _begin(self, rows: npt.NDArray[np.int64]) -> None:
         """Begin an episode in some rows."""
         random = self._random.of(rows)
-        if isinstance(self._batch, Batch):
+        if isinstance(self._batch, Batch):  # the world of a referee is as it is
             self._variety.draw(self._batch, rows, random)
         self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
         keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random], np.uint64)
@@ -226,6 +240,15 @@ class TeamVectorEnv:
         who[rows] = team.present[rows]
         self._problem.begin(who, team)
         self._neighbours.begin(rows, keys, team)
+
+    def _lost(self, acted: Mask, diverged: Mask) -> dict[str, Mask]:
+        """Who sank or capsized in this step, (n, boats) each."""
+        counts = acted & ~diverged[:, None]
+        return {"sunk": self._watch.sunk() & counts, "capsized": self._watch.capsized() & counts}
+
+    def _begun(self, rows: Mask) -> dict[str, Any]:
+        """`info` for the rows whose episodes have just begun: what was drawn for them."""
+        return masked(self._problem.drawn() | self._variety.facts(), rows)
 
     def _sail(self, rows: npt.NDArray[np.int64]) -> Mask:
         """Advance rows; which of them have diverged."""
@@ -260,19 +283,18 @@ class TeamVectorEnv:
 
     def _drawn(self, row: int) -> npt.NDArray[np.uint8]:
         places = self._batch.features[row, self._roster.present[row], :2]
-        time, waves = float(self._batch.time[row]), float(self._variety.waves[row])
-        return team_picture(self._picture, self._batch.qpos[row], time, places, waves)
+        time = float(self._batch.time[row])
+        return team_picture(self._picture, self._batch.qpos[row], time, places, self._batch.waves(row))
 
     def _check_open(self) -> None:
         if self.closed:
             raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
-def _variety(n: int, problem: str, given: dict[str, Range]) -> Variety:
-    """What is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
+def _ranges(problem: str, given: dict[str, Range]) -> dict[str, Range]:
+    """Ranges of what is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
     check_name("problem", problem, (*PROBLEMS, SCORE))
-    strange = [name for name in given if name not in VARIED or problem == SCORE]
-    if strange:
-        text = f"{problem} has no option {strange[0]}"
-        raise gymnasium.error.Error(text if strange[0] not in VARIED else f"{text}: its world cannot be varied")
-    return Variety(n, **(dict.fromkeys(VARIED) | given))
+    ranges = ranges_of(problem, given)
+    if problem == SCORE and given:
+        raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
+    return {} if problem == SCORE else ranges

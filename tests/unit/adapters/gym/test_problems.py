@@ -155,6 +155,51 @@ def test_docking_is_to_stay_inside_bow_in(docks):
     assert not problem.facts()["inside"][0]
 
 
+def sailed_in_the_bay(docks, way, speed=0.5):
+    """The rewards of a boat that is so far before the middle of its bay [m], step by step."""
+    problem, _ = begun(Docking, docks)
+    x, y, inward = problem._goal[0, :3]
+    own = np.zeros((1, 9))
+    own[0, 0] = speed
+    places = [at(x - far * math.cos(inward), y - far * math.sin(inward), inward)._replace(own=own) for far in way]
+    problem.begin(np.arange(1), places[0])
+    return problem, [float(problem.judge(place, GOING).reward[0]) for place in places[1:]]
+
+
+def test_to_hover_in_and_out_of_the_bay_pays_nothing(docks):
+    """It paid 25 in 90 s, more than to dock: each step inside paid, and was kept."""
+    cycle = [8.0, *([1.0] * 29), *([5.0] * 16)]
+    problem, rewards = sailed_in_the_bay(docks, cycle * 20)
+    assert not problem.facts()["docked"][0]
+    assert sum(rewards) < 1.0
+    _, rewards = sailed_in_the_bay(docks, [8.0, *([0.0] * 30)])
+    assert sum(rewards) == pytest.approx(0.8 + 3 + 10)
+
+
+@pytest.mark.parametrize(("speed", "worth"), [(0.9, 10.0), (1.5, 5.0), (3.0, 0.0)])
+def test_to_have_docked_is_worth_less_the_faster_the_approach(docks, speed, worth):
+    problem, fast = sailed_in_the_bay(docks, [8.0, 4.0, *([0.0] * 30)], speed)
+    assert sum(fast) == pytest.approx(0.8 + 3 + worth)
+    assert problem.facts()["approach_speed"][0] == speed
+
+
+def test_who_goes_off_again_may_come_back_slowly(docks):
+    problem, _ = sailed_in_the_bay(docks, [8.0, 4.0], 3.0)
+    x, y, inward = problem._goal[0, :3]
+    problem.judge(at(x - 6.0 * math.cos(inward), y - 6.0 * math.sin(inward), inward), GOING)
+    assert problem.facts()["approach_speed"][0] == 0
+
+
+def test_a_lost_boat_forfeits_more_than_to_stay_where_it_is(sea, docks):
+    """Of what is left of an episode; problems without a cost of time have a fixed sum."""
+    left = np.array([300])
+    problem, start = begun(StationKeeping, sea)
+    stays = -sum(float(problem.judge(at(*start), GOING).reward[0]) for _ in range(300))
+    assert problem.forfeit(left)[0] == pytest.approx(stays + 300)
+    for kind, world in ((Wayfinding, sea), (FollowPath, sea), (Docking, docks)):
+        assert begun(kind, world)[0].forfeit(left).tolist() == [20.0]
+
+
 def test_every_bay_is_drawn_and_looks_into_the_dock(docks):
     problem = Docking(1, docks)
     goals = set()

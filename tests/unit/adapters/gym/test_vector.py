@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.adapters.gym.vector import VectorEnv, commanded
+from vrx_mj.adapters.gym.vector import LEAST_LEFT, VectorEnv, commanded
 
 STEPS = 3
 
@@ -42,13 +42,14 @@ def test_rows_end_when_their_own_time_is_up(env):
     assert ends == [[False, False], [True, False], [False, True]]
 
 
-def test_what_has_diverged_ends_and_is_worth_nothing(env):
+def test_what_has_diverged_ends_and_forfeits_what_a_lost_boat_does(env):
     env.reset(seed=1)
     env._batch.set_boat(env._batch.boats[0], velocity=(9e6, 0, 0, 0, 0, 9e6), rows=[1])
     for _, reward, done, cut, info in steps(env, STEPS):
         assert np.isfinite(reward).all()
         if info["diverged"][1]:
-            assert (reward[1], bool(done[1]), bool(cut[1])) == (0.0, True, False)
+            assert reward[1] < -0.1 * 10 * LEAST_LEFT
+            assert (bool(done[1]), bool(cut[1])) == (True, False)
             assert not done[0]
             return
     pytest.fail("it did not diverge")

@@ -18,6 +18,23 @@ def met(other_x, other_y, other_yaw):
 
 
 @pytest.mark.parametrize(
+    ("roles", "place", "course", "by"),
+    [
+        ([HEAD_ON] * 2, (9, -1), -NORTH, True),  # abaft the beam of both
+        ([HEAD_ON] * 2, (9, 1), -NORTH, False),
+        ([GIVE_WAY, STAND_ON], (-9, -1), math.pi, True),  # it has crossed ahead, and is west and south
+        ([GIVE_WAY, STAND_ON], (9, -1), math.pi, False),  # it is still to cross
+        ([OVERTAKING, OVERTAKEN], (9, -1), NORTH, True),
+        ([OVERTAKING, OVERTAKEN], (9, 1), NORTH, False),
+    ],
+)
+def test_when_two_have_gone_by(roles, place, course, by):
+    x, y, courses = np.array([[0.0, place[0]]]), np.array([[0.0, place[1]]]), np.array([[NORTH, course]])
+    assert colregs.gone_by(np.array([roles]), x, y, courses).tolist() == [by]
+    assert colregs.gone_by(np.array([roles[::-1]]), x[:, ::-1], y[:, ::-1], courses[:, ::-1]).tolist() == [by]
+
+
+@pytest.mark.parametrize(
     ("place", "yaw", "expected"),
     [
         ((0, 40), -NORTH, [HEAD_ON, HEAD_ON]),

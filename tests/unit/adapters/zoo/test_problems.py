@@ -265,23 +265,94 @@ def test_a_close_shave_scores_less():
     np.testing.assert_allclose(passed(way, OVERTAKES)[0], [0.5, 0.5], atol=1e-6)
 
 
-def test_the_score_is_paid_once():
-    way = [[(16, -36 + 0.2 * k, NORTH, 2.0), (0, -14.4 + 0.08 * k, NORTH, 0.8)] for k in range(400)]
-    problem = encounter(OVERTAKES)
-    problem._goals[:] = 1e9  # progress towards it is that of all steps together, below
-    rewards = np.array([problem.judge(team(spots), GOING).own[0] for spots in way])
-    assert (np.diff(rewards, axis=0) > 4.9).sum(axis=0).tolist() == [1, 1]
+def sailed(first, way, goals):
+    """What both get on a way, step by step, until one or both leave; and the problem."""
+    problem = encounter(first, _goals=np.array([goals], float))
+    rewards, present = [], np.ones(2, bool)
+    for spots in way:
+        judged = problem.judge(team(spots, present.tolist()), GOING)
+        rewards.append(judged.own[0])
+        present = present & ~judged.ended[0]
+        if not present.any():
+            break
+    return problem, np.array(rewards), present
 
 
-def test_a_collision_ends_it_for_both_and_a_goal_for_one():
+def wide(k):
+    """Head-on, 16 m apart to port, for 15 cm a step."""
+    return [(8, -27 + 0.15 * k, NORTH, 1.5), (-8, 27 - 0.15 * k, SOUTH, 1.5)]
+
+
+BEYOND = [(8, 20), (-8, -20)]
+
+
+def test_the_score_is_paid_at_the_goal_once():
+    problem, rewards, present = sailed(MEETING, [wide(k) for k in range(400)], BEYOND)
+    assert not present.any()
+    np.testing.assert_allclose(rewards[-1], [0.015 + 10] * 2, atol=1e-6)  # 5 for the goal, 5 for the score
+    assert (rewards > 4.9).sum(axis=0).tolist() == [1, 1]
+    np.testing.assert_allclose(problem.facts()["score"], [[1, 1]])
+
+
+def test_to_brake_until_the_range_opens_is_not_to_pass():
+    """Both go astern for 20 s, which counted as passed with a score of 1; then straight on into each other."""
+    back = [[(0, -27 - 0.1 * k, NORTH, -1.0), (0, 27 + 0.1 * k, SOUTH, -1.0)] for k in range(200)]
+    on = [[(0, -47 + 0.15 * k, NORTH, 1.5), (0, 47 - 0.15 * k, SOUTH, 1.5)] for k in range(320)]
+    problem, rewards, present = sailed(MEETING, back + on, [(0, 20), (0, -20)])
+    assert not present.any()
+    facts = problem.facts()
+    assert (facts["passed"][0], facts["collided"][0], facts["score"].tolist()) == (False, True, [[0.0, 0.0]])
+    assert rewards[-1].max() < -9.9
+    assert rewards[210:240, 0].max() < 0.015  # at fault as soon as they approach again
+
+
+def test_to_stop_and_wait_until_the_other_is_at_its_goal_is_not_to_pass():
+    """The other one gets its goal, and neither a score; nobody leaves before they have passed."""
+    way = [[(0, -40, NORTH, 0.0), (20, 27 - 0.15 * min(k, 300), SOUTH, 1.5)] for k in range(500)]
+    problem, rewards, present = sailed(MEETING, way, [(0, 20), (20, -18)])
+    assert present.all()
+    assert not problem.facts()["passed"][0]
+    assert (rewards[:, 1] > 4.9).sum() == 1
+    assert rewards[:, 0].sum() < 0.1 * 13 + 1e-9
+
+
+def test_to_turn_away_for_good_gains_nothing():
+    way = [[(0.15 * k, -27, 0.0, 1.5), (-0.15 * k, 27, WEST, 1.5)] for k in range(500)]
+    problem, rewards, present = sailed(MEETING, way, [(0, 20), (0, -20)])
+    assert present.all()
+    assert not problem.facts()["score"].any()
+    assert (rewards.sum(axis=0) < -3).all()
+
+
+def test_a_collision_after_they_have_passed_counts():
+    """They pass 16 m apart, turn round and meet again."""
+    first = [wide(k) for k in range(220)]
+    again = [[(8 - 0.1 * k, 6 - 0.05 * k, WEST, 1.0), (-8 + 0.1 * k, -6 + 0.05 * k, 0.0, 1.0)] for k in range(100)]
+    problem, rewards, present = sailed(MEETING, first + again, [(0, 30), (0, -30)])
+    assert not present.any()
+    assert problem.facts()["collided"][0]
+    assert not problem.facts()["score"].any()
+    assert rewards[-1].max() < -9
+
+
+def test_a_collision_ends_it_for_both():
     problem = encounter(MEETING)
     judged = problem.judge(team([(0, -2.9, NORTH, 0), (0, 2.9, SOUTH, 0)]), GOING)
     assert judged.ended.tolist() == [[True, True]]
     assert (judged.own < -7).all()
+
+
+def test_a_goal_is_worth_5_once_and_lets_nobody_leave_before_they_have_passed():
     problem = encounter(MEETING, _goals=np.array([[[0.0, 20.0], [0.0, -20.0]]]))
-    judged = problem.judge(team([(0, 16, NORTH, 0), (0, -10, SOUTH, 0)]), GOING)
-    assert judged.ended.tolist() == [[True, False]]
+    spots = [(0, 16, NORTH, 0), (0, -10, SOUTH, 0)]  # there, in one leap: the range has not opened
+    judged = problem.judge(team(spots), GOING)
+    assert judged.ended.tolist() == [[False, False]]
     assert judged.own[0] == pytest.approx([0.1 * 43 + 5, 0.1 * 37])
+    problem.judge(team(spots), GOING)
+    judged = problem.judge(team([(0, 17, NORTH, 0), (0, -11, SOUTH, 0)]), GOING)
+    assert judged.ended.tolist() == [[True, False]]
+    alone = problem.judge(team([(0, 17, NORTH, 0), (0, -16, SOUTH, 0)], [False, True]), GOING)
+    assert alone.ended.tolist() == [[False, True]]
 
 
 def test_all_situations_are_drawn_and_are_what_they_are_meant_to_be():

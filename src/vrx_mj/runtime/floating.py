@@ -1,0 +1,80 @@
+"""Boats that float at rest: where the water carries them, and how heavy they may be for it."""
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.physics.equilibrium import greatest_lift, settle
+from vrx_mj.physics.tables import Table
+from vrx_mj.physics.waves import surface_height
+from vrx_mj.runtime.rig import Rig
+
+__all__ = ["Afloat"]
+
+Floats = npt.NDArray[np.float64]
+LATER = 1e-3
+"""Of two moments between which a boat's motion with the water is measured [s]."""
+LEAN = 0.5
+"""Roll and pitch of a boat at rest on waves, at most [rad]; on steeper ones it starts as on a calm."""
+HALVINGS = 20
+"""Of the interval in which the largest mass is."""
+
+
+class Afloat:
+    """Weights and centres of mass of a world's boats, engines included, as its file has them."""
+
+    def __init__(self, rig: Rig) -> None:
+        model, data = rig.model, mujoco.MjData(rig.model)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        bodies = rig.hulls["body"].astype(np.int64)
+        self._rig, gravity = rig, -float(model.opt.gravity[2])
+        self._weights: Floats = model.body_subtreemass[bodies] * gravity
+        turned = data.xmat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
+        away = data.subtree_com[bodies] - data.xpos[bodies]
+        self._centers = np.ascontiguousarray((turned @ away[:, :, None])[..., 0])
+
+    def largest_masses(self) -> Floats:
+        """(boats,): factors of mass up to which boats float at rest on a calm; beyond, an end goes under.
+
+        Found by halving, below the factor with which all that can be under water just carries the weight.
+        """
+        found = np.zeros(len(self._weights))
+        for boat, hull in enumerate(self._rig.hulls):
+            least, most = 0.0, greatest_lift(hull, self._rig.stations) / self._weights[boat]
+            for _ in range(HALVINGS):
+                middle = 0.5 * (least + most)
+                floats = self._settled(boat, self._rig.waves[:0], np.zeros(6), 0.0, middle)
+                least, most = (middle, most) if floats else (least, middle)
+            found[boat] = least
+        return found
+
+    def pose(
+        self, boat: int, waves: Table, place: tuple[float, float, float], time: float, mass: float = 1.0
+    ) -> tuple[Floats, Floats]:
+        """Pose and velocity, (6,) each, with which a boat goes up and down with the water.
+
+        Args:
+            boat: its number.
+            waves: `tables.WAVE`.
+            place: x, y [m] and yaw [rad].
+            time: simulated [s].
+            mass: factor of its mass and inertia.
+        """
+        x, y, yaw = place
+        height = surface_height(waves, self._rig.sea[0], x, y, time)
+        calm, velocity = np.array([x, y, self._rig.sea["level"][0], 0.0, 0.0, yaw]), np.zeros(6)
+        if not self._settled(boat, waves[:0], calm, time, mass):
+            return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
+        calm[2] += height - self._rig.sea["level"][0]  # the water's surface is higher here, and leans a little
+        now = calm.copy()
+        if not self._settled(boat, waves, now, time, mass) or np.abs(now[3:5]).max() > LEAN:
+            return calm, velocity
+        later = now.copy()
+        if self._settled(boat, waves, later, time + LATER, mass):
+            velocity[2:5] = (later[2:5] - now[2:5]) / LATER  # tilted by a few degrees, body and world axes are alike
+        return now, velocity
+
+    def _settled(self, boat: int, waves: Table, pose: Floats, time: float, mass: float) -> bool:
+        rig, weight = self._rig, mass * self._weights[boat]
+        return bool(settle(rig.hulls[boat], rig.stations, waves, rig.sea[0], weight, self._centers[boat], pose, time))
