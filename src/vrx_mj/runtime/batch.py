@@ -339,8 +339,7 @@ class Batch(RowWater):
             self._thrusters = self._spread(self._thrusters)
             self._thrusters["gain"][which] = given["thrust"][:, None]
         if "mass" in given:
-            with allocating(self.n, self._rig.data):
-                self._weigh(which, given["mass"])
+            self._weigh(which, given["mass"])
 
     @in_turn
     def get_state(self, row: int) -> State:

@@ -15,6 +15,7 @@ from vrx_mj.runtime.ballast import heavier
 from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
+from vrx_mj.runtime.row_memory import allocating
 from vrx_mj.runtime.row_seas import RowSeas
 from vrx_mj.runtime.rows import FEATURES, ROW
 
@@ -171,7 +172,8 @@ class RowTables:
         self._masses[which] = factors
         boats = self._rig.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
-            pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
+            with allocating(self.n, self._rig.data):
+                pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
             self._own_models[row] = pair
             self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
             self._hulls["mass"][row] = self._rig.hulls["mass"] * factor
