@@ -38,6 +38,8 @@ Floats = npt.NDArray[np.float64]
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
+LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
+"""What is varied, at least, where that is not 0."""
 MOST = 10**6
 """Rows, or threads, of a batch."""
 
@@ -309,13 +311,12 @@ class Batch(RowTables):
                 memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
-        lowest = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
         parameters: dict[str, npt.ArrayLike | None] = {
             "wind_speed": wind_speed, "wind_direction": wind_direction, "gusts": gusts, "waves": waves, "mass": mass,
             "thrust": thrust,
         }  # fmt: skip
         given = {
-            name: row_values(name, value, len(which), lowest.get(name, 0.0))
+            name: row_values(name, value, len(which), LOWEST.get(name, 0.0))
             for name, value in parameters.items()
             if value is not None
         }
