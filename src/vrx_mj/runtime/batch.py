@@ -39,6 +39,8 @@ Floats = npt.NDArray[np.float64]
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
+LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
+"""What is varied, at least, where that is not 0."""
 MOST = 10**6
 """Rows, or threads, of a batch."""
 
