@@ -100,7 +100,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
                 by default (0.8, 1.4), `wave_band` one of the width of the spectrum's band, (0.5, 1.2), `wave_spread`
                 one of the angles between the waves, (0, 1.5); `wave_direction` is where the sea travels [rad], and
                 `wave_phase` the phase of each wave at the origin at the start [rad], both (-pi, pi); `mass` is a factor
-                of the boat's mass and inertia, refused where the boat does not float with it, `thrust` one of all thrusters' forces.
+                of the boat's mass and inertia, refused where the boat does not float with it, `thrust` one of all
+                thrusters' forces.
 
         Raises:
             gymnasium.error.Error: an option is invalid.
