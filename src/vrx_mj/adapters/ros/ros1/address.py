@@ -62,7 +62,12 @@ def announced(host: str, master: str) -> str:
 
 
 def unreachable(host: str, master: str) -> str | None:
-    """Why other machines cannot reach the address that they are told, and what to do; None if they may."""
+    """Why other machines cannot reach the address that they are told, and what to do; None if they may.
+
+    None, too, for a host that is loopback: no other machine is meant.
+    """
+    if not is_wildcard(host) and is_loopback(host):
+        return None
     here = announced(host, master)
     found = addresses(here)
     if not found or not all(map(is_loopback, found)):

@@ -75,3 +75,9 @@ def test_an_address_of_loopback_in_the_environment_is_not_to_be_pasted(monkeypat
     assert told(host="0.0.0.0", ros1=True) == [("WARN", message)]
     monkeypatch.setenv("ROS_HOSTNAME", FAR)
     assert [level for level, _ in told(host="0.0.0.0", ros1=True)] == ["INFO", "INFO"]
+
+
+def test_who_listens_on_loopback_means_programs_of_this_machine(monkeypatch):
+    monkeypatch.setenv("ROS_IP", "127.0.0.2")
+    assert [level for level, _ in told(host="127.0.0.2", ros1=True)] == ["INFO", "INFO"]
+    assert [level for level, _ in told(host="192.168.1.20", ros1=True)] == ["WARN"]
