@@ -26,7 +26,7 @@ def headings(page):
 def rows(page):
     """Rows of tables: what is code in the first column, such as names of keys and topics, and the number of columns."""
     found = [line for line in lines(page) if line.startswith("|")]
-    return [(re.findall(r"`[^`]+`", line.split("|")[1]), line.count(" |")) for line in found]
+    return [(sorted(re.findall(r"`[^`]+`", line.split("|")[1])), line.count(" |")) for line in found]
 
 
 def test_the_pages_are_these():
