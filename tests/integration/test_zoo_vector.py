@@ -56,24 +56,27 @@ def test_the_infos_of_a_row_are_those_of_an_environment_alone(problem):
     alone = [made(ParallelEnv, problem) for _ in range(rows)]
     _, info = many.reset(seed=3)
     for row, env in enumerate(alone):
-        compare(env, env.reset(seed=3 + row)[1], info, row)
+        compare(env, env.reset(seed=3 + row)[1], info, row, many.drawn_names)
     for actions in drawn(many, 14):
         *_, info = many.step(actions)
         for row, env in enumerate(alone):
             own = {boat: actions[row, k, : len(many.action_names[boat])] for k, boat in enumerate(many.boats)}
-            compare(env, env.step(own)[4] if env.agents else env.reset()[1], info, row)
+            compare(env, env.step(own)[4] if env.agents else env.reset()[1], info, row, many.drawn_names)
 
 
-def compare(env, infos, info, row):
-    """What each boat is told, with its name and type, is its part of the row's arrays."""
+def compare(env, infos, info, row, drawn):
+    """What each boat is told, by name and type, is its part of the row's arrays, or what was drawn for the row."""
     there = [boat for boat, here in zip(env.possible_agents, info["present"][row], strict=True) if here]
     assert set(infos) >= set(there)
     for boat, told in infos.items():
-        own = {name: value[row] for name, value in info.items() if name in told}
-        part = {
-            name: value[env.possible_agents.index(boat)] if np.ndim(value) else value for name, value in own.items()
-        }
-        assert plain(told) == plain({name: getattr(value, "item", lambda v=value: v)() for name, value in part.items()})
+        part = {}
+        for name in told:
+            value, number = info[name][row], env.possible_agents.index(boat)
+            part[name] = value if name in drawn or not np.ndim(value) else value[number]
+        values = {name: getattr(value, "tolist", lambda v=value: v)() for name, value in part.items()}
+        assert plain({name: getattr(value, "tolist", lambda v=value: v)() for name, value in told.items()}) == plain(
+            values
+        )
 
 
 @pytest.mark.render
