@@ -138,7 +138,7 @@ def test_a_team_that_loses_a_boat_loses_its_share():
     assert info["own_reward"][0, 0] < -1000
 
 
-@pytest.mark.parametrize(("robot", "limit"), [("wamv", "2.19"), ("skiff", "2.98"), ("cora", "10.7")])
+@pytest.mark.parametrize(("robot", "limit"), [("wamv", "2.19"), ("skiff", "2.9"), ("cora", "10.7")])
 def test_a_mass_with_which_the_boat_does_not_float_is_refused(robot, limit):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"}, mass=(0.5, 30))

@@ -136,14 +136,6 @@ def test_an_environment_that_was_drawn_and_closed_is_opened_by_its_reset(name):
     env.close()
 
 
-@pytest.mark.render
-@pytest.mark.parametrize("name", IDS)
-def test_the_checker_of_stable_baselines3_has_nothing_to_say(name, recwarn):
-    checker = pytest.importorskip("stable_baselines3.common.env_checker")
-    checker.check_env(gymnasium.make(name, render_mode="rgb_array", width=32, height=24), skip_render_check=False)
-    assert not [str(item.message) for item in recwarn]
-
-
 # How long episodes are
 
 

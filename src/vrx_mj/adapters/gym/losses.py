@@ -62,12 +62,13 @@ class Watch:
 
     def capsized(self) -> Mask:
         """Who lies upside down, or nearly so."""
-        x, y = np.moveaxis(self._batch.features[..., 4:6], -1, 0)
+        features = self._batch.features
+        x, y = features[..., 4], features[..., 5]
         over: Mask = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZED)
         return over
 
     def _heights(self) -> Floats:
-        """Of the boats' origins over the surface [m]."""
-        x, y, z = np.moveaxis(self._batch.features[..., :3], -1, 0)
-        heights: Floats = z - self._batch.sea_height(np.nan_to_num(x), np.nan_to_num(y))
+        """Of the boats' origins over the surface [m]; NaN of those that have diverged."""
+        features = self._batch.features
+        heights: Floats = features[..., 2] - self._batch.sea_height(features[..., 0], features[..., 1])
         return heights
