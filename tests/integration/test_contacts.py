@@ -7,7 +7,7 @@ import pytest
 import vrx_mj
 from vrx_mj.adapters.record.viewer import following
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.runtime.contacts import ContactWatch
+from vrx_mj.runtime.contacts import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
 WALL = {"name": "quay", "pose": [7, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
@@ -132,3 +132,27 @@ def test_touches_of_one_moment_come_in_the_order_of_their_names():
         watch._note(pair, 1.0, 3.0)
     watch.end()
     assert told == sorted(names)
+
+
+@pytest.mark.parametrize("timestep", [0.01, 0.002])
+def test_a_short_graze_is_seen_at_its_first_step_with_nearly_its_largest_force(timestep):
+    """A buoy is touched for a moment: the samples of a watch against those of every step."""
+    buoy = {"name": "buoy", "model": "polyform_a3", "pose": [3.2, 1.28, 0, 0, 0, 0]}
+    world = {"name": "bay", "physics": {"timestep": timestep}, "spawn": SPAWN, "objects": [buoy]}
+    fleet = {"boats": [FLEET["boats"][0]]}
+    touches, forces = [], {}
+    for watched in (True, False):
+        sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=fleet))
+        sim.set_boat("a", pose=[0, 0, -0.1, 0, 0, 0], velocity=[2.5, 0, 0, 0, 0, 0])
+        if watched:
+            watch = sim.watch_contacts(touches.append)
+            sim.step(duration=3.0)
+            sim.unwatch_contacts(watch)
+            continue
+        for _ in range(round(3.0 / timestep)):
+            sim.advance(1)
+            forces[sim.time] = sum(forces_of_pairs(sim._rig, frozenset("a")).values())
+    began, largest = next(time for time, force in forces.items() if force > 0.0), max(forces.values())
+    assert [str(touch).split(",")[0] for touch in touches] == ["a touches buoy"]
+    assert touches[0].time == pytest.approx(began, abs=timestep / 2)
+    assert 0.6 * largest < touches[0].force <= largest * (1 + 1e-9)

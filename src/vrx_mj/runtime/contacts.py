@@ -1,7 +1,7 @@
 """Contacts of boats and their forces, sampled between calls of the compiled loop at steps that only the motion sets.
 
-The loop has MuJoCo search for contacts only while something is near a boat (`runtime.proximity`), and so does a watch:
-often while something touches, seldom while nothing can. It does not change the motion.
+The loop returns at the step in which a touch begins (`runtime.proximity.touch_begins`), and from then on samples follow
+each other while something touches. That does not change the motion.
 """
 
 import math
@@ -15,13 +15,11 @@ from vrx_mj.runtime.rig import Rig
 
 __all__ = ["ContactWatch", "Touch", "forces_of_pairs"]
 
-TOUCHING, NEAR, FREE = 0.05, 0.25, 0.5
-"""Simulated time between two samples within `PARTED` of a contact, while one may come, and while none can [s].
+TOUCHING, FREE = 0.05, 0.5
+"""Simulated time between two samples while a boat touches something, and while none does [s].
 
-A sample ends a call of the compiled loop, which costs 20 us: at 4 Hz 2 % of a run of three boats.
+A sample ends a call of the compiled loop, which costs 20 us.
 """
-FASTEST = 20.0
-"""Closing speed that decides when a distance is checked again [m/s]."""
 SETTLES = 0.5
 """A touch is reported so long after it began, with the largest force until then [s]."""
 PARTED = 1.0
@@ -38,7 +36,7 @@ class Touch:
     other: str
     """Another boat, an object or a dock, by its name, or `terrain`."""
     time: float
-    """When it was first seen [s]."""
+    """When it began [s]."""
     force: float
     """The largest that was seen, of all points of contact together [N]."""
 
@@ -54,7 +52,7 @@ class ContactWatch:
     ) -> None:
         """Watch these boats; `rig` returns the present arrays, and `tell` is called with every touch."""
         self._boats, self._rig, self._tell = boats, rig, tell
-        self._due = 0
+        self._due, self._armed = 0, False
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
         self._waiting: set[Pair] = set()
@@ -74,18 +72,18 @@ class ContactWatch:
         """Sample the contacts of the last step, if a sample is due at `time` [s]."""
         rig = self._rig()
         step = round(time / rig.timestep)
-        if step < self._due:
+        stopped = self._armed and not rig.look["armed"][0]
+        if step < self._due and not stopped:
             return
         look = rig.look[0]
-        free = look["wait"] == 0 and look["clearance"] > 0.0
+        free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
         found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
         for pair, force in found.items():
             self._note(pair, force, time)
-        bouncing = any(time - seen < PARTED for seen in self._seen.values())
-        distance = float(look["clearance"]) if free else 0.0
-        pause = TOUCHING if bouncing else min(max(distance / FASTEST, NEAR), FREE)
+        self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
+        look["armed"] = self._armed
         stride = max(1, round(TOUCHING / rig.timestep))  # samples are at whole multiples of it, however the run is cut
-        self._due = (step // stride + max(1, int(pause / TOUCHING + 1e-9))) * stride
+        self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
         self._report(before=time - SETTLES)
 
     def end(self) -> None:

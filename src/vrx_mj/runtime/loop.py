@@ -38,7 +38,7 @@ from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime import engine
 from vrx_mj.runtime.borrowed import borrowed
 from vrx_mj.runtime.moments import capture
-from vrx_mj.runtime.proximity import apart
+from vrx_mj.runtime.proximity import apart, touch_begins
 
 __all__ = ["HUGE", "advance"]
 
@@ -63,29 +63,29 @@ Ints = npt.NDArray[np.integer]
 # fmt: off
 @allocating_kernel
 def advance(
-    model: Address, quiet: Address, data: Address,
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, inertia: Floats, inertia_row: Ints,
-    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
-    thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
-    waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
-    movers: Table, obstacles: Table, look: Table, clocks: Table, moments: Floats, marks: Floats,
-    contacts: Floats, touches: Floats, sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
+    model: Address, quiet: Address, data: Address, qpos: Floats, qvel: Floats, xfrc_applied: Floats,
+    qfrc_applied: Floats, qfrc_constraint: Floats, inertia: Floats, inertia_row: Ints, sea: Table, waves: Table,
+    wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table, thruster_state: Table,
+    floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table, waypoints: Table,
+    follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table, movers: Table,
+    obstacles: Table, look: Table, clocks: Table, moments: Floats, marks: Floats, contacts: Floats, touches: Floats,
+    sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
     `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
-    done: fewer when the sample buffer is full, -1 when the state has diverged.
+    done: fewer when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
-    (qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
-     thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
-     blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
-     sampling, samples) = borrowed((
-        qpos, qvel, xfrc_applied, qfrc_applied, inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations,
-        thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints, follower_state,
-        blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks, contacts, touches,
-        sampling, samples))
-    added, damping, done, quiet_before = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False
-    while done < steps and not full(sampling, samples) and not diverged(qpos, qvel):
+    (qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state, hulls,
+     stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
+     follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
+     contacts, touches, sampling, samples) = borrowed((
+        qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state,
+        hulls, stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
+        follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
+        contacts, touches, sampling, samples))
+    added, damping, done, quiet_before, touched = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False, False
+    while done < steps and not touched and not full(sampling, samples) and not diverged(qpos, qvel):
         sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
         capture(clocks, moments, qpos, qvel, marks, time)
         time += dt
@@ -103,6 +103,7 @@ def advance(
              raft_work, idle)
         quiet_before = alone
         note_touches(contacts, touches, time - dt)
+        touched = touch_begins(look[0], alone, hulls, qfrc_constraint)
         done += 1
     mj_kinematics(model, data)
     return -1 if diverged(qpos, qvel) else done

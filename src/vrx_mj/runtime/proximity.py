@@ -15,7 +15,9 @@ import numpy.typing as npt
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles", "unbound"]
+__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles", "touch_begins", "unbound"]
+
+Floats = npt.NDArray[np.float64]
 
 SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
@@ -31,9 +33,9 @@ OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
 """A box around a static shape: centre and half edges [m], and its axes in the world, a row each."""
-LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64), ("unbound", np.int64)], align=True)
-"""What the last look found: the least distance [m], and how many steps to wait for another if that was none; and
-whether the model without shapes is `unbound`."""
+LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64), ("unbound", np.int64), ("armed", np.int64)], align=True)
+"""What the last look found: the least distance [m], and how many steps to wait for another if that was none; whether
+the model without shapes is `unbound`; and whether the loop is to return at the next touch of a boat."""
 WAIT = 25
 """Steps between looks while something is near."""
 
@@ -186,3 +188,19 @@ def _from_obstacles(movers: Table, obstacles: Table) -> float:
             if least <= 0.0:
                 return float(least)
     return float(least)
+
+
+@kernel
+def touch_begins(look: Record, alone: bool, hulls: Table, qfrc_constraint: Floats) -> bool:
+    """Tell whether a constraint pushes a boat, a contact or what holds it, if `look` is armed; disarm it then.
+
+    `qfrc_constraint` is MuJoCo's, of the step that was just made.
+    """
+    if look.armed == 0 or alone:
+        return False
+    for i in range(hulls.size):
+        for k in range(hulls[i].dof, hulls[i].dof + 6):
+            if qfrc_constraint[k] != 0.0:
+                look.armed = 0
+                return True
+    return False

@@ -96,7 +96,7 @@ class Rig:
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
-        self.movers, self.look = movers(model), np.array([(0.0, 0, unbound(quiet))], LOOK)
+        self.movers, self.look = movers(model), np.array([(0.0, 0, unbound(quiet), 0)], LOOK)
         self.obstacles: tables.Table = known.obstacles if known else obstacles(model)
         self.touches = np.empty(len((parameters.get("task") or {"rivals": ()})["rivals"]))
         self.sensors: tuple[Mounted, ...] = mounted(world, model, known.sensors if known else ())
@@ -251,6 +251,7 @@ class Rig:
             data.qvel,
             data.xfrc_applied,
             data.qfrc_applied,
+            data.qfrc_constraint,
             data.M,
             model.M_rowadr,
             self.sea,

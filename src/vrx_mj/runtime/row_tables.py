@@ -115,7 +115,8 @@ class RowTables:
         for row, data in zip(self._rows, self._data, strict=True):
             row["model"], row["quiet"], row["data"] = model._address, rig.quiet._address, data._address
             for name, array in (("qpos", data.qpos), ("qvel", data.qvel), ("xfrc_applied", data.xfrc_applied),
-                                ("qfrc_applied", data.qfrc_applied), ("inertia", data.M)):  # fmt: skip
+                                ("qfrc_applied", data.qfrc_applied),
+                                ("qfrc_constraint", data.qfrc_constraint), ("inertia", data.M)):  # fmt: skip
                 row[name] = array.ctypes.data
         self._seeds = np.zeros(self.n, np.int64)
         self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)

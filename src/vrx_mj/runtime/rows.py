@@ -28,7 +28,8 @@ _a = np.int64
 ROW = np.dtype(
     [
         ("model", _a), ("quiet", _a), ("data", _a),  # addresses of MuJoCo's objects, and of the data's arrays:
-        ("qpos", _a), ("qvel", _a), ("xfrc_applied", _a), ("qfrc_applied", _a), ("inertia", _a),
+        ("qpos", _a), ("qvel", _a), ("xfrc_applied", _a), ("qfrc_applied", _a), ("qfrc_constraint", _a),
+        ("inertia", _a),
     ],
     align=True,
 )  # fmt: skip
@@ -85,6 +86,7 @@ def advance_rows(
         pushes = carray(_pointer(row.xfrc_applied), (bodies, 6), np.float64)
         done[i] = advance(
             row.model, row.quiet, row.data, own_qpos, own_qvel, pushes, _numbers(row.qfrc_applied, qvel.shape[1]),
+            _numbers(row.qfrc_constraint, qvel.shape[1]),
             _numbers(row.inertia, inertia_size), inertia_row,
             sea, _of(waves, i), _of(wind, i), wind_state[i], _of(hulls, i), stations, _of(thrusters, i),
             thruster_state[i], floats, elements, float_state[i], element_state[i], followers,
