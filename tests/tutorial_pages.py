@@ -224,11 +224,21 @@ class Running:
     def stop(self) -> str:
         """Ctrl-C; all that it printed."""
         self._send(signal.SIGINT)
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(PATIENCE)
+        end = time.monotonic() + PATIENCE
+        while self._is_there() and time.monotonic() < end:  # `rosbag` ends before the program that writes the bag does
+            time.sleep(0.05)
         self._send(signal.SIGKILL)  # what is left
         self._process.wait()
         return self.said
+
+    def _is_there(self) -> bool:
+        """Whether it, or a program that it started, is still running."""
+        self._process.poll()
+        try:
+            os.killpg(self._process.pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
 
     def _send(self, number: int) -> None:
         with suppress(ProcessLookupError):
