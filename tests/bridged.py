@@ -77,14 +77,14 @@ def image(pixels=PIXELS, width=4):
 
 
 class Bridged:
-    """The server and what stands for the simulation; `came` and `strangers` are what clients sent."""
+    """The server and what stands for the simulation; `came` and `unknown_publishers` are what clients sent."""
 
     def __init__(self, port=0, host="127.0.0.1", origins=()):
         self.table = table()
         self.inbox = Inbox()
         self.network = Network()
         self.bridge = Rosbridge(self.network, self.inbox, port=port, host=host, origins=origins)
-        self.came, self.strangers = [], []
+        self.came, self.unknown_publishers = [], []
         self.silent = False
         self._changed = threading.Condition()
         self._over = threading.Event()
@@ -121,12 +121,12 @@ class Bridged:
     def _run(self):
         while not self._over.is_set():
             self.inbox.wait(0.01)
-            commands, calls, strangers = self.inbox.drain()
+            commands, calls, unknown_publishers = self.inbox.drain()
             for call in calls:
                 self._answer(call)
             with self._changed:
                 self.came += [(command.topic, command.message) for command in commands]
-                self.strangers += strangers
+                self.unknown_publishers += unknown_publishers
                 self._changed.notify_all()
 
     def _answer(self, call):

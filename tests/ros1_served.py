@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from needs import ROS1_TOOLS, needs
-from vrx_mj.adapters.ros.inbox import Command, Inbox, Stranger
+from vrx_mj.adapters.ros.inbox import Command, Inbox, UnknownTopicPublisher
 from vrx_mj.adapters.ros.messages import new, stamp
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
@@ -83,7 +83,7 @@ class Served:
         self.uri = f"http://127.0.0.1:{port}"
         self.ros = Ros1(self.network, self.inbox, master_uri=self.uri, **options)
         self.commands: list[Command] = []
-        self.strangers: list[Stranger] = []
+        self.unknown_publishers: list[UnknownTopicPublisher] = []
         self.called: list[tuple[str, str]] = []
         self.ended = threading.Event()
         self.reason = ""
@@ -124,9 +124,9 @@ class Served:
         while not self._stop.wait(0.02):
             tick += 1
             self.ros.publish(self._batch(tick * 0.02))
-            commands, calls, strangers = self.inbox.drain()
+            commands, calls, unknown_publishers = self.inbox.drain()
             self.commands += commands
-            self.strangers += strangers
+            self.unknown_publishers += unknown_publishers
             for call in calls:
                 self.called.append((call.service, call.caller))
                 try:

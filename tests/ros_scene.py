@@ -6,7 +6,7 @@ import vrx_mj
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import encode, new
 from vrx_mj.adapters.ros.offer import Traffic
-from vrx_mj.adapters.ros.station import Station
+from vrx_mj.adapters.ros.ros_server import RosServer
 
 __all__ = ["STATIONS", "Fake", "call", "run", "served"]
 
@@ -47,7 +47,7 @@ def served(world, *, wanted=(), **options):
     """A station, its network, its inbox, and what it told."""
     sim = world if isinstance(world, vrx_mj.Simulation) else vrx_mj.Simulation(world)
     network, inbox, told = Fake(wanted), Inbox(), []
-    station = Station(sim, [network], inbox, tell=lambda _level, text: told.append(text), **options)
+    station = RosServer(sim, [network], inbox, tell=lambda _level, text: told.append(text), **options)
     STATIONS.append(station)
     return SimpleNamespace(sim=sim, station=station, network=network, inbox=inbox, told=told)
 

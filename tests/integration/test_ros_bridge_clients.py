@@ -91,7 +91,7 @@ def test_roslibpy_does_everything():
     assert seen["action servers"] == {"action_servers": []}
     check_services(seen)
     assert [(topic, message.data) for topic, message in bridged.came] == [("/wamv/thrusters/left_thrust_cmd", 5.0)]
-    assert [stranger[:2] for stranger in bridged.strangers] == [("/wamv/thruster/left", "std_msgs/Float32")]
+    assert [unknown[:2] for unknown in bridged.unknown_publishers] == [("/wamv/thruster/left", "std_msgs/Float32")]
 
 
 @pytest.fixture(scope="module")

@@ -97,16 +97,16 @@ def test_commands_and_calls_arrive_and_their_errors_return(served, home):
     assert "xmlrpc reply from" in said
 
 
-def test_who_publishes_where_nobody_listens_is_a_stranger(served, home):
+def test_who_publishes_where_nobody_listens_is_reported(served, home):
     script = (
         "rostopic pub -1 /wamv1/thrusters/left_thrust_cmd std_msgs/Float32 0.5 & "
         "rostopic pub -1 /tf tf2_msgs/TFMessage '[]'; wait"
     )
     tools(script, served.port, home)
-    until(lambda: served.strangers, "the stranger")
-    (stranger,) = served.strangers
-    assert (stranger.topic, stranger.type) == ("/wamv1/thrusters/left_thrust_cmd", "std_msgs/Float32")
-    assert stranger.sender.startswith("/rostopic_")
+    until(lambda: served.unknown_publishers, "the unknown_publisher")
+    (unknown_publisher,) = served.unknown_publishers
+    assert (unknown_publisher.topic, unknown_publisher.type) == ("/wamv1/thrusters/left_thrust_cmd", "std_msgs/Float32")
+    assert unknown_publisher.sender.startswith("/rostopic_")
 
 
 ROSPY = """

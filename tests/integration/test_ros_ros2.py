@@ -73,7 +73,7 @@ def test_commands_come_in_order_with_their_sender(told):
 
 
 def test_a_topic_that_nobody_here_listens_to_is_told_of(told):
-    assert told["strangers"] == ["/wamv/thrusters/left/thurst", "std_msgs/String", "/client", "vrx3"]
+    assert told["unknown_publishers"] == ["/wamv/thrusters/left/thurst", "std_msgs/String", "/client", "vrx3"]
 
 
 def test_a_new_table_withdraws_what_is_not_in_it(told):

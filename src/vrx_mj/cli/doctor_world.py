@@ -162,17 +162,17 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
 
 def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     """Whether somebody publishes commands for boats that are not in this world."""
-    from vrx_mj.adapters.ros.inbox import Inbox, Stranger
-    from vrx_mj.adapters.ros.station import Station
+    from vrx_mj.adapters.ros.inbox import Inbox, UnknownTopicPublisher
+    from vrx_mj.adapters.ros.ros_server import RosServer
 
     said: list[str] = []
-    station = Station(sim, [], Inbox(), tell=lambda _level, text: said.append(text))
+    station = RosServer(sim, [], Inbox(), tell=lambda _level, text: said.append(text))
     try:
         said.clear()  # what it says of the world has rows of its own
         for topic, nodes in publishers:
             if topic not in station.table.outputs:
                 for node in nodes:
-                    station.diagnosis.stranger(Stranger(topic, "*", node), station.table)
+                    station.diagnosis.unknown_publisher(UnknownTopicPublisher(topic, "*", node), station.table)
         heard = sum(topic in station.table.inputs for topic, _ in publishers)
     finally:
         station.close()

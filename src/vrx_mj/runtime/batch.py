@@ -17,11 +17,11 @@ from vrx_mj.libmujoco import untimed
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
-from vrx_mj.runtime.crew import Crew
 from vrx_mj.runtime.crowding import check_room
-from vrx_mj.runtime.divergence import told_rows
+from vrx_mj.runtime.divergence import rows_divergence_message
 from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
+from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
 from vrx_mj.runtime.row_memory import allocating, check_memory
@@ -29,7 +29,7 @@ from vrx_mj.runtime.row_tables import STACKED
 from vrx_mj.runtime.row_water import RowWater
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.runtime.stepping import stepping_models
+from vrx_mj.runtime.thread_pool import ThreadPool
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.warmup import announced
 
@@ -88,7 +88,7 @@ class Batch(RowWater):
         self._rig.reset(0)
         self._waves: Table
         self._thrusters: Table
-        self._crew = Crew(int(threads or thread_count()))
+        self._pool = ThreadPool(int(threads or thread_count()))
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
         check_memory(self.n, self._rig.data)
@@ -114,7 +114,7 @@ class Batch(RowWater):
     @property
     def threads(self) -> int:
         """Number of threads that advance the rows."""
-        return self._crew.threads
+        return self._pool.threads
 
     @property
     def seeds(self) -> npt.NDArray[np.int64]:
@@ -230,7 +230,7 @@ class Batch(RowWater):
             count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
             with untimed():
-                self._crew.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
+                self._pool.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
             left -= count
             if count:
                 pace = (clock.perf_counter() - begun) * self.threads / (count * max(1, int(self._going.sum())))
@@ -239,7 +239,7 @@ class Batch(RowWater):
                 break
         new = np.flatnonzero(self.diverged & ~before)
         if len(new):
-            raise DivergedError(told_rows(new, float(self._time[new[0]])))
+            raise DivergedError(rows_divergence_message(new, float(self._time[new[0]])))
 
     @in_turn
     def set_boat(

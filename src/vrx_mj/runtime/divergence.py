@@ -1,4 +1,4 @@
-"""What is told, and kept, when a state has diverged."""
+"""States that have diverged: the message, and the last good state, which is saved."""
 
 import contextlib
 import os
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vrx_mj.errors import VrxError
 from vrx_mj.runtime.state import State
 
-__all__ = ["KEPT", "told", "told_rows"]
+__all__ = ["KEPT", "divergence_message", "rows_divergence_message", "save_last_good_state"]
 
 PREFIX = "vrx_mj-diverged-"
 FILE = "last_good.state"
@@ -26,16 +26,16 @@ KEPT_BYTES = 100_000_000
 """What these may hold together [bytes]; the newest is kept whatever its size."""
 
 
-def told(body: str, time: float, timestep: float, good: State) -> str:
-    """Save the last good state to a file; tell which body diverged, at which time [s], and where that file is."""
+def divergence_message(body: str, time: float, timestep: float, good: State, kept: str) -> str:
+    """Say which body diverged, at which time [s], and what became of the last good state: `save_last_good_state`."""
     return (
         f"{body} has a state that is not finite, or huge, at step {round(time / timestep)} (t = {time:g} s). "
-        f"The state at t = {good.time:g} s {_kept(good)}"
+        f"The state at t = {good.time:g} s {kept}"
     )
 
 
-def told_rows(rows: npt.NDArray[np.integer[Any]], time: float) -> str:
-    """Tell which rows of a batch diverged, the first at about this time [s]."""
+def rows_divergence_message(rows: npt.NDArray[np.integer[Any]], time: float) -> str:
+    """Say which rows of a batch diverged, the first at about this time [s]."""
     more = f" and {len(rows) - 5} more" if len(rows) > 5 else ""
     return (
         f"rows {', '.join(map(str, rows[:5]))}{more} have a state that is not finite, or huge, at about t = "
@@ -43,8 +43,8 @@ def told_rows(rows: npt.NDArray[np.integer[Any]], time: float) -> str:
     )
 
 
-def _kept(good: State) -> str:
-    """Save a state for this user alone, and tell where; older ones make room for it."""
+def save_last_good_state(good: State) -> str:
+    """Save a state to a new folder for this user alone, and say where; older ones make room for it."""
     try:
         file = Path(tempfile.mkdtemp(prefix=PREFIX)) / FILE
         good.save(file)

@@ -36,9 +36,9 @@ from vrx_mj.physics.thrust import (
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime import engine
-from vrx_mj.runtime.borrowed import borrowed
 from vrx_mj.runtime.moments import capture
 from vrx_mj.runtime.proximity import apart, touch_begins
+from vrx_mj.runtime.without_refcount import without_refcount
 
 __all__ = ["HUGE", "advance"]
 
@@ -79,7 +79,7 @@ def advance(
     (qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state, hulls,
      stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
      follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
-     contacts, touches, sampling, samples) = borrowed((
+     contacts, touches, sampling, samples) = without_refcount((
         qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state,
         hulls, stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
         follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxWarning
-from vrx_mj.runtime.ballast import heavier
+from vrx_mj.runtime.ballast import with_scaled_mass
 from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import channels_of
@@ -174,7 +174,7 @@ class RowTables:
         boats = self._rig.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
             with allocating(self.n, self._rig.data):
-                pair = heavier(self._model, boats, factor), heavier(self._rig.quiet, boats, factor)
+                pair = with_scaled_mass(self._model, boats, factor), with_scaled_mass(self._rig.quiet, boats, factor)
             self._own_models[row] = pair
             self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
             self._hulls["mass"][row] = self._rig.hulls["mass"] * factor

@@ -17,29 +17,29 @@ from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
-from vrx_mj.runtime.company import Company, rig_of
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
-from vrx_mj.runtime.deeds import Deeds
-from vrx_mj.runtime.divergence import told
+from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
 from vrx_mj.runtime.durations import MOST_STEPS, steps_to_second, whole_steps
 from vrx_mj.runtime.instruments import Instruments
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.observation import Observation
-from vrx_mj.runtime.officiating import Officiating
+from vrx_mj.runtime.physics_models import PhysicsModels
+from vrx_mj.runtime.poses import Poses
 from vrx_mj.runtime.recorders import Recorders
 from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.signals import Signals
+from vrx_mj.runtime.spawning import Spawning, rig_of
 from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.task_actions import SimulationTaskActions
+from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.tasked import Tasked
 from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.turns import HOLDER, Turn, in_turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.runtime.whereabouts import Whereabouts
 
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
@@ -50,7 +50,7 @@ LOOP: Callable[..., int] = advance
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
+class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
     """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -68,16 +68,16 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
         self._first = world
         self._thrusters: dict[str, dict[str, Thruster]] = {}
-        self._stepping, self._turn = Stepping(), Turn("simulation")
-        self._take(world, rig_of(world, self._stepping))
+        self._physics_models, self._turn = PhysicsModels(), Turn("simulation")
+        self._take(world, rig_of(world, self._physics_models))
         self._sampler = Sampler(self._rig.columns, self._rig.timestep)
         self._pace, self._drained = 1e-5, 0.0
         self._sea, self._wind = Sea(self._rig), Wind(self._rig)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments(), self._turn)  # noqa: PLW0108
         self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
-        self._officiating = Officiating(world, self._rig, self._bodies.stand)
-        self._deeds = Deeds(self, self._sampler)
+        self._task_runner = TaskRunner(world, self._rig, self._bodies.stand)
+        self._task_actions = SimulationTaskActions(self, self._sampler)
         self.reset(seed)
         with announced(advance):
             LOOP(*self._arguments, self.time, self.timestep, 0)
@@ -87,7 +87,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
 
     def __setstate__(self, now: tuple[World, State]) -> None:
         if now[0].sha256 != self._first.sha256:
-            self._bind(now[0], rig_of(now[0], self._stepping))
+            self._bind(now[0], rig_of(now[0], self._physics_models))
         self.set_state(now[1])
 
     @classmethod
@@ -167,11 +167,11 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
         self._seed = self._first.seed if seed is None else as_seed(seed)
         if self._world is not self._first:
             self._thrusters = {}  # a boat that was spawned may have had the name of another
-            self._bind(self._first, rig_of(self._first, self._stepping))
+            self._bind(self._first, rig_of(self._first, self._physics_models))
         mujoco.mj_resetData(self._model, self._data)
         self._rig.reset(self._seed)
         self._wind.forget()
-        self._officiating.reset()
+        self._task_runner.reset()
         self._settle()
         return self.observe()
 
@@ -244,11 +244,11 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
         self._turn.take("advance", thread)
 
     def _advance(self, left: int) -> None:
-        self._officiating.look(self.time, self._deeds)
+        self._task_runner.look(self.time, self._task_actions)
         self._subscriptions.deliver(self.time)
         while left > 0:
             second = steps_to_second(self.time, self.timestep)
-            heard = min(self._subscriptions.steps(self.time), self._officiating.steps(self.time))
+            heard = min(self._subscriptions.steps(self.time), self._task_runner.steps(self.time))
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             with untimed():
@@ -263,7 +263,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
             if done < count or begun - self._drained > DRAIN:
                 self._sampler.drain()
                 self._drained = begun
-            self._officiating.look(self.time, self._deeds)
+            self._task_runner.look(self.time, self._task_actions)
             if done == second:
                 self._keep()
             self._subscriptions.deliver(self.time)
@@ -289,7 +289,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
         size = mujoco.mj_stateSize(self._model, SIGNATURE)
         flat = np.empty(size)
         mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
-        ours, moving, task = self._rig.pack(), self._rig.moving, self._officiating.dump()
+        ours, moving, task = self._rig.pack(), self._rig.moving, self._task_runner.dump()
         return State(STATE_VERSION, "", self._seed, self.time, flat, ours, moving, task)
 
     @in_turn
@@ -312,7 +312,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
             )
         state.check(self._world.sha256)
         self._rig.check(state.mujoco, state.ours)
-        self._officiating.check(state.task)
+        self._task_runner.check(state.task)
         with self._unless_crowded():
             self._restore(state)
         return self.observe()
@@ -322,7 +322,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
         mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
         mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
         self._rig.unpack(state.ours)
-        self._officiating.load(state.task)
+        self._task_runner.load(state.task)
         self._seed = state.seed
         self._rig.key(state.seed)
         self._wind.forget()
@@ -349,16 +349,16 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
             self._wind.bind(rig)
             self._sensing.bind(world, rig, self._drawing)
             self._subscriptions.bind(rig.sensors)
-            self._officiating.bind(world, rig, self._bodies.stand)
+            self._task_runner.bind(world, rig, self._bodies.stand)
             self._sampler.resize(rig.columns)
 
-    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
+    def _inhabit(self, world: World, rig: Rig, line: str) -> None:
         """Go on in a world that has other boats, from the moment that its rig is at."""
         self._bind(world, rig)
         self._renew_arguments()
         for listener in self._sampler.listeners:
             listener.boats_changed()
-        self.event(told)
+        self.event(line)
         self._keep()
 
     def _settle(self) -> None:
@@ -391,6 +391,7 @@ class Simulation(Company, Instruments, Recorders, Signals, Tasked, Whereabouts):
     def _diverged(self) -> None:
         self._sampler.drain()
         good = dataclasses.replace(self._last_good, world=self._world.sha256)
-        message = told(self._bodies.broken(), self.time, self.timestep, good)
+        kept = save_last_good_state(good)
+        message = divergence_message(self._bodies.broken(), self.time, self.timestep, good, kept)
         self.event(message, "ERROR")
         raise DivergedError(message)

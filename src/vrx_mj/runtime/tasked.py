@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from vrx_mj.runtime.officiating import Officiating, TaskObservation
+from vrx_mj.runtime.task_runner import TaskObservation, TaskRunner
 from vrx_mj.runtime.turns import Turn, in_turn
 
 __all__ = ["Tasked"]
@@ -11,23 +11,23 @@ __all__ = ["Tasked"]
 class Tasked:
     """The part of a simulation that is scored."""
 
-    _officiating: Officiating
+    _task_runner: TaskRunner
     _turn: Turn
 
     @property
     def task(self) -> TaskObservation | None:
         """Phase, times, score and outputs of the world's task; None if it has none."""
-        return self._officiating.observe() if self._officiating.referee else None
+        return self._task_runner.observe() if self._task_runner.referee else None
 
     @property
     def task_is_over(self) -> bool:
         """Whether the world's task is finished; False if it has none."""
-        return self._officiating.referee is not None and self._officiating.over
+        return self._task_runner.referee is not None and self._task_runner.over
 
     @property
     def task_events(self) -> tuple[tuple[float, str, str], ...]:
         """Messages of the referee so far: simulated time [s], text and level."""
-        return self._officiating.events
+        return self._task_runner.events
 
     @in_turn
     def send(self, topic: str, content: Any) -> None:
@@ -36,4 +36,4 @@ class Tasked:
         Raises:
             CommandError: the world has no task, or the task takes no such message.
         """
-        self._officiating.send(topic, content)
+        self._task_runner.send(topic, content)

@@ -82,7 +82,7 @@ def main():
     client = Client()
     told |= outputs(client, ros2)
     told["commands"] = commands(client, inbox)
-    told["strangers"] = strangers(client, inbox)
+    told["unknown_publishers"] = unknown_publishers(client, inbox)
     told["cost"] = cost(ros2, inbox)
     withdraw(client, ros2)
     told["topics in the end"] = [name for name in topics(client) if client.node.count_publishers(name)]
@@ -143,7 +143,7 @@ def commands(client, inbox):
     return came
 
 
-def strangers(client, inbox):
+def unknown_publishers(client, inbox):
     client.node.create_publisher(String, "/wamv/thrusters/left/thurst", 10)
     came = []
 

@@ -26,7 +26,7 @@ from vrx_mj.physics.surface import (
     ripples,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.runtime.stepping import stepping_models
+from vrx_mj.runtime.physics_models import stepping_models
 
 BUOYS = {
     "sea": {"model": "pms", "gain": 0.3, "period": 5.0, "scale": 2.5, "tau": 3.0},

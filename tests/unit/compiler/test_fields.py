@@ -12,7 +12,7 @@ from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.compiler.fields import _Ground
 from vrx_mj.compiler.terrain import on_land, shoreline
 from vrx_mj.errors import CompileError
-from vrx_mj.runtime.stepping import stepping_models
+from vrx_mj.runtime.physics_models import stepping_models
 
 KINDS = [{"model": "mb_marker_buoy_red", "count": 8, "name": "red"}, {"model": "polyform_a5", "count": 7}]
 FIELD = {"name": "field", "size": 60, "center": [-520, 190], "min_distance": 6, "objects": KINDS}

@@ -7,7 +7,7 @@ import pytest
 
 from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import ConfigError, VrxWarning
-from vrx_mj.runtime.stepping import stepping_models
+from vrx_mj.runtime.physics_models import stepping_models
 
 EARTH = {"georeference": {"latitude": -33.724223, "longitude": 150.679736}}
 COURSE = {"name": "c", "model": "short_navigation_course0", "pose": [30, 5, 0, 0, 0, math.pi / 2]}

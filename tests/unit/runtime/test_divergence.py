@@ -147,7 +147,9 @@ def temporary(tmp_path, monkeypatch):
 
 def diverge(time, size=1):
     """What is told of a run that diverges after `time` [s] with a state of so many numbers."""
-    text = divergence.told("b", time + 1.0, 0.01, State(3, "", 1, time, np.zeros(size), b"", 0))
+    good = State(3, "", 1, time, np.zeros(size), b"", 0)
+    kept = divergence.save_last_good_state(good)
+    text = divergence.divergence_message("b", time + 1.0, 0.01, good, kept)
     folder = Path(MESSAGE.fullmatch(text)["file"]).parent
     os.utime(folder, (time, time))
     return folder
@@ -187,7 +189,8 @@ def test_what_looks_alike_but_is_not_ours_is_left_alone(temporary, tmp_path_fact
 
 def test_where_nothing_can_be_saved_the_message_says_so(temporary, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(temporary / "none"))
-    told = divergence.told("b", 2.0, 0.01, State(3, "", 1, 1.0, np.zeros(1), b"", 0))
+    good = State(3, "", 1, 1.0, np.zeros(1), b"", 0)
+    told = divergence.divergence_message("b", 2.0, 0.01, good, divergence.save_last_good_state(good))
     assert told == (
         "b has a state that is not finite, or huge, at step 200 (t = 2 s). "
         "The state at t = 1 s could not be saved: No such file or directory"

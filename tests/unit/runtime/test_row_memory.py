@@ -13,8 +13,8 @@ from vrx_mj.adapters.gym.problems import PROBLEMS
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime import row_memory
 from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
+from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_memory import allocating, check_memory
-from vrx_mj.runtime.stepping import stepping_models
 
 TWO = {"thrusters": "H", "sensors": "none",
        "boats": [{"name": name, "pose": [0, 12 * k, 0.1, 0, 0, 0]} for k, name in enumerate("ab")]}  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 from vrx_mj.adapters.ros.bags import Bag
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import new
-from vrx_mj.adapters.ros.station import CLOCK_RATE, Station
+from vrx_mj.adapters.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.adapters.ros.table.boats import command_topic
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
@@ -38,7 +38,7 @@ def bagged(
     bag.start()
     try:
         rate = min(CLOCK_RATE, 1.0 / sim.timestep)
-        station = Station(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
+        station = RosServer(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
         try:
             station.announce()
             yield station.advance, None if controller is None else heard(bag, sim, controller)

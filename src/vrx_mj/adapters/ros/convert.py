@@ -115,7 +115,7 @@ class Moment:
         return {name: float(values[i]) for i, (owner, name) in enumerate(self.layout.thrusters) if owner == boat}
 
 
-class Past:
+class RecordingHost:
     """Has the outputs of the table made; the rest of a host is for those who change something."""
 
     cmd_vel, truth, paused = "thrust", True, True
@@ -134,7 +134,7 @@ class Past:
         return description(self.sim.world, boat)
 
 
-class Told(NamedTuple):
+class SegmentOutputs(NamedTuple):
     """What is told while a company sails."""
 
     moment: Moment
@@ -155,7 +155,7 @@ class Conversion:
     def __init__(self, recorded: Record, bag: Bag) -> None:
         self._recorded, self._bag = recorded, bag
         self._alike = {one.layout: one for one in recorded.companies[::-1]}
-        self._known: dict[str, Told] = {}
+        self._known: dict[str, SegmentOutputs] = {}
         self._numbers: dict[str, int] = {}
         self._last: dict[str, bytes] = {}
         self._count = 0
@@ -251,22 +251,22 @@ class Conversion:
         self._bag.write(topic, kind, message, time, latched=latched)
         self._count += 1
 
-    def _told(self, company: Company) -> Told:
+    def _told(self, company: Company) -> SegmentOutputs:
         """What is told while this company sails."""
         name = company.world_sha256
-        told = self._known.pop(name, None) or told_by(self._recorded, company)
+        told = self._known.pop(name, None) or outputs_of(self._recorded, company)
         self._known[name] = told
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
         return told
 
 
-def told_by(recorded: Record, company: Company) -> Told:
+def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
     """The topics of a company, by where their messages come from."""
     moment = Moment(recorded, company)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
-    outputs = make_table(cast("Host", Past(sim, bodies)), clock_rate=ROW_RATE).outputs.values()
+    outputs = make_table(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE).outputs.values()
     there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
     recorded_ones = [(one.boat, one.name) for one in recorded.sensors]
     measured: dict[tuple[str, str], list[Output]] = {key: [] for key in recorded_ones if key in there}
@@ -285,7 +285,7 @@ def told_by(recorded: Record, company: Company) -> Told:
             (moving if is_moving else saved).append(output)
     own = {output.name for several in measured.values() for output in several}
     places = {boat: topic for boat, topic in places.items() if topic not in own}
-    return Told(moment, bodies, moving, saved, measured, places)
+    return SegmentOutputs(moment, bodies, moving, saved, measured, places)
 
 
 def odometry(bodies: Bodies, boat: str, time: float) -> Message:

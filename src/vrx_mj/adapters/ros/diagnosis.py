@@ -11,7 +11,7 @@ from vrx_mj.runtime.thrusters import Thruster
 from vrx_mj.runtime.upsets import FASTEST_SPIN, is_capsized, spin
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.adapters.ros.inbox import Command, Stranger
+    from vrx_mj.adapters.ros.inbox import Command, UnknownTopicPublisher
     from vrx_mj.adapters.ros.offer import Table
 
 __all__ = ["Diagnosis", "overlaps", "shared_frames"]
@@ -62,14 +62,14 @@ class Diagnosis:
         for line in overlaps(self._sim):
             self._once(line.partition(" by ")[0], line)
 
-    def stranger(self, stranger: "Stranger", table: "Table") -> None:
+    def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "Table") -> None:
         """Somebody publishes where nobody listens."""
-        topic, key = stranger.topic, f"{stranger.topic} {stranger.sender}"
+        topic, key = unknown_publisher.topic, f"{unknown_publisher.topic} {unknown_publisher.sender}"
         if topic in table.inputs or key in self._told:
             return
-        hint = self._hints(topic, stranger.type, table, self._sim.boats)
+        hint = self._hints(topic, unknown_publisher.type, table, self._sim.boats)
         if hint:
-            self._once(key, f"{topic} has a publisher, {stranger.sender}, but no subscriber: {hint}")
+            self._once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
 
     def refused(self, command: "Command", why: str) -> None:
         """A message could not be taken."""

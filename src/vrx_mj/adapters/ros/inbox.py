@@ -8,7 +8,7 @@ from typing import NamedTuple
 from vrx_mj.adapters.ros.messages import Message
 from vrx_mj.adapters.ros.offer import Dialect
 
-__all__ = ["Answer", "Call", "Command", "Inbox", "Stranger"]
+__all__ = ["Answer", "Call", "Command", "Inbox", "UnknownTopicPublisher"]
 
 LONGEST = 64
 """Messages of one topic and sender that wait, at most: the oldest go first."""
@@ -42,7 +42,7 @@ class Call(NamedTuple):
     answer: Answer
 
 
-class Stranger(NamedTuple):
+class UnknownTopicPublisher(NamedTuple):
     """Somebody publishes on a topic that is none of the table's inputs."""
 
     topic: str
@@ -59,7 +59,7 @@ class Inbox:
         self._arrived = threading.Event()
         self._commands: dict[tuple[str, str], deque[Command]] = {}
         self._calls: deque[Call] = deque()
-        self._strangers: dict[tuple[str, str], Stranger] = {}
+        self._unknown_publishers: dict[tuple[str, str], UnknownTopicPublisher] = {}
         self.dropped = 0
         """Messages that were thrown away, as they came faster than the simulation takes them."""
 
@@ -85,11 +85,11 @@ class Inbox:
             answer(None, f"{service}: {MOST_CALLS} calls are already waiting")
         self._arrived.set()
 
-    def stranger(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
+    def unknown_publisher(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
         """Somebody publishes, or tries to, on a topic that nobody here listens to."""
         with self._lock:
-            if len(self._strangers) < MOST_STRANGERS:
-                self._strangers[topic, sender] = Stranger(topic, type_name, sender, dialect)
+            if len(self._unknown_publishers) < MOST_STRANGERS:
+                self._unknown_publishers[topic, sender] = UnknownTopicPublisher(topic, type_name, sender, dialect)
 
     def wait(self, seconds: float) -> bool:
         """Wait until something came, or so long [s]; whether something came."""
@@ -100,13 +100,13 @@ class Inbox:
         """Whether something waits."""
         return self._arrived.is_set()
 
-    def drain(self) -> tuple[list[Command], list[Call], list[Stranger]]:
+    def drain(self) -> tuple[list[Command], list[Call], list[UnknownTopicPublisher]]:
         """Take all that came: of every topic and sender in the order in which it did."""
         with self._lock:
             self._arrived.clear()
             commands = [command for waiting in self._commands.values() for command in waiting]
-            calls, strangers = list(self._calls), list(self._strangers.values())
+            calls, unknown_publishers = list(self._calls), list(self._unknown_publishers.values())
             self._commands.clear()
             self._calls.clear()
-            self._strangers.clear()
-        return commands, calls, strangers
+            self._unknown_publishers.clear()
+        return commands, calls, unknown_publishers

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vrx_mj.adapters.ros.offer import Transport
-from vrx_mj.adapters.ros.station import Station
+from vrx_mj.adapters.ros.ros_server import RosServer
 
 __all__ = ["Meter", "memory"]
 
@@ -16,7 +16,7 @@ KB, MB = 1e3, 1e6
 class Meter:
     """Differences since the last line."""
 
-    def __init__(self, station: Station, transports: Sequence[Transport], now: float) -> None:
+    def __init__(self, station: RosServer, transports: Sequence[Transport], now: float) -> None:
         self._station, self._transports = station, transports
         self._begun = self._then = now, station.sim.time, time.process_time(), 0
         self._stepped = self._last = 0.0

@@ -13,7 +13,7 @@ from vrx_mj.adapters.ros.lockstep import Lockstep
 from vrx_mj.adapters.ros.meter import Meter
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Transport
-from vrx_mj.adapters.ros.station import CLOCK_RATE, Station, Tell
+from vrx_mj.adapters.ros.ros_server import CLOCK_RATE, RosServer, Tell
 from vrx_mj.adapters.ros.table.host import CmdVel
 from vrx_mj.adapters.view.pacer import Pacer
 from vrx_mj.errors import CommandError
@@ -92,7 +92,7 @@ def serve(
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
             loud = _Loud(sim, transports, tell)
-            station = Station(
+            station = RosServer(
                 sim,
                 transports,
                 inbox,
@@ -132,7 +132,7 @@ class _Loop:
 
     def __init__(
         self,
-        station: Station,
+        station: RosServer,
         inbox: Inbox,
         wanted: Wanted,
         transports: Sequence[Transport],
@@ -217,7 +217,7 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-def _greet(station: Station, wanted: Wanted, tell: Tell) -> None:
+def _greet(station: RosServer, wanted: Wanted, tell: Tell) -> None:
     sim, tables = station.sim, station.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
     tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")

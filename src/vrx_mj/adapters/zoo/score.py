@@ -9,7 +9,7 @@ from vrx_mj.adapters.gym.problem import Entry, Mask, open_water
 from vrx_mj.adapters.gym.seen import Floats
 from vrx_mj.adapters.zoo.refereed import RefereedRow
 from vrx_mj.adapters.zoo.team import Spot, Team, TeamJudged, TeamProblem
-from vrx_mj.runtime.officiating import TaskObservation
+from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks.meaning import MEANINGS
 
 __all__ = ["Score"]

@@ -27,8 +27,8 @@ from vrx_mj.adapters.ros.messages import new
     ],
 )
 def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic, hint):
-    scene.inbox.stranger(topic, "std_msgs/Float32", "/rostopic_1")
-    scene.inbox.stranger("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
+    scene.inbox.unknown_publisher(topic, "std_msgs/Float32", "/rostopic_1")
+    scene.inbox.unknown_publisher("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
     scene.station.receive()
     assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no subscriber: {hint}"
 

@@ -14,12 +14,12 @@ def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
     assert inbox.drain() == ([], [], [])
 
 
-def test_strangers_are_known_once_and_up_to_a_number():
+def test_unknown_publishers_are_known_once_and_up_to_a_number():
     inbox = Inbox()
     for number in range(2 * MOST_STRANGERS):
-        inbox.stranger(f"/topic_{number % (MOST_STRANGERS + 50)}", "std_msgs/Empty", "me")
-    _, _, strangers = inbox.drain()
-    assert len(strangers) == len({one.topic for one in strangers}) == MOST_STRANGERS
+        inbox.unknown_publisher(f"/topic_{number % (MOST_STRANGERS + 50)}", "std_msgs/Empty", "me")
+    _, _, unknown_publishers = inbox.drain()
+    assert len(unknown_publishers) == len({one.topic for one in unknown_publishers}) == MOST_STRANGERS
 
 
 def test_calls_beyond_the_room_for_them_are_refused_at_once():

@@ -14,8 +14,8 @@ from vrx_mj.adapters.ros import serve as serving
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.lockstep import LONGEST, Lockstep
 from vrx_mj.adapters.ros.messages import new
+from vrx_mj.adapters.ros.ros_server import RosServer
 from vrx_mj.adapters.ros.serve import Wanted
-from vrx_mj.adapters.ros.station import Station
 
 LEFT, RIGHT, OTHER = (
     f"/wamv{name}_thrust_cmd" for name in ("1/thrusters/left", "1/thrusters/right", "2/thrusters/left")
@@ -88,7 +88,7 @@ def test_the_same_bits_however_late_the_answers_come(bay, loop):
     for seed in range(3):
         sim, inbox = Simulation(bay), Inbox()
         nodes = Nodes(inbox, (LEFT, RIGHT, OTHER), seed)
-        station = Station(
+        station = RosServer(
             sim, [nodes], inbox, tell=lambda *_: None, clock_rate=CLOCK_RATE, lockstep=Lockstep((LEFT, RIGHT, OTHER))
         )
         try:

@@ -12,7 +12,7 @@ from integration.sensing import SYDNEY
 from vrx_mj.adapters.ros import cdr
 from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.messages import is_known, new
-from vrx_mj.adapters.ros.station import Station
+from vrx_mj.adapters.ros.ros_server import RosServer
 from vrx_mj.adapters.ros.table.vrx3 import PACKAGES, RETOLD
 from vrx_mj.adapters.ros.table.vrx3_sensors import middle_ring
 from vrx_mj.config.sensors import LidarConfig
@@ -81,7 +81,7 @@ def station(sim, *transports):
         command(given)
 
     sim.command_all = spied
-    made = Station(sim, transports, inbox, tell=lambda level, text: lines.append(text))
+    made = RosServer(sim, transports, inbox, tell=lambda level, text: lines.append(text))
     return SimpleNamespace(station=made, inbox=inbox, lines=lines, sim=sim, transport=transports[0], commands=commands)
 
 

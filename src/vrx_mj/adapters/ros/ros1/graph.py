@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from vrx_mj.adapters.ros.access import Names, is_loopback
 from vrx_mj.adapters.ros.ros1.address import addresses, announced, bound, is_local
-from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.link import FarLink, Link, NearLink
@@ -46,7 +46,7 @@ class Graph:
 
 
 async def open_graph(
-    uri: str, host: str, node: str, gate: Gate, notices: Notices, names: Names
+    uri: str, host: str, node: str, connection_limit: ConnectionLimit, notices: Notices, names: Names
 ) -> Graph:  # fmt: skip
     """Find the master at a URI; be it if there is none, and the URI is on this machine.
 
@@ -63,7 +63,7 @@ async def open_graph(
         await proxy.ros("hasParam", node, "/rosdistro", patience=PATIENCE)  # a node would not know what that is
     except ConnectionRefusedError:
         master, hosts = _own(uri, where, port, host, node)
-        server = HttpServer("master", master.answer, gate, notices, names)
+        server = HttpServer("master", master.answer, connection_limit, notices, names)
         await _listen(server, hosts, where, port)
         master.start()
         return Graph(where, NearLink(master), names, master, server)

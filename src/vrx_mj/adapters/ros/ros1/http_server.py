@@ -8,7 +8,7 @@ from typing import Any
 
 from vrx_mj.adapters.ros.access import Names
 from vrx_mj.adapters.ros.intake import SMALL, Intake, Place
-from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.http import LARGEST_HEAD, read_head
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.pace import Pace
@@ -68,10 +68,11 @@ class HttpServer:
     """
 
     def __init__(
-        self, title: str, answer: Answerer, gate: Gate, notices: Notices, names: Names | None = None
+        self, title: str, answer: Answerer, connection_limit: ConnectionLimit, notices: Notices,
+        names: Names | None = None,
     ) -> None:  # fmt: skip
         self.title = title
-        self._answer, self._gate, self._notices = answer, gate, notices
+        self._answer, self._connection_limit, self._notices = answer, connection_limit, notices
         self._names = names or Names()
         self._intake = Intake(ALL_BODIES)
         self._lane, self._lane_of_large = Lane(), Lane()
@@ -108,7 +109,7 @@ class HttpServer:
         if not self._is_open:
             writer.transport.abort()
             return
-        if not self._gate.enter(place):
+        if not self._connection_limit.enter(place):
             text = f"{self.title}: too many connections; one of {place.host} refused"
             self._notices.tell("WARN", "crowd", place.host, text)
             writer.transport.abort()
@@ -125,7 +126,7 @@ class HttpServer:
             pass  # it has gone, was too slow, or all is closed
         finally:
             self._tasks.discard(task)
-            self._gate.leave(place)
+            self._connection_limit.leave(place)
             self._intake.hold(place, 0)
             writer.transport.abort()
 
@@ -151,14 +152,14 @@ class HttpServer:
     async def _head(
         self, reader: asyncio.StreamReader, place: Place, patience: float
     ) -> tuple[list[str], dict[str, str]]:  # fmt: skip
-        self._gate.wait(place)
+        self._connection_limit.wait(place)
         async with asyncio.timeout(patience):
             first = await reader.readexactly(1)
         async with asyncio.timeout(STALL):
             return await read_head(reader, first)
 
     async def _body(self, reader: asyncio.StreamReader, place: Place, size: int) -> bytearray:
-        self._gate.wait(place)
+        self._connection_limit.wait(place)
         body = bytearray()
         while len(body) < size:
             goal = min(size, len(body) + PORTION)
@@ -224,7 +225,7 @@ class HttpServer:
         if status.startswith("405"):
             head += "Allow: POST\r\n"
         data = memoryview(f"{head}\r\n".encode() + body)
-        self._gate.wait(place)
+        self._connection_limit.wait(place)
         for at in range(0, len(data), PORTION):
             self._intake.hold(place, len(data) - at)
             writer.write(data[at : at + PORTION])

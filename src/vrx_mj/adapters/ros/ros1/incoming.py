@@ -6,15 +6,15 @@ import socket
 from collections.abc import Callable, Mapping, Sequence
 
 from vrx_mj.adapters.ros.intake import Intake, Place
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.frames import Splitter
-from vrx_mj.adapters.ros.ros1.gate import Gate
 from vrx_mj.adapters.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.provided import Caller, is_persistent
 from vrx_mj.adapters.ros.ros1.publication import Reader
 from vrx_mj.errors import CommandError
 
-__all__ = ["Door", "Role", "keep_alive"]
+__all__ = ["Role", "TcprosListener", "keep_alive"]
 
 HANDSHAKE = 10.0
 """Wall time in which a header must come [s]."""
@@ -24,11 +24,24 @@ Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
 """Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
 
 
-class Door:
+class TcprosListener:
     """Listens for TCPROS."""
 
-    def __init__(self, meet: Meet, gate: Gate, intake: Intake, notices: Notices, changed: Callable[[], None]) -> None:
-        self.meet, self.gate, self.intake, self.notices, self.changed = meet, gate, intake, notices, changed
+    def __init__(
+        self,
+        meet: Meet,
+        connection_limit: ConnectionLimit,
+        intake: Intake,
+        notices: Notices,
+        changed: Callable[[], None],
+    ) -> None:
+        self.meet, self.connection_limit, self.intake, self.notices, self.changed = (
+            meet,
+            connection_limit,
+            intake,
+            notices,
+            changed,
+        )
         self.inside: set[Incoming] = set()
         self._servers: list[asyncio.Server] = []
 
@@ -55,12 +68,12 @@ class Door:
 class Incoming(asyncio.Protocol):
     """One connection."""
 
-    def __init__(self, door: Door) -> None:
+    def __init__(self, tcpros_listener: TcprosListener) -> None:
         self.transport: asyncio.Transport | None = None
-        self._door = door
+        self._listener = tcpros_listener
         self._place = Place("?", self._abort)
         self._role: Role | None = None
-        self._splitter = Splitter(LARGEST_HEADER, door.intake, self._place)
+        self._splitter = Splitter(LARGEST_HEADER, tcpros_listener.intake, self._place)
         self._timer: asyncio.TimerHandle | None = None
         self._over = self._blocked = False
 
@@ -68,13 +81,13 @@ class Incoming(asyncio.Protocol):
         """Somebody is there."""
         assert isinstance(transport, asyncio.Transport)
         host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
-        if not self._door.gate.enter(self._place):
-            self._door.notices.tell("WARN", "crowd", host, f"too many connections; one of {host} refused")
+        if not self._listener.connection_limit.enter(self._place):
+            self._listener.notices.tell("WARN", "crowd", host, f"too many connections; one of {host} refused")
             self._over = True
             transport.abort()
             return
         self.transport = transport
-        self._door.inside.add(self)
+        self._listener.inside.add(self)
         keep_alive(transport)
         self._timer = asyncio.get_running_loop().call_later(HANDSHAKE, transport.abort)
 
@@ -111,12 +124,12 @@ class Incoming(asyncio.Protocol):
             return
         if self._timer is not None:
             self._timer.cancel()
-        self._door.gate.leave(self._place)
-        self._door.inside.discard(self)
+        self._listener.connection_limit.leave(self._place)
+        self._listener.inside.discard(self)
         self._splitter.rest()
         if self._role is not None:
             self._role.lost()
-            self._door.changed()
+            self._listener.changed()
 
     def _abort(self) -> None:
         if self.transport is not None:
@@ -125,9 +138,9 @@ class Incoming(asyncio.Protocol):
     def _greet(self, header: Mapping[str, str]) -> None:
         assert self.transport is not None
         lasts = "topic" in header or is_persistent(header)
-        if lasts and not self._door.gate.settle(self._place):
+        if lasts and not self._listener.connection_limit.settle(self._place):
             raise CommandError("too many connections")
-        role = self._door.meet(header, self.transport, self._place)
+        role = self._listener.meet(header, self.transport, self._place)
         if self._timer is not None:
             self._timer.cancel()
         if role is None:
@@ -135,7 +148,7 @@ class Incoming(asyncio.Protocol):
             return
         self._role = role
         role.blocked(now=self._blocked)
-        self._door.changed()
+        self._listener.changed()
         rest = self._splitter.rest()
         if rest:
             role.received(rest)
@@ -143,7 +156,7 @@ class Incoming(asyncio.Protocol):
     def _refuse(self, why: str) -> None:
         assert self.transport is not None
         host = self._place.host
-        self._door.notices.tell("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
+        self._listener.notices.tell("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
         if self._role is None:
             self.transport.write(encode_header({"error": why[:1000]}))
         self._end()

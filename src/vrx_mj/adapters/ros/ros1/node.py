@@ -10,12 +10,12 @@ from vrx_mj.adapters.ros.messages import Message, is_known
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.adapters.ros.ros1.address import addresses, is_local
-from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.graph import Graph
 from vrx_mj.adapters.ros.ros1.header import encode_header
 from vrx_mj.adapters.ros.ros1.http import address
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
-from vrx_mj.adapters.ros.ros1.incoming import Door, Role
+from vrx_mj.adapters.ros.ros1.incoming import Role, TcprosListener
 from vrx_mj.adapters.ros.ros1.notices import Notices
 from vrx_mj.adapters.ros.ros1.provided import Caller, Provided
 from vrx_mj.adapters.ros.ros1.publication import Publication, Reader, Stream
@@ -44,7 +44,7 @@ class Node:
         graph: Graph,
         network: Network,
         inbox: Inbox,
-        gate: Gate,
+        connection_limit: ConnectionLimit,
         notices: Notices,
     ) -> None:
         self.name, self.master_uri = name, master_uri
@@ -57,8 +57,10 @@ class Node:
         self.provided: dict[str, Provided] = {}
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices)
         self.slave.is_masters_own = graph.master is not None
-        self.door = Door(self._meet, gate, Intake(INCOMING_BYTES), notices, self._changed)
-        self.api = HttpServer(f"node {name}", self.slave.answer, gate, notices, graph.names)
+        self.tcpros_listener = TcprosListener(
+            self._meet, connection_limit, Intake(INCOMING_BYTES), notices, self._changed
+        )
+        self.api = HttpServer(f"node {name}", self.slave.answer, connection_limit, notices, graph.names)
         self.registrar = Registrar(name, master_uri, graph.link, notices)
         self.watch = Watch(name, graph.link, inbox, notices, self.publications)
         self._table = EMPTY
@@ -67,7 +69,7 @@ class Node:
 
     async def start(self, hosts: Sequence[str], announced: str) -> None:
         """Listen at addresses, and tell others of one. OSError: that cannot be done."""
-        self.slave.stream = announced, await self.door.start(hosts)
+        self.slave.stream = announced, await self.tcpros_listener.start(hosts)
         self.slave.uri = f"http://{announced}:{await self.api.start(hosts, 0)}/"
         self.watch.announced = announced
         masters = set(addresses(address(self.master_uri)[0]))
@@ -88,7 +90,7 @@ class Node:
         await self.registrar.withdraw()
         await self.watch.close()
         await asyncio.gather(*(topic.close() for topic in self.subscriptions.values()), *self._closing)
-        await self.door.close()
+        await self.tcpros_listener.close()
         await self.api.close()
 
     def apply(self, table: Table) -> None:
@@ -128,7 +130,7 @@ class Node:
     @property
     def clients(self) -> int:
         """Connections that are open; safe to ask from any thread."""
-        return len(self.door.inside) + sum(
+        return len(self.tcpros_listener.inside) + sum(
             source.receiver is not None
             for topic in list(self.subscriptions.values())
             for source in list(topic.sources.values())
@@ -155,7 +157,7 @@ class Node:
         for name, wanted in table.inputs.items():
             if name not in self.subscriptions:
                 self.subscriptions[name] = Subscription(
-                    self.name, name, wanted.type, self.inbox.message, self.door.intake, self.notices
+                    self.name, name, wanted.type, self.inbox.message, self.tcpros_listener.intake, self.notices
                 )
         for name, service in table.services.items():
             if name not in self.provided:
@@ -197,7 +199,7 @@ class Node:
         transport.write(encode_header(service.reply()))
         if header.get("probe") == "1":
             return None
-        return Caller(service, transport, header, self.network, self.door.intake, place)
+        return Caller(service, transport, header, self.network, self.tcpros_listener.intake, place)
 
     def _meet_reader(self, header: Mapping[str, str], transport: asyncio.Transport) -> Reader:
         topic = self.publications.get(header["topic"])

@@ -8,7 +8,7 @@ __all__ = ["Notices"]
 MOST = 1000
 """Different notices that are remembered; once there are so many, no new ones are told."""
 LONGEST = 500
-"""Characters of a notice: parts of it come from strangers."""
+"""Characters of a notice: parts of it come from unknown_publishers."""
 
 _logger = logging.getLogger("vrx_mj.ros")
 

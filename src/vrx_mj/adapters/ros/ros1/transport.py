@@ -10,7 +10,7 @@ from vrx_mj.adapters.ros.inbox import Inbox
 from vrx_mj.adapters.ros.network import Network
 from vrx_mj.adapters.ros.offer import Sent, Table, Traffic
 from vrx_mj.adapters.ros.ros1.address import announced, bound, own_names
-from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.graph import Graph, is_ours, open_graph
 from vrx_mj.adapters.ros.ros1.node import Node
 from vrx_mj.adapters.ros.ros1.notices import Notices
@@ -46,7 +46,7 @@ class Ros1:
         self.notices = Notices()
         """What goes wrong on the network; `notices.listener` may be set."""
         self._network, self._inbox, self._host, self._name = network, inbox, host, node
-        self._gate = Gate()
+        self._connection_limit = ConnectionLimit()
         self._graph: Graph | None = None
         self._node: Node | None = None
         self._batches: deque[Sequence[Sent]] = deque()
@@ -115,9 +115,11 @@ class Ros1:
 
     async def _open(self) -> Sequence[str]:
         names = own_names(self._host, self.master_uri)
-        graph = await open_graph(self.master_uri, self._host, self._name, self._gate, self.notices, names)
+        graph = await open_graph(self.master_uri, self._host, self._name, self._connection_limit, self.notices, names)
         where = announced(self._host, graph.host)
-        node = Node(self._name, self.master_uri, graph, self._network, self._inbox, self._gate, self.notices)
+        node = Node(
+            self._name, self.master_uri, graph, self._network, self._inbox, self._connection_limit, self.notices
+        )
         try:
             await node.start(bound(self._host), where)
         except OSError as error:

@@ -34,14 +34,14 @@ class Watch:
         self.announced = ""
         """The address that others are told."""
         self.clock: Callable[[], float] = time.monotonic
-        self._strangers: set[tuple[str, str]] = set()
+        self._unknown_publishers: set[tuple[str, str]] = set()
         self._since: dict[tuple[str, str], float] = {}
         self._work: set[asyncio.Task[None]] = set()
 
     def look(self, state: State, inputs: Mapping[str, object]) -> None:
         """Find what is new in a state; `inputs` are the topics that we listen to."""
         publishers, subscribers = state[0], state[1]
-        strangers = {
+        unknown_publishers = {
             (topic, node)
             for topic, nodes in publishers.items()
             if topic not in PUBLIC and topic not in inputs and topic not in self._publications
@@ -49,9 +49,9 @@ class Watch:
             for node in nodes
             if node != self._node
         }
-        new, self._strangers = strangers - self._strangers, strangers
+        new, self._unknown_publishers = unknown_publishers - self._unknown_publishers, unknown_publishers
         if new:
-            self._begin(self._tell_strangers(new))
+            self._begin(self._report_unknown_publishers(new))
         silent = self._silent(subscribers)
         if silent:
             self._begin(self._tell_unreachable(silent))
@@ -68,14 +68,14 @@ class Watch:
         self._work.add(task)
         task.add_done_callback(self._work.discard)
 
-    async def _tell_strangers(self, new: set[tuple[str, str]]) -> None:
+    async def _report_unknown_publishers(self, new: set[tuple[str, str]]) -> None:
         try:
             (pairs,) = await self._link.many([("getTopicTypes", (self._node,))])
             types = {str(topic): str(kind) for topic, kind in pairs or []}
         except (*BROKEN, Fault, TypeError, ValueError):
             types = {}
         for topic, node in sorted(new):
-            self._inbox.stranger(topic, types.get(topic, "*"), node)
+            self._inbox.unknown_publisher(topic, types.get(topic, "*"), node)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""

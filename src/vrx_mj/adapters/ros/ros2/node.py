@@ -172,7 +172,7 @@ class Node:
             if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
                 continue
             for sender in self._publishing(topic):
-                self._inbox.stranger(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
+                self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
 
     def _publisher(self, type_name: str, topic: str, *, latched: bool, depth: int | None = None) -> Any | None:
         found = self._class(type_name, topic)

@@ -66,7 +66,7 @@ class Publishing:
         heard = topics.send(name, parcel)
         if not is_input and not heard and not advertised.told:
             advertised.told = True
-            self._hub.inbox.stranger(name, type_name, self._sender)
+            self._hub.inbox.unknown_publisher(name, type_name, self._sender)
         if advertised.latch:
             self._keep(name, parcel, len(json.dumps(value)))
 

@@ -49,7 +49,7 @@ class Spin(NamedTuple):
         return Spin(math.remainder(self.angle + rate * time, math.tau), rate, torque)
 
 
-class Limb(NamedTuple):
+class ThrusterJoints(NamedTuple):
     """What of a thruster moves, where its description has it."""
 
     name: str
@@ -75,7 +75,7 @@ class Skeleton:
         """sensor_msgs/JointState."""
         spins, angles = self._spun(), self._host.sim.steering(self._boat)
         rows: list[tuple[str, Spin]] = []
-        for limb in self._limbs:
+        for limb in self._thruster_joints:
             if limb.engine is not None:
                 rows.append((limb.engine.joint, Spin(angles[limb.name])))
             if limb.shaft is not None:
@@ -99,7 +99,9 @@ class Skeleton:
             if sensor.frame != link:
                 optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
                 frames[sensor.frame] = _transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
-        moving = {bone.child for limb in self._limbs for bone in (limb.engine, limb.shaft) if bone is not None}
+        moving = {
+            bone.child for limb in self._thruster_joints for bone in (limb.engine, limb.shaft) if bone is not None
+        }
         for bone in self._bones:
             if bone.child not in frames and bone.child not in moving:
                 frames[bone.child] = _transform(0.0, bone.parent, bone.child, bone.position, bone.quaternion)
@@ -110,7 +112,7 @@ class Skeleton:
         host, boat = self._host, self._boat
         spins, angles = self._spun(), host.sim.steering(boat)
         frames = []
-        for limb in self._limbs:
+        for limb in self._thruster_joints:
             if limb.engine is not None:
                 frames.append(_bent(host.sim.time, limb.engine, angles[limb.name]))
             if limb.shaft is not None:
@@ -136,10 +138,10 @@ class Skeleton:
         return described or [bone for row in self._rows for bone in _stand_ins(row, self._boat)]
 
     @cached_property
-    def _limbs(self) -> Sequence[Limb]:
+    def _thruster_joints(self) -> Sequence[ThrusterJoints]:
         """The joints that are where the thrusters are."""
         moving = [bone for bone in self._bones if bone.moves]
-        return [_limb(row, moving) for row in self._rows]
+        return [_joints_of(row, moving) for row in self._rows]
 
     @cached_property
     def _drives(self) -> Mapping[str, Any]:
@@ -158,10 +160,10 @@ class Skeleton:
         return self._spins
 
 
-def _limb(row: Mapping[str, Any], moving: Sequence[Bone]) -> Limb:
+def _joints_of(row: Mapping[str, Any], moving: Sequence[Bone]) -> ThrusterJoints:
     shaft = None if row["mapping"] == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
     engine = _at(np.array(row["position"]), [bone for bone in moving if bone is not shaft])
-    return Limb(row["name"], engine, shaft)
+    return ThrusterJoints(row["name"], engine, shaft)
 
 
 def _at(place: FloatArray, moving: Sequence[Bone]) -> Bone | None:

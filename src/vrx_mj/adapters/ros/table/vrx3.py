@@ -41,7 +41,7 @@ COLLISION = 5
 """A kind of ros_gz_interfaces/Entity."""
 
 
-class Retold(NamedTuple):
+class TopicMapping(NamedTuple):
     """A topic of VRX's table by another name, or with other messages."""
 
     of: str
@@ -53,7 +53,7 @@ class Retold(NamedTuple):
 def make_vrx3_table(host: Host, table: Table) -> Table:
     """VRX 3's topics, from the table by VRX's names; VRX 3 has no services."""
     outputs = [
-        *(_retold(table.outputs[row.of], row) for row in RETOLD if row.of in table.outputs),
+        *(_mapped(table.outputs[row.of], row) for row in RETOLD if row.of in table.outputs),
         *_infos(host, table),
         *_animals(host, table),
         *_contacts(host),
@@ -67,7 +67,7 @@ def make_vrx3_table(host: Host, table: Table) -> Table:
     return Table({output.name: output for output in outputs}, {entry.name: entry for entry in inputs})
 
 
-def _retold(output: Output, row: Retold, rate: float | None = None) -> Output:
+def _mapped(output: Output, row: TopicMapping, rate: float | None = None) -> Output:
     def make() -> Message | None:
         message = output.make()
         return None if message is None else row.tell(message)
@@ -112,8 +112,8 @@ def _boat_inputs(host: Host, table: Table, boat: str) -> Iterator[Input]:
 def _infos(host: Host, table: Table) -> Iterator[Output]:
     info = table.outputs.get("/vrx/task/info")
     if info is not None:
-        row = Retold(info.name, info.name, "ros_gz_interfaces/ParamVec", lambda told: _info(host.sim.time, told))
-        yield _retold(info, row)
+        row = TopicMapping(info.name, info.name, "ros_gz_interfaces/ParamVec", lambda told: _info(host.sim.time, told))
+        yield _mapped(info, row)
 
 
 def _animals(host: Host, table: Table) -> Iterator[Output]:
@@ -127,8 +127,8 @@ def _animals(host: Host, table: Table) -> Iterator[Output]:
         def one(path: Message, index: int = index) -> Message | None:
             return _pose_stamped(path.poses[index])
 
-        row = Retold(poses.name, f"/vrx/wildlife/animal{index}/pose", "geometry_msgs/PoseStamped", one)
-        yield _retold(poses, row, ANIMAL_RATE)
+        row = TopicMapping(poses.name, f"/vrx/wildlife/animal{index}/pose", "geometry_msgs/PoseStamped", one)
+        yield _mapped(poses, row, ANIMAL_RATE)
 
 
 def _contacts(host: Host) -> Iterator[Output]:
@@ -223,15 +223,15 @@ def _seconds(time: Message) -> float:
 
 
 RETOLD = (
-    Retold("/clock", "/clock", "rosgraph_msgs/Clock", _same),
-    Retold("/tf", "/tf", "tf2_msgs/TFMessage", _same),
-    Retold("/tf_static", "/tf_static", "tf2_msgs/TFMessage", _same),
+    TopicMapping("/clock", "/clock", "rosgraph_msgs/Clock", _same),
+    TopicMapping("/tf", "/tf", "tf2_msgs/TFMessage", _same),
+    TopicMapping("/tf_static", "/tf_static", "tf2_msgs/TFMessage", _same),
     *(
-        Retold(f"/vrx/debug/wind/{name}", f"/vrx/debug/wind/{name}", "std_msgs/Float32", _single)
+        TopicMapping(f"/vrx/debug/wind/{name}", f"/vrx/debug/wind/{name}", "std_msgs/Float32", _single)
         for name in ("speed", "direction")
     ),
     *(
-        Retold(f"{old}/{name}", f"{then}/{name}", kind, tell)
+        TopicMapping(f"{old}/{name}", f"{then}/{name}", kind, tell)
         for old, then in (
             ("/vrx/station_keeping", "/vrx/stationkeeping"),
             ("/vrx/gymkhana_blackbox", "/vrx/gymkhana_blackbox"),
@@ -243,7 +243,9 @@ RETOLD = (
             ("mean_pose_error", "std_msgs/Float32", _single),
         )
     ),
-    Retold("/vrx/wayfinding/waypoints", "/vrx/wayfinding/waypoints", "geometry_msgs/PoseArray", _pose_array),
-    Retold("/vrx/wayfinding/min_errors", "/vrx/wayfinding/min_errors", "ros_gz_interfaces/Float32Array", _singles),
-    Retold("/vrx/wayfinding/mean_error", "/vrx/wayfinding/mean_error", "std_msgs/Float32", _single),
+    TopicMapping("/vrx/wayfinding/waypoints", "/vrx/wayfinding/waypoints", "geometry_msgs/PoseArray", _pose_array),
+    TopicMapping(
+        "/vrx/wayfinding/min_errors", "/vrx/wayfinding/min_errors", "ros_gz_interfaces/Float32Array", _singles
+    ),
+    TopicMapping("/vrx/wayfinding/mean_error", "/vrx/wayfinding/mean_error", "std_msgs/Float32", _single),
 )

@@ -6,7 +6,7 @@ from xmlrpc.client import Binary, Fault, dumps, loads
 
 import pytest
 
-from vrx_mj.adapters.ros.ros1.gate import Gate
+from vrx_mj.adapters.ros.ros1.connection_limit import ConnectionLimit
 from vrx_mj.adapters.ros.ros1.http import Proxy, address, read_head
 from vrx_mj.adapters.ros.ros1.http_server import HttpServer
 from vrx_mj.adapters.ros.ros1.notices import Notices
@@ -28,7 +28,7 @@ def served(test):
     """The result of a coroutine that takes the port of a server."""
 
     async def run():
-        server = HttpServer("server", echo, Gate(8), Notices())
+        server = HttpServer("server", echo, ConnectionLimit(8), Notices())
         port = await server.start(["127.0.0.1"], 0)
         try:
             async with asyncio.timeout(10.0):
@@ -241,7 +241,7 @@ def asked(code):
         return list(values)
 
     async def run():
-        server = HttpServer("server", answer, Gate(8), Notices())
+        server = HttpServer("server", answer, ConnectionLimit(8), Notices())
         proxy = Proxy(f"http://127.0.0.1:{await server.start(['127.0.0.1'], 0)}")
         try:
             return await proxy.ros("getPid", code, "why", 5)

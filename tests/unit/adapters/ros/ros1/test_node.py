@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from vrx_mj.adapters.ros.inbox import Inbox, Stranger
+from vrx_mj.adapters.ros.inbox import Inbox, UnknownTopicPublisher
 from vrx_mj.adapters.ros.intake import Intake, Place
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.offer import Output, Sent
@@ -155,7 +155,7 @@ def test_one_that_died_or_did_connect_is_not_told(notices, publications, monkeyp
     assert notices.lines == []
 
 
-def test_publishers_that_nobody_hears_are_strangers(notices, publications, monkeypatch):
+def test_publishers_that_nobody_hears_are_unknown(notices, publications, monkeypatch):
     state = [
         {
             "/typo": ["/pub"],
@@ -169,7 +169,7 @@ def test_publishers_that_nobody_hears_are_strangers(notices, publications, monke
         {},
     ]
     found = watched(notices, publications, [state, state], monkeypatch)
-    assert found == [Stranger("/typo", "std_msgs/Float32", "/pub")]
+    assert found == [UnknownTopicPublisher("/typo", "std_msgs/Float32", "/pub")]
 
 
 def test_levels_of_rosout():

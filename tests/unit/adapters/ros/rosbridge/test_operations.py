@@ -222,18 +222,18 @@ def test_commands_are_heard_by_other_clients(bridged, talk, other):
     assert other.hear()["msg"] == {"data": 1.0}
 
 
-def test_a_stranger_is_told_once_for_each_advertisement(bridged, talk):
-    bridged.strangers.clear()
+def test_an_unknown_publisher_is_reported_once_for_each_advertisement(bridged, talk):
+    bridged.unknown_publishers.clear()
     for _ in range(2):
         talk.say("advertise", topic="/wamv/thruster/left", type="std_msgs/Float32")
         talk.say("publish", topic="/wamv/thruster/left", msg={"data": 1.0})
         talk.say("publish", topic="/wamv/thruster/left", msg={"data": 1.0})
         talk.say("unadvertise", topic="/wamv/thruster/left")
         assert talk.sync() == []
-        bridged.wait(lambda b: b.strangers)
-        (stranger,) = bridged.strangers
-        assert stranger[:2] == ("/wamv/thruster/left", "std_msgs/Float32")
-        bridged.strangers.clear()
+        bridged.wait(lambda b: b.unknown_publishers)
+        (unknown_publisher,) = bridged.unknown_publishers
+        assert unknown_publisher[:2] == ("/wamv/thruster/left", "std_msgs/Float32")
+        bridged.unknown_publishers.clear()
 
 
 def test_a_service_is_called_with_a_mapping_or_a_list(talk):

@@ -7,14 +7,14 @@ from vrx_mj.errors import VrxError
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Starts"]
+__all__ = ["InitialPoses"]
 
 STILL = (0.0,) * 6
 CLOSE = 1e-9
 """A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
 
 
-class Starts:
+class InitialPoses:
     """Poses by name, each from when its body was first seen."""
 
     def __init__(self, sim: Simulation) -> None:

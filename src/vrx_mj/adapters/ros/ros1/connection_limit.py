@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from vrx_mj.adapters.ros.access import is_loopback
 from vrx_mj.adapters.ros.intake import Place
 
-__all__ = ["Gate"]
+__all__ = ["ConnectionLimit"]
 
 MOST = 4096
 IN_USE = 7 / 8
@@ -16,7 +16,7 @@ SPARE_FILES = 200
 """Open files that are left to everything else."""
 
 
-class Gate:
+class ConnectionLimit:
     """How many connections there may be, in all and per host.
 
     Those that wait for their peers make room for new ones, the longest waiting first: a peer that connects and says

@@ -17,7 +17,7 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
 from vrx_mj.runtime.crowding import arena_bytes, row_arena_bytes
 
-__all__ = ["Stepping", "stepping_models"]
+__all__ = ["PhysicsModels", "stepping_models"]
 
 Models = tuple[mujoco.MjModel, mujoco.MjModel]
 SEEN = re.compile(r'<(?:camera|texture|geom [^>]*contype="0" conaffinity="0") ?[^>]*/>')
@@ -50,10 +50,10 @@ def stepping_models(world: World) -> Models:
     Raises:
         CompileError: MuJoCo cannot compile the saved world.
     """
-    return Stepping(roomy=False).models(world)
+    return PhysicsModels(roomy=False).models(world)
 
 
-class Stepping:
+class PhysicsModels:
     """The stepping models of a world, and of those that it becomes as boats come and go."""
 
     def __init__(self, *, roomy: bool = True) -> None:
@@ -134,11 +134,11 @@ class _Thin:
 
     @staticmethod
     def of(item: str) -> "_Thin":
-        solid = _hollowed(SEEN.sub("", item))
-        return _Thin(solid, _hollowed(GEOM.sub("", solid)), frozenset(re.findall(r' mesh="([^"]+)"', solid)))
+        solid = _without_visuals(SEEN.sub("", item))
+        return _Thin(solid, _without_visuals(GEOM.sub("", solid)), frozenset(re.findall(r' mesh="([^"]+)"', solid)))
 
 
-def _hollowed(text: str) -> str:
+def _without_visuals(text: str) -> str:
     """A text without frames in which nothing is left."""
     count = 1
     while count:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.adapters.ros.held import Held
+from vrx_mj.adapters.ros.held_thrust import HeldThrust
 
 TIMEOUT = 1.0
 
@@ -36,7 +36,7 @@ def sail(sim, held, seconds):
 
 
 def test_a_command_is_given_again_before_it_runs_out(sim):
-    held = Held(sim)
+    held = HeldThrust(sim)
     held.hold("a", "left", 0.5)
     sail(sim, held, 10.0)
     times = [0.0, *(time for time, _ in sim.given)]
@@ -46,15 +46,15 @@ def test_a_command_is_given_again_before_it_runs_out(sim):
 
 
 def test_what_holds_for_ever_is_not_given_again(sim):
-    held = Held(sim)
+    held = HeldThrust(sim)
     held.hold("b", "left", 0.5)
     sail(sim, held, 5.0)
     assert sim.given == []
 
 
-@pytest.mark.parametrize("end", [lambda held: held.let_go("a"), lambda held: held.let_go("a", "left"), Held.begin])
+@pytest.mark.parametrize("end", [lambda one: one.let_go("a"), lambda one: one.let_go("a", "left"), HeldThrust.begin])
 def test_what_is_let_go_is_not_given_again(sim, end):
-    held = Held(sim)
+    held = HeldThrust(sim)
     held.hold("a", "left", 0.5)
     end(held)
     sail(sim, held, 3.0)
@@ -62,7 +62,7 @@ def test_what_is_let_go_is_not_given_again(sim, end):
 
 
 def test_a_boat_that_left_is_commanded_no_more(sim):
-    held = Held(sim)
+    held = HeldThrust(sim)
     held.hold("a", "left", 0.5)
     sim.boats = ("b",)
     held.bind()

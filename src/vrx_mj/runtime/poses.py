@@ -14,10 +14,10 @@ from vrx_mj.runtime.state import State
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.weather import Sea
 
-__all__ = ["Whereabouts"]
+__all__ = ["Poses"]
 
 
-class Whereabouts:
+class Poses:
     """The part of a simulation that puts bodies somewhere, and tells where they are."""
 
     _world: World

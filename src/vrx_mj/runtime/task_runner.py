@@ -24,7 +24,7 @@ from vrx_mj.tasks.layout import FrameLayout, frame_stride
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 
-__all__ = ["Officiating", "TaskObservation"]
+__all__ = ["TaskObservation", "TaskRunner"]
 
 FloatArray = npt.NDArray[np.float64]
 NEVER = 1 << 62
@@ -48,7 +48,7 @@ class Notes:
 NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
-class Hands(Protocol):
+class TaskActions(Protocol):
     """What does the referee's bidding, and hears of it."""
 
     def act(self, action: Action) -> None:
@@ -61,7 +61,7 @@ class Hands(Protocol):
         """Something that the log is to have."""
 
 
-class Officiating:
+class TaskRunner:
     """The referee of a run, or nobody where the world has no task."""
 
     def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
@@ -102,7 +102,7 @@ class Officiating:
             return NEVER
         return self._stride - round(time / self._rig.timestep) % self._stride
 
-    def look(self, time: float, hands: Hands) -> None:
+    def look(self, time: float, actions: TaskActions) -> None:
         """Have the referee look at the present, `time` [s], if a frame is due that was not looked at."""
         step = round(time / self._rig.timestep)
         if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
@@ -111,12 +111,12 @@ class Officiating:
         row = np.concatenate(([time], *(self._stand(name) for name in self.layout.watched), self._rig.touches))
         messages, self._sent = tuple(self._sent), []
         verdict = self.referee.look(self.layout.frame(row.tolist(), messages))
-        hands.frame(row, messages)
+        actions.frame(row, messages)
         for text, level in verdict.lines:
             self._record.append((time, text, level))
-            hands.event(text, level)
+            actions.event(text, level)
         for action in verdict.actions:
-            hands.act(action)
+            actions.act(action)
 
     def send(self, topic: str, content: Any) -> None:
         """Send something to the task; it arrives at the next frame.

@@ -14,12 +14,12 @@ from vrx_mj.tasks.frame import Message
 if TYPE_CHECKING:
     from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Deeds"]
+__all__ = ["SimulationTaskActions"]
 
 AT_REST = (0.0,) * 6
 
 
-class Deeds:
+class SimulationTaskActions:
     """The referee's hands in a simulation."""
 
     def __init__(self, sim: "Simulation", sampler: Sampler) -> None:

@@ -9,7 +9,7 @@ import pytest
 import vrx_mj
 from vrx_mj.compiler.joining import with_boat, without_boat
 from vrx_mj.runtime.crowding import arena_bytes
-from vrx_mj.runtime.stepping import Stepping, stepping_models
+from vrx_mj.runtime.physics_models import PhysicsModels, stepping_models
 
 TWO = {
     "boats": [
@@ -73,7 +73,7 @@ def come_and_go(world):
 @pytest.mark.filterwarnings("ignore:robot ")
 def test_every_model_is_what_mujoco_makes_of_the_whole_text(name):
     fleet = TWO if name == "ocean" else {**TWO, "origin": [-500, 240, 0]}
-    stepping, start = Stepping(roomy=False), vrx_mj.compile_world(name, fleet=fleet)
+    stepping, start = PhysicsModels(roomy=False), vrx_mj.compile_world(name, fleet=fleet)
     for world in come_and_go(start):
         solid, quiet = plain_models(world)
         made = stepping.models(world)
@@ -91,7 +91,7 @@ def test_what_differs_is_told():
 
 def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
     world = vrx_mj.compile_world("ocean", fleet=TWO)
-    stepping = Stepping(roomy=False)
+    stepping = PhysicsModels(roomy=False)
     stepping.models(world)
     read = mujoco.MjSpec.from_string
     lengths = []
@@ -104,6 +104,6 @@ def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
 
 
 def test_another_world_is_read():
-    stepping = Stepping(roomy=False)
+    stepping = PhysicsModels(roomy=False)
     for world in (vrx_mj.compile_world("ocean"), vrx_mj.compile_world({"physics": {"timestep": 0.02}})):
         assert not different(stepping_models(world)[0], stepping.models(world)[0])

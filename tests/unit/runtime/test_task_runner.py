@@ -4,7 +4,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM, water
-from vrx_mj.runtime.officiating import Officiating
+from vrx_mj.runtime.task_runner import TaskRunner
 
 EARTH = {"latitude": -33.722718, "longitude": 150.674031}
 GOAL = [20.0, 10.0, 0.5]
@@ -69,6 +69,6 @@ def test_places_in_lists_are_worked_out_too(sim):
 
 
 def on_earth(sim):
-    officiating = sim._officiating
-    assert isinstance(officiating, Officiating)
-    return officiating._on_earth
+    runner = sim._task_runner
+    assert isinstance(runner, TaskRunner)
+    return runner._on_earth

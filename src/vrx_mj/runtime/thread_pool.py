@@ -11,7 +11,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 
-__all__ = ["Crew"]
+__all__ = ["ThreadPool"]
 
 PIECES = 4
 """Pieces for each thread: rows do not all take the same time, and whoever is done takes the next."""
@@ -21,7 +21,7 @@ SMALLEST = 8
 Work = Callable[[int, int], None]
 
 
-class Crew:
+class ThreadPool:
     """`threads` threads, the caller's own among them."""
 
     def __init__(self, threads: int) -> None:

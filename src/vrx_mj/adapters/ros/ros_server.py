@@ -11,12 +11,12 @@ from typing import Literal
 
 from vrx_mj.adapters.ros.autopilot import Autopilot
 from vrx_mj.adapters.ros.diagnosis import Diagnosis
-from vrx_mj.adapters.ros.held import Held
+from vrx_mj.adapters.ros.held_thrust import HeldThrust
 from vrx_mj.adapters.ros.inbox import Call, Command, Inbox
+from vrx_mj.adapters.ros.initial_poses import InitialPoses
 from vrx_mj.adapters.ros.lockstep import Lockstep
 from vrx_mj.adapters.ros.offer import Dialect, Table, Transport, dialect_of
-from vrx_mj.adapters.ros.post import Post
-from vrx_mj.adapters.ros.starts import Starts
+from vrx_mj.adapters.ros.publisher import Publisher
 from vrx_mj.adapters.ros.table import make_table
 from vrx_mj.adapters.ros.table.boats import description
 from vrx_mj.adapters.ros.table.bodies import Bodies
@@ -28,7 +28,7 @@ from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.tasks.frame import EARLY
 
-__all__ = ["CLOCK_RATE", "Level", "Station", "Tell"]
+__all__ = ["CLOCK_RATE", "Level", "RosServer", "Tell"]
 
 Level = Literal["INFO", "WARN", "ERROR"]
 Tell = Callable[[str, str], None]
@@ -45,7 +45,7 @@ LARGEST_URDF = 1 << 24
 """Characters of a URDF that joins, at most."""
 
 
-class Station:
+class RosServer:
     """A simulation, its table, and the transports on which that is offered."""
 
     def __init__(
@@ -85,14 +85,15 @@ class Station:
         self.bodies = Bodies(sim)
         self.diagnosis = Diagnosis(sim, tell)
         self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
-        self._autopilot, self._starts, self._held = Autopilot(sim, tell), Starts(sim), Held(sim)
+        self._autopilot, self._initial_poses, self._held = Autopilot(sim, tell), InitialPoses(sim), HeldThrust(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         dialects = dict.fromkeys(dialect_of(transport) for transport in transports) or {"vrx": None}
-        self._posts: dict[Dialect, Post] = {
-            dialect: Post(sim, [one for one in transports if dialect_of(one) == dialect], tell) for dialect in dialects
+        self._publishers: dict[Dialect, Publisher] = {
+            dialect: Publisher(sim, [one for one in transports if dialect_of(one) == dialect], tell)
+            for dialect in dialects
         }
         self._offer()
 
@@ -117,19 +118,19 @@ class Station:
 
     def receive(self) -> None:
         """Do what networks asked for since the last time."""
-        commands, calls, strangers = self._inbox.drain()
+        commands, calls, unknown_publishers = self._inbox.drain()
         for command in commands:
             if self.lockstep is None or not self.lockstep.keep(command):
                 self._take(command)
         for call in calls:
             self._answer(call)
-        for stranger in strangers:
-            if stranger.dialect in self._tables:
-                self.diagnosis.stranger(stranger, self._tables[stranger.dialect])
+        for unknown_publisher in unknown_publishers:
+            if unknown_publisher.dialect in self._tables:
+                self.diagnosis.unknown_publisher(unknown_publisher, self._tables[unknown_publisher.dialect])
 
     def announce(self) -> None:
         """Publish the present moment, before time goes on."""
-        for post in self._posts.values():
+        for post in self._publishers.values():
             post.deliver()
 
     def tick(self) -> int:
@@ -269,7 +270,7 @@ class Station:
 
     def reset_world(self) -> None:
         """Put boats and floating objects back where they started; time goes on."""
-        self._starts.put_back()
+        self._initial_poses.put_back()
         self._seen = None
         self._tell("INFO", "the simulation is reset")
 
@@ -286,7 +287,7 @@ class Station:
             self._spawn(name, urdf, pose)
         self._held.begin()
         self._changed()
-        for post in self._posts.values():
+        for post in self._publishers.values():
             post.begin()
         if self.lockstep is not None:
             self.lockstep.begin()
@@ -306,7 +307,7 @@ class Station:
         self.bodies.bind()
         self._autopilot.bind()
         self._held.bind()
-        self._starts.bind()
+        self._initial_poses.bind()
         self.diagnosis.changed()
         self._offer()
         self.announce()  # what is latched, even while time stands still
@@ -315,16 +316,16 @@ class Station:
         table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
         self._services = table.services
         self._tables: dict[Dialect, Table] = {
-            dialect: table if dialect == "vrx" else make_vrx3_table(self, table) for dialect in self._posts
+            dialect: table if dialect == "vrx" else make_vrx3_table(self, table) for dialect in self._publishers
         }
         for transport in self._transports:
             transport.offer(self._tables[dialect_of(transport)])
-        for dialect, post in self._posts.items():
+        for dialect, post in self._publishers.items():
             post.offer(self._tables[dialect])
 
     def close(self) -> None:
         """Publish the task's last word, and throw away what it keeps; the transports stay open."""
-        for post in self._posts.values():
+        for post in self._publishers.values():
             post.repeat(TASK_INFO)
         if self._folder is not None:
             self._folder.cleanup()

@@ -12,13 +12,13 @@ from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import EARLY
 
-__all__ = ["Post"]
+__all__ = ["Publisher"]
 
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
 
 
-class Post:
+class Publisher:
     """Outputs of a table on their way to transports."""
 
     def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Callable[[str, str], None]) -> None:

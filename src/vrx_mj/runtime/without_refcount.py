@@ -9,11 +9,11 @@ from typing import Any
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-__all__ = ["borrowed"]
+__all__ = ["without_refcount"]
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def borrowed(_context: Any, arrays: Any) -> Any:
+def without_refcount(_context: Any, arrays: Any) -> Any:
     """The arrays of a tuple, uncounted: whoever called keeps them alive as long as they are used."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from vrx_mj.adapters.ros.messages import new
 from vrx_mj.adapters.ros.offer import Output, Table
-from vrx_mj.adapters.ros.post import Post
+from vrx_mj.adapters.ros.publisher import Publisher
 
 
 class Transport:
@@ -23,7 +23,7 @@ def told(text):
 
 def posting(*outputs, wanted):
     sim, transport = SimpleNamespace(time=0.0, boats=()), Transport(*wanted)
-    post = Post(sim, [transport], lambda _level, _text: None)
+    post = Publisher(sim, [transport], lambda _level, _text: None)
     post.offer(Table({output.name: output for output in outputs}))
     return sim, post, transport
 

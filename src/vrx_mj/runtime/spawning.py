@@ -13,20 +13,20 @@ from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.crowding import fitting
+from vrx_mj.runtime.physics_models import PhysicsModels
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.runtime.stepping import Stepping
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.turns import Turn, in_turn
 
-__all__ = ["Company", "rig_of"]
+__all__ = ["Spawning", "rig_of"]
 
 
-class Company:
+class Spawning:
     """The part of a simulation in which boats join and leave."""
 
     _world: World
     _rig: Rig
-    _stepping: Stepping
+    _physics_models: PhysicsModels
     _seed: int
     _subscriptions: Subscriptions
     _turn: Turn
@@ -99,21 +99,21 @@ class Company:
 
     def _moved(self, world: World, left: str | None = None) -> Rig:
         """The present moment in another world, without the boat that left."""
-        rig = rig_of(world, self._stepping, known=self._rig)
+        rig = rig_of(world, self._physics_models, known=self._rig)
         rig.reset(self._seed)
         carry(self._world, self._rig, rig, left=left)
         with fitting(rig.data):
             mujoco.mj_forward(rig.model, rig.data)
         return rig
 
-    def _inhabit(self, world: World, rig: Rig, told: str) -> None:
+    def _inhabit(self, world: World, rig: Rig, line: str) -> None:
         """Go on in another world; `told` goes into the recordings' logs."""
         raise NotImplementedError
 
 
-def rig_of(world: World, stepping: Stepping, known: Rig | None = None) -> Rig:
+def rig_of(world: World, physics_models: PhysicsModels, known: Rig | None = None) -> Rig:
     """The tables of a world, with models and data of its own; `known` is the rig of one that differs by boats alone."""
-    model, quiet = stepping.models(world)
+    model, quiet = physics_models.models(world)
     return Rig(world, model, quiet, mujoco.MjData(model), known=known)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Held"]
+__all__ = ["HeldThrust"]
 
 
 class _Order(NamedTuple):
@@ -16,7 +16,7 @@ class _Order(NamedTuple):
     """After which it is given again [s]."""
 
 
-class Held:
+class HeldThrust:
     """The last command of each thruster that was told to go on."""
 
     def __init__(self, sim: Simulation) -> None:
