@@ -1,4 +1,4 @@
-"""What a `Simulation` offers of where its boats and objects are, and of what acts on them."""
+"""Poses and velocities of the boats and objects of a `Simulation`, and the forces on them."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -18,7 +18,7 @@ __all__ = ["Poses"]
 
 
 class Poses:
-    """The part of a simulation that puts bodies somewhere, and tells where they are."""
+    """The part of a simulation that sets and returns poses and velocities of boats and objects."""
 
     _world: World
     _rig: Rig

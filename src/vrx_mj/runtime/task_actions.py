@@ -1,4 +1,4 @@
-"""What a referee does to a simulation: it lets boats go, moves objects, lights lights."""
+"""The actions of a referee in a simulation: boats are released, objects moved, lights lit."""
 
 import weakref
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ AT_REST = (0.0,) * 6
 
 
 class SimulationTaskActions:
-    """The referee's hands in a simulation."""
+    """Carries out the actions of a referee in a simulation."""
 
     def __init__(self, sim: "Simulation", sampler: Sampler) -> None:
         self._sim: Simulation = weakref.proxy(sim)

@@ -49,7 +49,7 @@ NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
 class TaskActions(Protocol):
-    """What does the referee's bidding, and hears of it."""
+    """Carries out what a referee decides, and takes its frames and events for recordings."""
 
     def act(self, action: Action) -> None:
         """Do something to the world."""
@@ -62,7 +62,7 @@ class TaskActions(Protocol):
 
 
 class TaskRunner:
-    """The referee of a run, or nobody where the world has no task."""
+    """Runs the task of a world: frames for its referee, and what that decides; does nothing in a world without a task."""
 
     def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
