@@ -62,7 +62,7 @@ class TaskActions(Protocol):
 
 
 class TaskRunner:
-    """Runs the task of a world: frames for its referee, and what that decides; does nothing in a world without a task."""
+    """Runs the task of a world: frames for its referee, and what that decides; without a task it does nothing."""
 
     def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
