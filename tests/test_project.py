@@ -174,3 +174,23 @@ def test_every_folder_of_assets_has_its_origin_written_down():
     table = (REPO / "assets" / "README.md").read_text(encoding="utf-8")
     folders = [entry.name for entry in sorted((REPO / "assets").iterdir()) if entry.is_dir()]
     assert [name for name in folders if f"`{name}/" not in table] == []
+
+
+def test_contributing_shows_the_layers_that_are_checked():
+    contracts = tomllib.loads((REPO / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    checked = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    block = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Layers")[1].split("```")[1].strip()
+    shown_layers = [re.split(r"\s{2,}", line)[0].split(" | ") for line in block.splitlines()]
+    assert shown_layers == [re.sub(r"[()]", "", layer).split(" | ") for layer in checked]
+    top = {path.stem for path in (REPO / "src" / "vrx_mj").iterdir() if not path.name.startswith("_")} - {"py"}
+    assert {name for layer in shown_layers for name in layer} == top
+
+
+def test_files_that_contributing_names_exist():
+    text = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Where things go")[1].split("\n## ")[0]
+    named = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", text) if not re.search(r"NAME|\*", name)}
+    places = [REPO, REPO / "src" / "vrx_mj"]
+    assert {name for name in named if not any((place / name).exists() for place in places)} == set()
+    assert len(named) > 30
