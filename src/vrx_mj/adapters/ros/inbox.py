@@ -16,7 +16,7 @@ MOST_CALLS = 256
 """Calls of services that wait, at most; more are refused."""
 MOST_TOPICS = 4096
 """Pairs of topic and sender of which messages wait, at most."""
-MOST_STRANGERS = 256
+MOST_UNKNOWN_PUBLISHERS = 256
 
 Answer = Callable[[Message | None, str], None]
 """Takes the response, or None and why there is none. It is called by the simulation's thread."""
@@ -88,7 +88,7 @@ class Inbox:
     def unknown_publisher(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
         """Somebody publishes, or tries to, on a topic that nobody here listens to."""
         with self._lock:
-            if len(self._unknown_publishers) < MOST_STRANGERS:
+            if len(self._unknown_publishers) < MOST_UNKNOWN_PUBLISHERS:
                 self._unknown_publishers[topic, sender] = UnknownTopicPublisher(topic, type_name, sender, dialect)
 
     def wait(self, seconds: float) -> bool:

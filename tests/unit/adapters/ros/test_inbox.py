@@ -1,6 +1,6 @@
 """What came over networks and waits for the simulation: the newest of each sender, and no more than there is room."""
 
-from vrx_mj.adapters.ros.inbox import LONGEST, MOST_CALLS, MOST_STRANGERS, Inbox
+from vrx_mj.adapters.ros.inbox import LONGEST, MOST_CALLS, MOST_UNKNOWN_PUBLISHERS, Inbox
 
 
 def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
@@ -16,10 +16,10 @@ def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
 
 def test_unknown_publishers_are_known_once_and_up_to_a_number():
     inbox = Inbox()
-    for number in range(2 * MOST_STRANGERS):
-        inbox.unknown_publisher(f"/topic_{number % (MOST_STRANGERS + 50)}", "std_msgs/Empty", "me")
+    for number in range(2 * MOST_UNKNOWN_PUBLISHERS):
+        inbox.unknown_publisher(f"/topic_{number % (MOST_UNKNOWN_PUBLISHERS + 50)}", "std_msgs/Empty", "me")
     _, _, unknown_publishers = inbox.drain()
-    assert len(unknown_publishers) == len({one.topic for one in unknown_publishers}) == MOST_STRANGERS
+    assert len(unknown_publishers) == len({one.topic for one in unknown_publishers}) == MOST_UNKNOWN_PUBLISHERS
 
 
 def test_calls_beyond_the_room_for_them_are_refused_at_once():
