@@ -130,8 +130,8 @@ def held(served: Served) -> Iterator[object]:
     """What must not grow: open files, connections, bytes of unfinished frames, tasks of the loop."""
     node = served.ros._node
     yield len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
-    yield dict(served.ros._gate.inside)
-    yield node.door.intake.used
+    yield dict(served.ros._connection_limit.inside)
+    yield node.tcpros_listener.intake.used
     yield node.stream.budget.used
     yield len(asyncio.all_tasks(served.network.loop))
 
@@ -148,7 +148,7 @@ def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
     monkeypatch.setattr("vrx_mj.adapters.ros.ros1.master.SWEEP", 1000.0)
     with Served(free_port(), small_table("wamv")) as served:
         attack = Attack(served)
-        until(lambda: not served.ros._gate.inside, "the test's own connections are closed")
+        until(lambda: not served.ros._connection_limit.inside, "the test's own connections are closed")
         before = list(held(served))
         asyncio.run(attack.all_said(attack.calls(2600)))
         asyncio.run(attack.all_said(attack.headers(1900)))

@@ -118,7 +118,7 @@ def test_bodies_that_come_but_for_their_end_hold_no_more_than_there_may_be(serve
 
 
 def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypatch):
-    monkeypatch.setattr(served.ros._gate, "most", 512)
+    monkeypatch.setattr(served.ros._connection_limit, "most", 512)
     stream = stream_of(served.uri, "/course")
     says = (b"", b"P", ANNOUNCED[:30], ANNOUNCED)
     half = encode_header({"callerid": ME, "topic": "/course", "md5sum": "*"})[:-3]
@@ -128,7 +128,7 @@ def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypat
             connection, _ = dial(stream, topic="/course")
             with connection:
                 assert frame_of(connection) == frame(b"gate 3")
-        assert served.ros._gate.inside.total() <= 512
+        assert served.ros._connection_limit.inside.total() <= 512
 
 
 def test_answers_that_are_not_taken_hold_no_more_than_there_may_be(served, monkeypatch):
@@ -154,7 +154,7 @@ def test_many_calls_do_not_hold_up_others(served):
 
 
 def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served, monkeypatch):
-    monkeypatch.setattr(served.ros._node.door.intake, "most", 4 * BIG)
+    monkeypatch.setattr(served.ros._node.tcpros_listener.intake, "most", 4 * BIG)
     place = service_of(served.uri, "/trigger")
     header = encode_header({"callerid": ME, "service": "/trigger", "md5sum": "*", "persistent": "1"})
     halves = [header + struct.pack("<I", BIG) + b"x" * (BIG - 1), header + struct.pack("<I", 1 << 24)]
@@ -165,7 +165,7 @@ def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served
                 connection.settimeout(SECONDS)
                 connection.sendall(frame(b""))
                 assert taken(connection, 1) == b"\x01"
-        assert served.ros._node.door.intake.used <= 4 * BIG
+        assert served.ros._node.tcpros_listener.intake.used <= 4 * BIG
 
 
 def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
