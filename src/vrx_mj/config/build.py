@@ -224,7 +224,7 @@ def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[B
 
 
 def _derived(guess: Derived, said: Collection[str]) -> list[str]:
-    """What was derived, for a warning; the floats are told by how the boat floats on them."""
+    """Text of a warning about what was derived; the waterline and the draft stand for the floats."""
     missing = [f"{key} {_short(value)}" for key, value in guess.values.items() if key not in said and key != "hulls"]
     rest = [guess.rest] if guess.rest else []
     if not missing:

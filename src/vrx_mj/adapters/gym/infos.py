@@ -27,5 +27,5 @@ def final(facts: Mapping[str, npt.NDArray[Any]], observation: Floats32, ended: M
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():
         seen[row] = observation[row].copy()
-    told = masked(facts, ended)
-    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": told, "_final_info": ended.copy()}
+    facts_of_ended = masked(facts, ended)
+    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": facts_of_ended, "_final_info": ended.copy()}

@@ -86,6 +86,6 @@ class RegisteredEnv(Env):
 
 
 def _alone(info: dict[str, Any]) -> dict[str, Any]:
-    """What the only row is told: plain numbers, and copies of arrays."""
+    """`info` of the only row: plain numbers, and copies of arrays."""
     own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}

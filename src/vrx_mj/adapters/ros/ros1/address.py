@@ -42,7 +42,7 @@ def bound(host: str) -> list[str]:
 
 
 def announced(host: str, master: str) -> str:
-    """The address that other nodes are told: ROS_HOSTNAME or ROS_IP, or the host, or that towards the master.
+    """The address announced to other nodes: ROS_HOSTNAME or ROS_IP, or the host, or that towards the master.
 
     Without a route to the master it is that of an interface that is up, and 127.0.0.1 if there is none.
     """
@@ -62,7 +62,7 @@ def announced(host: str, master: str) -> str:
 
 
 def unreachable(host: str, master: str) -> str | None:
-    """Why other machines cannot reach the address that they are told, and what to do; None if they may.
+    """Why other machines cannot reach the announced address, and what to do; None if they may.
 
     None, too, for a host that is loopback: no other machine is meant.
     """
