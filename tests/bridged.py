@@ -5,12 +5,12 @@ import threading
 
 import numpy as np
 
-from vrx_mj.adapters.ros import messages
-from vrx_mj.adapters.ros.inbox import Inbox
-from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
-from vrx_mj.adapters.ros.rosbridge import Rosbridge
 from vrx_mj.errors import CommandError
+from vrx_mj.ros import messages
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.network import Network
+from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
+from vrx_mj.ros.rosbridge import Rosbridge
 
 COVARIANCE = [0.5, 0.0, float("nan"), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 PIXELS = np.arange(24, dtype=np.uint8)

@@ -1,8 +1,8 @@
 """Results and campaigns made by hand."""
 
-from vrx_mj.adapters.campaign.manifest import Campaign, Manifest
-from vrx_mj.adapters.campaign.plan import Cell, Plan
-from vrx_mj.adapters.campaign.results import Result
+from vrx_mj.campaign.manifest import Campaign, Manifest
+from vrx_mj.campaign.plan import Cell, Plan
+from vrx_mj.campaign.results import Result
 
 UNITS = {"stationkeeping": ("m", "lower"), "dock": ("points", "higher")}
 

@@ -1,6 +1,6 @@
 """Tiers, a home of the tests' own, and what was skipped.
 
-`pytest` runs all that is not marked `slow`; `-m quick` physics, config, compiler and runtime; `-m slow` the rest.
+`pytest` runs all that is not marked `slow`; `-m quick` physics, config, mjcf and runtime; `-m slow` the rest.
 
 Kernels compile at their first call, which is no reason to fail an example for being slow.
 """
@@ -23,7 +23,7 @@ settings.register_profile("kernels", deadline=None, database=None)
 settings.load_profile("kernels")
 
 TESTS = Path(__file__).parent
-QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "compiler", "runtime"))
+QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "mjcf", "runtime"))
 LENGTHY = {"test_kernel.py", "test_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
 """Files in those folders that take a quarter of their time."""
 CONFIG = TESTS / "unit" / "config"

@@ -8,8 +8,8 @@ import signal
 import gymnasium
 import numpy as np
 
-from vrx_mj.adapters.zoo import ActionError
 from vrx_mj.errors import ConfigError, DivergedError, VrxError
+from vrx_mj.rl.zoo import ActionError
 
 JUNK = {
     "None": None,

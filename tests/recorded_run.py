@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from vrx_mj.adapters.record.scene import RecordedBody, RecordedThruster, RecordScene, Surface, Waypoint
-from vrx_mj.adapters.record.writer import RecordWriter
+from vrx_mj.recording.scene import RecordedBody, RecordedThruster, RecordScene, Surface, Waypoint
+from vrx_mj.recording.writer import RecordWriter
 
 RATE = 20.0
 RADIUS, SPEED, DRIFT = 14.0, 2.0, 0.7

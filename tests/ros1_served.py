@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Self
 
 from needs import ROS1_TOOLS, needs
-from vrx_mj.adapters.ros.inbox import Command, Inbox, UnknownTopicPublisher
-from vrx_mj.adapters.ros.messages import new, stamp
-from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.offer import Input, Output, Sent, Service, Table
-from vrx_mj.adapters.ros.ros1 import Ros1
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.inbox import Command, Inbox, UnknownTopicPublisher
+from vrx_mj.ros.messages import new, stamp
+from vrx_mj.ros.network import Network
+from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
+from vrx_mj.ros.ros1 import Ros1
 
 LEFT = "/wamv/thrusters/left_thrust_cmd"
 needs_tools = needs(ROS1_TOOLS)

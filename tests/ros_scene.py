@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import vrx_mj
-from vrx_mj.adapters.ros.inbox import Inbox
-from vrx_mj.adapters.ros.messages import encode, new
-from vrx_mj.adapters.ros.offer import Traffic
-from vrx_mj.adapters.ros.ros_server import RosServer
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.messages import encode, new
+from vrx_mj.ros.offer import Traffic
+from vrx_mj.ros.ros_server import RosServer
 
 __all__ = ["STATIONS", "Fake", "call", "run", "served"]
 

@@ -16,7 +16,7 @@ from typing import Self
 
 from page_blocks import Block
 from ros1_served import environment, free_port
-from vrx_mj.adapters.ros.packages import write_packages
+from vrx_mj.ros.packages import write_packages
 
 REPO = Path(__file__).resolve().parents[1]
 SERVED = "cmd_vel sets "

@@ -14,11 +14,11 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 import vrx_mj
-from vrx_mj.adapters.map import MapScene, map_of, map_png
-from vrx_mj.compiler.drawing import drawing_model
 from vrx_mj.config.displays import SYMBOLS
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.draw.map import MapScene, map_of, map_png
+from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import CODES, displays_of
 

@@ -16,9 +16,9 @@ REFERENCE = REPO / "docs" / "reference"
 MODULES = (
     "vrx_mj",
     "vrx_mj.control",
-    "vrx_mj.adapters.gym",
-    "vrx_mj.adapters.zoo",
-    "vrx_mj.adapters.record",
+    "vrx_mj.rl.gym",
+    "vrx_mj.rl.zoo",
+    "vrx_mj.recording",
 )
 """Modules whose `__all__` is the public API."""
 INTERNAL = {"check_kind", "nearest"}

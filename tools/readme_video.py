@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 import vrx_mj
-from vrx_mj.adapters.video import Eye, Film, Shot, looking, write_video
+from vrx_mj.recording.video import Eye, Film, Shot, looking, write_video
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZE, FPS = (800, 450), 15.0

@@ -8,12 +8,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vrx_mj.adapters.notebook import show
-    from vrx_mj.adapters.progress import progress
-    from vrx_mj.adapters.record import compare, read_record, record, resume
-    from vrx_mj.compiler.compile import compile_world
-    from vrx_mj.compiler.world import World
     from vrx_mj.errors import VrxError, VrxWarning
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.mjcf.world import World
+    from vrx_mj.recording import compare, read_record, record, resume
+    from vrx_mj.recording.notebook import show
+    from vrx_mj.recording.progress_bar import progress
     from vrx_mj.runtime.batch import Batch
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.run import Summary, run
@@ -37,15 +37,15 @@ _HOMES = {
     "Summary": "runtime.run",
     "VrxError": "errors",
     "VrxWarning": "errors",
-    "World": "compiler.world",
-    "compare": "adapters.record",
-    "compile_world": "compiler.compile",
-    "progress": "adapters.progress",
-    "read_record": "adapters.record",
-    "record": "adapters.record",
-    "resume": "adapters.record",
+    "World": "mjcf.world",
+    "compare": "recording",
+    "compile_world": "mjcf.compile",
+    "progress": "recording.progress_bar",
+    "read_record": "recording",
+    "record": "recording",
+    "resume": "recording",
     "run": "runtime.run",
-    "show": "adapters.notebook",
+    "show": "recording.notebook",
 }
 
 __all__ = [
@@ -85,4 +85,4 @@ def __dir__() -> list[str]:
 
 
 if "IPython" in sys.modules:
-    import_module("vrx_mj.adapters.notebook").register()
+    import_module("vrx_mj.recording.notebook").register()

@@ -10,9 +10,9 @@ from pathlib import Path
 from fuzz import raw, recordings
 from fuzz.kind import Files, Kind
 from vrx_mj import compare, read_record, resume
-from vrx_mj.adapters.record.officiated import rescore
-from vrx_mj.adapters.record.parsed import FILE_HEADER, MESSAGE_HEADER
-from vrx_mj.adapters.ros.convert import convert
+from vrx_mj.recording.officiated import rescore
+from vrx_mj.recording.parsed import FILE_HEADER, MESSAGE_HEADER
+from vrx_mj.ros.convert import convert
 
 TESTS = Path(__file__).resolve().parents[1]
 MAKE = """
@@ -23,7 +23,7 @@ sys.path.insert(0, sys.argv[2])
 
 from fuzz.recordings import sample
 from vrx_mj import Simulation, compile_world, record
-from vrx_mj.adapters.ros.convert import convert
+from vrx_mj.ros.convert import convert
 
 folder = Path(sys.argv[1])
 sample(folder / "0.rrd")

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.adapters.record.parsed import parsed_file
-from vrx_mj.adapters.record.reader import COLUMNS, OURS, read_record
-from vrx_mj.adapters.record.readings import READING_COLUMNS
-from vrx_mj.adapters.record.rows import pack_rows, unpack_rows
+from vrx_mj.recording.parsed import parsed_file
+from vrx_mj.recording.reader import COLUMNS, OURS, read_record
+from vrx_mj.recording.readings import READING_COLUMNS
+from vrx_mj.recording.rows import pack_rows, unpack_rows
 
 Parts = list[tuple[str, bool, dict[str, list[Any]]]]
 """Chunks of our entities: path, whether it is without time, and columns of cells."""

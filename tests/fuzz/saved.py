@@ -19,7 +19,7 @@ from fuzz import junk, markup, raw, trees
 from fuzz.kind import Files, Kind, write
 from fuzz.yaml_files import json_bytes
 from vrx_mj import Batch, Simulation, State, World, compile_world
-from vrx_mj.compiler.world import _dump
+from vrx_mj.mjcf.world import _dump
 
 NAMES = (
     ("my_course", None),

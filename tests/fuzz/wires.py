@@ -18,8 +18,8 @@ from fuzz.ros1_messages import CALLS, HEADERS
 from fuzz.yaml_files import json_bytes
 from ros1_peer import ME, frame, stream_of
 from ros1_served import Served, free_port, small_table
-from vrx_mj.adapters.ros.ros1.header import encode_header
 from vrx_mj.errors import NetworkError
+from vrx_mj.ros.ros1.header import encode_header
 
 PORT = b"@PORT@"
 """Stands in a head for the port of the server."""

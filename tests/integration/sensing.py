@@ -4,10 +4,10 @@ import re
 
 import vrx_mj
 from integration.sailing import boats, water
-from vrx_mj.compiler.shooters import BALL, ball_name, parked_balls
-from vrx_mj.compiler.world import make_world
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dConfig, PingerConfig
+from vrx_mj.mjcf.shooters import BALL, ball_name, parked_balls
+from vrx_mj.mjcf.world import make_world
 
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 GPS_AT, IMU_AT, PINGER_AT, GUN_AT = (-0.85, 0.0, 1.3), (0.3, -0.2, 1.3), (1.0, 0.5, -1.0), (0.52, 0.3, 1.4)

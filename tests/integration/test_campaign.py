@@ -9,9 +9,9 @@ import time
 import pytest
 
 from vrx_command import ended, start, vrx
-from vrx_mj.adapters.campaign.plan import Cell
-from vrx_mj.adapters.campaign.pool import sail_all
-from vrx_mj.adapters.campaign.trial import Trial
+from vrx_mj.campaign.plan import Cell
+from vrx_mj.campaign.pool import sail_all
+from vrx_mj.campaign.trial import Trial
 
 pytestmark = pytest.mark.slow
 

@@ -6,11 +6,11 @@ import sys
 import pytest
 
 from needs import RAY, needs
-from vrx_mj.adapters.campaign.plan import Cell
-from vrx_mj.adapters.campaign.pool import sail_all
-from vrx_mj.adapters.campaign.ray_pool import sail_on_ray
-from vrx_mj.adapters.campaign.results import LOG, read_results, read_sketches
-from vrx_mj.adapters.campaign.trial import Trial
+from vrx_mj.campaign.plan import Cell
+from vrx_mj.campaign.pool import sail_all
+from vrx_mj.campaign.ray_pool import sail_on_ray
+from vrx_mj.campaign.results import LOG, read_results, read_sketches
+from vrx_mj.campaign.trial import Trial
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import needs_extra
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 import vrx_mj
-from vrx_mj.adapters.record.viewer import following
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.recording.viewer import following
 from vrx_mj.runtime.contacts import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.adapters.video import Film, Shot, draw_video, write_video
-from vrx_mj.adapters.video.caption import project
-from vrx_mj.adapters.video.eye import Above, view_of
-from vrx_mj.adapters.video.footage import Footage
+from vrx_mj.recording.video import Film, Shot, draw_video, write_video
+from vrx_mj.recording.video.caption import project
+from vrx_mj.recording.video.eye import Above, view_of
+from vrx_mj.recording.video.footage import Footage
 
 SIZE = (320, 180)
 WORLD = {"name": "bay", "spawn": {"sensors": "none", "thrusters": "H"}, "sea": {"model": "pms", "gain": 0.1}}

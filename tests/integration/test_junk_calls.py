@@ -14,11 +14,11 @@ import pytest
 import vrx_mj
 from junk import JUNK, Junk, hung
 from vrx_mj import control
-from vrx_mj.adapters import record as recordings
-from vrx_mj.adapters.gym import Env, VectorEnv
-from vrx_mj.adapters.map import draw_map, map_of, map_png
-from vrx_mj.adapters.zoo import ParallelEnv, TeamVectorEnv
+from vrx_mj import recording as recordings
+from vrx_mj.draw.map import draw_map, map_of, map_png
 from vrx_mj.errors import DivergedError, VrxError
+from vrx_mj.rl.gym import Env, VectorEnv
+from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
 
 WORLD = {
     "extends": "ocean",

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 
 PROGRAM = """
 import vrx_mj
-from vrx_mj.adapters.ros.serve import Wanted, serve
+from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.sensors.grain import with_grain
 from vrx_mj.sensors.lidar import noisy

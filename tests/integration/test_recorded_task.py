@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.adapters.map import map_of
-from vrx_mj.adapters.record.blueprint import plan_circle
-from vrx_mj.adapters.record.progress import PLOT, WORDS
-from vrx_mj.adapters.record.session import scene_of
+from vrx_mj.draw.map import map_of
+from vrx_mj.recording.blueprint import plan_circle
+from vrx_mj.recording.progress import PLOT, WORDS
+from vrx_mj.recording.session import scene_of
 
 BUOYS = [
     {"name": name, "model": f"mb_marker_buoy_{color}", "pose": [x, y, 0.0, 0, 0, 0]}

@@ -14,13 +14,13 @@ from typer.testing import CliRunner
 from integration.sailing import GUSTY, ROUGH
 from integration.sensing import SYDNEY
 from needs import ROSBAG, needs
-from vrx_mj.adapters.record import read_record, record
-from vrx_mj.adapters.ros.bagging import bagged
-from vrx_mj.adapters.ros.convert import convert
-from vrx_mj.adapters.ros.messages import encode
-from vrx_mj.adapters.ros.table.boats import command_topic
 from vrx_mj.cli.program import app
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.recording import read_record, record
+from vrx_mj.ros.bagging import bagged
+from vrx_mj.ros.convert import convert
+from vrx_mj.ros.messages import encode
+from vrx_mj.ros.table.boats import command_topic
 from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
 

@@ -13,7 +13,7 @@ import pytest
 
 from bridged import COVARIANCE, PIXELS, Bridged, image, imu, publishing
 from needs import NODE, require
-from vrx_mj.adapters.ros import messages
+from vrx_mj.ros import messages
 
 SCRIPTS = Path(__file__).parent / "rosbridge"
 NODE_FOLDER = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vrx_mj_roslibjs"

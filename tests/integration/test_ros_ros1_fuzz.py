@@ -13,7 +13,7 @@ from fuzz.raw import mutated
 from fuzz.ros1_messages import CALLS, HEADERS
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of
 from ros1_served import LEFT, Served, free_port, small_table, until
-from vrx_mj.adapters.ros.ros1.header import encode_header
+from vrx_mj.ros.ros1.header import encode_header
 
 FLOAT32 = "73fcbf46b49191e672908e50842a83d4"
 Said = tuple[tuple[str, int], bytes]
@@ -143,9 +143,9 @@ def has_grown(before: list[object], after: list[object]) -> bool:
 
 @pytest.mark.slow
 def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
-    monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.FIRST_PAUSE", 0.0)
-    monkeypatch.setattr("vrx_mj.adapters.ros.ros1.subscription.LONGEST_PAUSE", 0.001)
-    monkeypatch.setattr("vrx_mj.adapters.ros.ros1.master.SWEEP", 1000.0)
+    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.FIRST_PAUSE", 0.0)
+    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.LONGEST_PAUSE", 0.001)
+    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP", 1000.0)
     with Served(free_port(), small_table("wamv")) as served:
         attack = Attack(served)
         until(lambda: not served.ros._connection_limit.inside, "the test's own connections are closed")

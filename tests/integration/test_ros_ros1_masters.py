@@ -12,11 +12,11 @@ import pytest
 
 from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
-from vrx_mj.adapters.ros.inbox import Inbox
-from vrx_mj.adapters.ros.network import Network
-from vrx_mj.adapters.ros.ros1 import Ros1
-from vrx_mj.adapters.ros.ros1.address import announced, is_local
 from vrx_mj.errors import NetworkError
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.network import Network
+from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.ros1.address import announced, is_local
 
 GONE = "127.0.0.9"
 
@@ -155,21 +155,21 @@ def test_what_is_no_master_is_named_with_its_process():
 def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
     port = free_port()
     with monkeypatch.context() as patch:
-        patch.setattr("vrx_mj.adapters.ros.ros1.graph.is_local", lambda host: False)
+        patch.setattr("vrx_mj.ros.ros1.graph.is_local", lambda host: False)
         assert refusal(f"http://{GONE}:{port}") == (
             f"no ROS master answers at http://{GONE}:{port}, and {GONE} is another machine: start roscore there, "
             "or unset ROS_MASTER_URI to start a master here"
         )
     assert refusal("roscore") == "ROS_MASTER_URI: invalid URI 'roscore': http://host:port is needed"
     with monkeypatch.context() as patch:
-        patch.setattr("vrx_mj.adapters.ros.ros1.graph.addresses", lambda host: ["10.9.8.7"])
+        patch.setattr("vrx_mj.ros.ros1.graph.addresses", lambda host: ["10.9.8.7"])
         assert refusal(f"http://{GONE}:{port}") == (
             f"no ROS master answers at http://{GONE}:{port}, and this server listens at 127.0.0.1 only: "
             f"give --host {GONE} or --host 0.0.0.0"
         )
     with socket.create_server(("127.0.0.1", 0)) as mute:
         port = mute.getsockname()[1]
-        monkeypatch.setattr("vrx_mj.adapters.ros.ros1.graph.PATIENCE", 0.1)
+        monkeypatch.setattr("vrx_mj.ros.ros1.graph.PATIENCE", 0.1)
         told = refusal(f"http://127.0.0.1:{port}")
     assert re.fullmatch(
         rf"no ROS master at http://127\.0\.0\.1:{port}: no answer; port {port} is held by {SINCE}", told
@@ -221,7 +221,7 @@ def test_a_dead_simulations_registration_is_taken_over():
 
 
 def test_nodes_that_died_are_forgotten(monkeypatch):
-    monkeypatch.setattr("vrx_mj.adapters.ros.ros1.master.SWEEP", 0.1)
+    monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP", 0.1)
     with Served(free_port(), small_table("wamv")) as served, ServerProxy(served.uri) as master:
         master.registerSubscriber("/dead", "/wamv/imu", "sensor_msgs/Imu", f"http://127.0.0.1:{free_port()}/")
         assert master.lookupNode("/test", "/dead")[0] == 1

@@ -20,11 +20,11 @@ from bridged import Bridged
 from browser import browsing
 from needs import CHROMIUM, require
 from vrx_command import environment, start
-from vrx_mj.adapters.helm.engines import Engine, Wheel, engine_commands
-from vrx_mj.adapters.helm.keys import OURS
-from vrx_mj.adapters.helm.pilot import Pilot
-from vrx_mj.adapters.ros.teleop.client import Bridge
-from vrx_mj.adapters.ros.teleop.web import PageServer
+from vrx_mj.drive.helm.engines import Engine, Wheel, engine_commands
+from vrx_mj.drive.helm.keys import OURS
+from vrx_mj.drive.helm.pilot import Pilot
+from vrx_mj.ros.teleop.client import Bridge
+from vrx_mj.ros.teleop.web import PageServer
 
 FLEET = "{usv_count: 2, layout: line, spacing: 30, sensors: none}\n"
 SECONDS = 60.0

@@ -11,7 +11,7 @@ from needs import ROS1_TOOLS, needs
 from page_blocks import blocks, pieces
 from ros_scene import served
 from tutorial_pages import REPO, Reader
-from vrx_mj.adapters.ros.diagnosis import _touching_land
+from vrx_mj.ros.diagnosis import _touching_land
 from vrx_mj.sensors.gl import BACKENDS, problem_of
 
 DOCS = REPO / "docs"

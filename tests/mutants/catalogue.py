@@ -29,9 +29,8 @@ class Mutant:
 
     @property
     def package(self) -> str:
-        """The package that it counts for: `physics`, `adapters/ros`; `adapters` for what is in no package of it."""
-        parts = self.file.split("/")
-        return "/".join(parts[: 2 if parts[0] == "adapters" and len(parts) > 2 else 1])
+        """The package that it counts for: `physics`, `ros`."""
+        return self.file.split("/")[0]
 
     def applied(self, text: str) -> str:
         """The source with the mistake; ValueError where the old text does not occur exactly once."""

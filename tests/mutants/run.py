@@ -70,19 +70,19 @@ def table(rows: Sequence[dict[str, object]], stages: Sequence[str]) -> str:
 
 
 def chosen(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
-    """The mutants of some packages (`adapters` means all of them), or with some ids."""
+    """The mutants of some packages, or with some ids."""
     known = mutants()
     unknown = set(ids) - {mutant.id for mutant in known}
     if unknown:
         raise SystemExit(f"no mutants with the ids {', '.join(sorted(unknown))}")
-    picked = [m for m in known if not only or any(f"{m.package}/".startswith(f"{name}/") for name in only)]
+    picked = [m for m in known if not only or m.package in only]
     return [mutant for mutant in picked if not ids or mutant.id in ids]
 
 
 def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The command line's options."""
     parser = argparse.ArgumentParser(description="Which tests notice that a line of the source is wrong?")
-    parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="as physics or adapters/ros")
+    parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="as physics or ros")
     parser.add_argument("--ids", nargs="+", default=[], metavar="ID")
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES)
     parser.add_argument("--jobs", type=int, default=1)

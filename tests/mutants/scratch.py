@@ -28,21 +28,15 @@ def nearest_tests(mutant: Mutant) -> list[str]:
     module = re.compile(rf"\bvrx_mj\.{'.'.join(path.with_suffix('').parts)}\b")
     own = [file for entry in own_tests(mutant) for file in _files(ROOT / entry)]
     near = [
-        file
-        for file in own
-        if re.match(rf"test_(record_|view_)?{path.stem}(_|$)", file.stem) or module.search(_text(file))
+        file for file in own if re.match(rf"test_(view_)?{path.stem}(_|$)", file.stem) or module.search(_text(file))
     ]
     return [file.relative_to(ROOT).as_posix() for file in near] or own_tests(mutant)
 
 
 def own_tests(mutant: Mutant) -> list[str]:
-    """The unit tests of the mutant's package: its folder, or what imports it where its tests have no folder."""
+    """The unit tests of the mutant's package: its folder."""
     folder = UNIT / mutant.package
-    if mutant.package != "adapters" and folder.is_dir():
-        return [folder.relative_to(ROOT).as_posix()]
-    name = f"vrx_mj.{mutant.package.replace('/', '.')}"
-    files = [file for file in (UNIT / "adapters").glob("test_*.py") if name in _text(file)]
-    return sorted(file.relative_to(ROOT).as_posix() for file in files)
+    return [folder.relative_to(ROOT).as_posix()]
 
 
 @functools.cache

@@ -37,12 +37,12 @@ def test_an_environment_without_pip_needs_uv(monkeypatch):
 
 @pytest.mark.parametrize(("name", "package"), [("gym", "Gymnasium"), ("zoo", "PettingZoo")])
 def test_environments_without_their_extra_name_it(monkeypatch, name, package):
-    for module in [module for module in sys.modules if module.startswith(f"vrx_mj.adapters.{name}")]:
+    for module in [module for module in sys.modules if module.startswith(f"vrx_mj.rl.{name}")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, package.lower(), None)
     with pytest.raises(ModuleNotFoundError) as raised:
-        __import__(f"vrx_mj.adapters.{name}")
-    assert str(raised.value) == needs_extra(f"vrx_mj.adapters.{name}", package, "rl")
+        __import__(f"vrx_mj.rl.{name}")
+    assert str(raised.value) == needs_extra(f"vrx_mj.rl.{name}", package, "rl")
     assert raised.value.name == package.lower()
 
 

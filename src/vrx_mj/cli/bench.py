@@ -29,7 +29,7 @@ from vrx_mj.cli.bench_batch import (
     two_threads_and_two_processes,
 )
 from vrx_mj.cli.bench_worlds import DT, SEA, fleet, sailing
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.simulation import Simulation
 
@@ -191,7 +191,7 @@ def record_overhead() -> float:
 
     The sea's surface is left out here: it is a picture, and costs more than all the rest of a recording.
     """
-    from vrx_mj.adapters.record import record
+    from vrx_mj.recording import record
 
     sim = Simulation(compile_world("example_course", fleet="trio"))
     minute = sim.steps_in(60.0)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.cli.bench_worlds import SEA, fleet, resident_memory
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 
 __all__ = [
@@ -85,7 +85,7 @@ def environment_steps_per_second(rounds: int = ROUNDS, window: float = WINDOW) -
     """
     if importlib.util.find_spec("gymnasium") is None:
         return math.nan
-    from vrx_mj.adapters.gym import VectorEnv
+    from vrx_mj.rl.gym import VectorEnv
 
     rows = VectorEnv("StationKeeping", ROWS)
     rows.reset(seed=0)

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vrx_mj.cli.bench_worlds import DT, SEA, fleet, resident_memory, sailing
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table", "weigh_fleet"]

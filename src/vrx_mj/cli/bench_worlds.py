@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["DT", "SEA", "fleet", "resident_memory", "sailing"]

@@ -11,10 +11,10 @@ from vrx_mj.cli.files import writing
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
-    from vrx_mj.adapters.campaign.manifest import Campaign
-    from vrx_mj.adapters.campaign.plan import Plan, Serving
-    from vrx_mj.adapters.campaign.results import Result
-    from vrx_mj.adapters.campaign.trial import Trial
+    from vrx_mj.campaign.manifest import Campaign
+    from vrx_mj.campaign.plan import Plan, Serving
+    from vrx_mj.campaign.results import Result
+    from vrx_mj.campaign.trial import Trial
     from vrx_mj.cli.campaign_screen import Watch
 
 __all__ = ["campaign"]
@@ -74,9 +74,9 @@ def campaign(
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
-    from vrx_mj.adapters.campaign.compare import compare
-    from vrx_mj.adapters.campaign.manifest import begin, read_campaign
-    from vrx_mj.adapters.campaign.report import refreshed, write_report
+    from vrx_mj.campaign.compare import compare
+    from vrx_mj.campaign.manifest import begin, read_campaign
+    from vrx_mj.campaign.report import refreshed, write_report
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge)
     plan = _plan(
@@ -102,7 +102,7 @@ def _serving(
     rosbridge: bool,
 ) -> "Serving | None":
     """How worlds are served to programs; None where controllers sail."""
-    from vrx_mj.adapters.campaign.plan import Serving
+    from vrx_mj.campaign.plan import Serving
     from vrx_mj.cli.serve import check_installed, parse_lockstep, parse_rate
 
     if bool(controllers) == bool(programs):
@@ -122,7 +122,7 @@ def _serving(
 
 
 def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
-    from vrx_mj.adapters.campaign.plan import Plan, choose_worlds, parse_seeds
+    from vrx_mj.campaign.plan import Plan, choose_worlds, parse_seeds
 
     for name in controllers:
         if controllers.count(name) > 1:
@@ -137,7 +137,7 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
 
 def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     """Sail what is left; whether it was stopped before its end."""
-    from vrx_mj.adapters.campaign.trial import Trial
+    from vrx_mj.campaign.trial import Trial
     from vrx_mj.cli.campaign_screen import watching
 
     plan, left = begun.manifest.plan, begun.left
@@ -160,10 +160,10 @@ def _sailed(
     trials: "Sequence[Trial]", folder: Path, jobs: int | None, watch: "Watch", *, ray: bool
 ) -> "Generator[Result, None, None]":
     if ray:
-        from vrx_mj.adapters.campaign.ray_pool import sail_on_ray
+        from vrx_mj.campaign.ray_pool import sail_on_ray
 
         return sail_on_ray(trials, folder, jobs, running=watch.running)
-    from vrx_mj.adapters.campaign.pool import sail_all
+    from vrx_mj.campaign.pool import sail_all
     from vrx_mj.runtime.limits import core_share
 
     return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)

@@ -55,7 +55,7 @@ def compile_(
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
-    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.mjcf.compile import compile_world
 
     compiled = compile_world(world, fleet=fleet, seed=seed, nudge=nudge)
     with writing("the world", output):
@@ -167,9 +167,9 @@ def view(
 
     Example: vrx-mj view example_course --fleet trio --boat wamv2
     """
-    from vrx_mj.adapters.view import view as open_view
     from vrx_mj.cli.sailing import steering
-    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.drive.view import view as open_view
+    from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
 
     steer = steering(control, thrust)
@@ -196,8 +196,8 @@ def replay(
 
     Example: vrx-mj replay run.rrd --video run.mp4 --boat wamv2 --speed 2
     """
-    from vrx_mj.adapters.record import open_viewer
-    from vrx_mj.adapters.video import Shot, draw_video, parse_size
+    from vrx_mj.recording import open_viewer
+    from vrx_mj.recording.video import Shot, draw_video, parse_size
 
     if not recording.is_file():
         raise RecordError(f"no recording '{recording}'")
@@ -217,7 +217,7 @@ def compare(
 
     Example: vrx-mj compare monday.rrd tuesday.rrd
     """
-    from vrx_mj.adapters.record import compare as compare_records
+    from vrx_mj.recording import compare as compare_records
 
     result = compare_records(first, second)
     typer.echo(str(result))
@@ -253,8 +253,8 @@ def map_(
 
     Example: vrx-mj map example_course --fleet trio -o map.png
     """
-    from vrx_mj.adapters.map import draw_map, map_of
-    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.draw.map import draw_map, map_of
+    from vrx_mj.mjcf.compile import compile_world
 
     drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge))
     with writing("the map", output):

@@ -44,13 +44,13 @@ def demo(
     if result.interrupted:
         typer.echo(f"interrupted; {to_open(file)}")
         raise SystemExit(1)
-    from vrx_mj.adapters.view.display import has_display
+    from vrx_mj.drive.view.display import has_display
 
     shown = has_display()
     if not (open_ and shown):
         typer.echo(to_open(file) if shown else f"no display here; {to_open(file)}")
         return
-    from vrx_mj.adapters.record import open_viewer
+    from vrx_mj.recording import open_viewer
 
     typer.echo("opening the viewer: close its window or press Ctrl-C to end")
     raise SystemExit(open_viewer(file))

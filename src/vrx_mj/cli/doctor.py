@@ -28,7 +28,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.runtime.limits import core_share, free_memory
 
 if TYPE_CHECKING:
-    from vrx_mj.adapters.view.display import Attempt
+    from vrx_mj.drive.view.display import Attempt
 
 __all__ = ["Row", "as_json", "examine", "healthy", "print_rows"]
 
@@ -229,7 +229,7 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
 
 
 def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.adapters.view.display import BACKENDS, Attempt, has_display, try_backend
+    from vrx_mj.drive.view.display import BACKENDS, Attempt, has_display, try_backend
 
     linux = sys.platform.startswith("linux")
     names = BACKENDS if linux else ("glfw",)
@@ -256,7 +256,7 @@ def viewer_row(
 
 
 def _viewer() -> Path:
-    from vrx_mj.adapters.record.viewer import viewer_binary
+    from vrx_mj.recording.viewer import viewer_binary
 
     return viewer_binary()
 

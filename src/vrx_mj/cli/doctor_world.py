@@ -69,8 +69,8 @@ def sound(rows: Sequence[Row]) -> bool:
 
 def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | None]":
     """Compile it and see how the boats are placed and named; the simulation, if there can be one."""
-    from vrx_mj.adapters.ros.diagnosis import overlaps, shared_frames
-    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.ros.diagnosis import overlaps, shared_frames
     from vrx_mj.runtime.simulation import Simulation
 
     try:
@@ -99,7 +99,7 @@ def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
 
 
 def _on_land(sim: "Simulation") -> Iterator[str]:
-    from vrx_mj.compiler.afloat import depth_in_land
+    from vrx_mj.mjcf.afloat import depth_in_land
 
     shore = sim.world.parameters["shoreline"]
     if not shore:
@@ -132,9 +132,9 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
     """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
 
-    from vrx_mj.adapters.ros.ros1.address import is_local
-    from vrx_mj.adapters.ros.ros1.http import BROKEN, Proxy, address
-    from vrx_mj.adapters.ros.ros1.xmlrpc import Fault
+    from vrx_mj.ros.ros1.address import is_local
+    from vrx_mj.ros.ros1.http import BROKEN, Proxy, address
+    from vrx_mj.ros.ros1.xmlrpc import Fault
 
     async def asked() -> Any:
         proxy = Proxy(uri)
@@ -162,8 +162,8 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
 
 def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     """Whether somebody publishes commands for boats that are not in this world."""
-    from vrx_mj.adapters.ros.inbox import Inbox, UnknownTopicPublisher
-    from vrx_mj.adapters.ros.ros_server import RosServer
+    from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
+    from vrx_mj.ros.ros_server import RosServer
 
     said: list[str] = []
     station = RosServer(sim, [], Inbox(), tell=lambda _level, text: said.append(text))
@@ -183,9 +183,9 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
     """Whether the address that other nodes get is one of this machine, and can be reached by those they ask."""
-    from vrx_mj.adapters.ros.access import is_loopback
-    from vrx_mj.adapters.ros.ros1.address import addresses, is_local
-    from vrx_mj.adapters.ros.ros1.http import address
+    from vrx_mj.ros.access import is_loopback
+    from vrx_mj.ros.ros1.address import addresses, is_local
+    from vrx_mj.ros.ros1.http import address
 
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)
     if name is None:
@@ -209,7 +209,7 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
 
 def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int], str | None] | None = None) -> Row:
     """Whether a port on loopback is free, or held by a master that is joined."""
-    from vrx_mj.adapters.ros.listener import who_listens
+    from vrx_mj.ros.listener import who_listens
 
     name = f"port {port} ({what})"
     with socket.socket() as probe:

@@ -40,7 +40,7 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
     Example: vrx-mj ros messages -o ~/vrx_messages
     """
     with needing_rosbags():
-        from vrx_mj.adapters.ros.packages import write_packages
+        from vrx_mj.ros.packages import write_packages
     written = write_packages(output)
     lines = [f"{output}: {', '.join(written.packages) or 'nothing'}"]
     lines += [f"left out: {name}, which is in {place}" for name, place in written.left_out.items()]
@@ -65,7 +65,7 @@ def convert(
     Example: vrx-mj convert run.rrd run.bag
     """
     with needing_rosbags():
-        from vrx_mj.adapters.ros.convert import convert as write_bag
+        from vrx_mj.ros.convert import convert as write_bag
     with Bar("converting", 0.0, "s") as shown:
         count = write_bag(recording, bag, lambda done, total: shown.update(done, total=total))
     typer.echo(f"{bag}: {count} messages")

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from vrx_mj.adapters.progress import terminal_bar
 from vrx_mj.bar import waiting
 from vrx_mj.cli.ros import needing_rosbags
-from vrx_mj.compiler.compile import compile_world
 from vrx_mj.errors import CommandError
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.recording.progress_bar import terminal_bar
 from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
 from vrx_mj.runtime.simulation import Simulation
@@ -53,7 +53,7 @@ def _bagging(
         yield sim.advance, controller
         return
     with needing_rosbags():
-        from vrx_mj.adapters.ros.bagging import bagged
+        from vrx_mj.ros.bagging import bagged
     with bagged(sim, path, controller, topics=topics) as pair:
         yield pair
 
@@ -66,7 +66,7 @@ def recording(
     if path is None:
         yield
         return
-    from vrx_mj.adapters.record import record
+    from vrx_mj.recording import record
 
     with ExitStack() as closing, ExitStack() as recorder:
         recorder.enter_context(record(sim, path, sensors=sensors, follow=follow))

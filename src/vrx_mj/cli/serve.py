@@ -103,11 +103,11 @@ def serve(
 def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
     """Compile and serve; imports wait until they are needed."""
     check_installed(rosbridge=said["rosbridge"] is not None, ros2=said["ros2"])
-    from vrx_mj.adapters.ros.access import checked_origins
-    from vrx_mj.adapters.ros.serve import Wanted
-    from vrx_mj.adapters.ros.serve import serve as run
     from vrx_mj.cli.sailing import recording
-    from vrx_mj.compiler.compile import compile_world
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.ros.access import checked_origins
+    from vrx_mj.ros.serve import Wanted
+    from vrx_mj.ros.serve import serve as run
     from vrx_mj.runtime.simulation import Simulation
 
     logging.getLogger("vrx_mj").addHandler(_Log())
@@ -142,7 +142,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
         extra = "rosbridge" if rosbridge else "ros1"
         raise NetworkError(f"not installed: {', '.join(missing)}; run: {install_command(f'vrx-mj[{extra}]')}")
     if ros2:
-        from vrx_mj.adapters.ros.ros2.installed import load_rclpy
+        from vrx_mj.ros.ros2.installed import load_rclpy
 
         load_rclpy()
 

@@ -30,7 +30,7 @@ def teleop(
         return
     if "://" not in url:
         raise CommandError(f"invalid --url '{url}': ws://HOST:PORT is needed, as in {DEFAULT_URL}")
-    from vrx_mj.adapters.ros.teleop.driving import drive
+    from vrx_mj.ros.teleop.driving import drive
 
     drive(url, boat=boat)
 
@@ -39,7 +39,7 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
     import contextlib
     from urllib.parse import urlsplit
 
-    from vrx_mj.adapters.ros.teleop.web import PageServer, reaches
+    from vrx_mj.ros.teleop.web import PageServer, reaches
 
     with PageServer(port, url, boat) as server, contextlib.suppress(KeyboardInterrupt):
         ports = (server.server_address[1], urlsplit(url).port or 80)

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
-from vrx_mj.compiler.world import World
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, shown
 from vrx_mj.libmujoco import untimed
+from vrx_mj.mjcf.world import World
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table

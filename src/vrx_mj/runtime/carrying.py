@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.compiler.world import World
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.rig import MODEL_ARRAYS, OPTIONS, Rig
 
 __all__ = ["carry"]

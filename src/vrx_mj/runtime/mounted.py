@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.compiler.shooters import ball_name
-from vrx_mj.compiler.world import World
 from vrx_mj.config.sensors import BallShooterConfig, PingerConfig, sensor_config
+from vrx_mj.mjcf.shooters import ball_name
+from vrx_mj.mjcf.world import World
 from vrx_mj.sensors.places import Mount, Place, carried
 
 __all__ = ["Mounted", "mounted", "start_marks"]

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import CompileError
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.crowding import arena_bytes, row_arena_bytes
 
 __all__ = ["PhysicsModels", "stepping_models"]

@@ -4,8 +4,8 @@ import contextlib
 from collections.abc import Iterator, Sequence
 
 from vrx_mj.arguments import check_name
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.observation import BoatObservation

@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.compiler.drawing import drawing_model
-from vrx_mj.compiler.world import World
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
+from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.world import World
 from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import MOST_SEED
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import RUDDER, Record, Table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import VrxWarning
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.ballast import with_scaled_mass
 from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.rig import Rig

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arguments import check_name, several
-from vrx_mj.compiler.world import World
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import SensorError
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.moments import Moment
 from vrx_mj.runtime.mounted import Mounted

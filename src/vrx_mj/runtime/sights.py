@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.compiler.world import World
+from vrx_mj.mjcf.world import World
 from vrx_mj.physics.kernel import cached
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.moments import Moment

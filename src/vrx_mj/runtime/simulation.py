@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_seed, check_kind, whole
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Commands, Helm
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_path
-from vrx_mj.compiler.joining import with_boat, without_boat
-from vrx_mj.compiler.world import World
 from vrx_mj.errors import CommandError
+from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.physics_models import PhysicsModels

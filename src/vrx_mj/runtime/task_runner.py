@@ -13,10 +13,10 @@ import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_text
-from vrx_mj.compiler.world import World
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.tasks.actions import Action
 from vrx_mj.tasks.frame import Message

@@ -13,11 +13,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Bool, Float64, String
 
-from vrx_mj.adapters.ros.inbox import Inbox
-from vrx_mj.adapters.ros.messages import new
-from vrx_mj.adapters.ros.offer import Input, Output, Sent, Table
-from vrx_mj.adapters.ros.ros2 import Ros2
-from vrx_mj.adapters.ros.table.bodies import header
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.messages import new
+from vrx_mj.ros.offer import Input, Output, Sent, Table
+from vrx_mj.ros.ros2 import Ros2
+from vrx_mj.ros.table.bodies import header
 
 LONGEST = 60.0
 PIXELS = np.arange(6 * 4 * 3, dtype=np.uint8)

@@ -3,14 +3,14 @@
 import pytest
 
 from vrx_mj import read_record
-from vrx_mj.adapters.view import display
+from vrx_mj.drive.view import display
 
 
 @pytest.fixture
 def opened(monkeypatch):
     """The recordings that a viewer is asked to open."""
     files = []
-    monkeypatch.setattr("vrx_mj.adapters.record.open_viewer", lambda file: files.append(str(file)) or 0)
+    monkeypatch.setattr("vrx_mj.recording.open_viewer", lambda file: files.append(str(file)) or 0)
     return files
 
 

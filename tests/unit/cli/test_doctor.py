@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.adapters.view.display import Attempt
 from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
+from vrx_mj.drive.view.display import Attempt
 from vrx_mj.packages import install_command
 
 FAILS = Attempt(False, "libEGL.so.1: cannot open shared object file")

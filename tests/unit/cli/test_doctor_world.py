@@ -10,10 +10,10 @@ import pytest
 
 from ros1_served import Served, free_port, small_table
 from vrx_mj import Simulation, compile_world
-from vrx_mj.adapters.ros.diagnosis import shared_frames
 from vrx_mj.cli import doctor, doctor_world
 from vrx_mj.cli.doctor import Row
 from vrx_mj.packages import install_command
+from vrx_mj.ros.diagnosis import shared_frames
 
 HERE = "http://127.0.0.1:11311"
 UNSET = "unset ROS_IP, or set it to an address of this machine: 'hostname -I' lists them"

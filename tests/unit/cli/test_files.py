@@ -1,9 +1,9 @@
 import pytest
 
 from vrx_mj.cli.files import NEW_KINDS
-from vrx_mj.compiler.compile import compile_world
 from vrx_mj.config.search import KINDS, catalogue
 from vrx_mj.config.tasks import TASKS
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.resources import root
 
 SOME = {

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from urdf_boats import BOX, link, robot
-from vrx_mj.compiler.compile import compile_world
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
+from vrx_mj.mjcf.compile import compile_world
 
 MESSAGE = "not allowed for robot ./mine.urdf, whose own files say where its thrusters are; remove it"
 

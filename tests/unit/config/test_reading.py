@@ -9,7 +9,6 @@ import pytest
 
 import vrx_mj
 from peak_memory import peak_memory
-from vrx_mj.compiler.terrain import shoreline
 from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.docks import load_dock
 from vrx_mj.config.fleet_checks import load_fleet
@@ -24,6 +23,7 @@ from vrx_mj.config.urdf.xacro_files import Files
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.terrain import shoreline
 
 WHOLE = 100
 LARGE = 5_000_000_000

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from pydantic import ValidationError
 
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import format_of, parameters_of
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.compiler.joining import with_boat, without_boat
+from vrx_mj.mjcf.joining import with_boat, without_boat
 from vrx_mj.runtime.crowding import arena_bytes
 from vrx_mj.runtime.physics_models import PhysicsModels, stepping_models
 

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.compiler.compile import compile_world
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.runtime.proximity import movers

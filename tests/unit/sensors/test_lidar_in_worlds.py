@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.compiler.compile import compile_world
 from vrx_mj.config.sensors import LidarConfig
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.rig import drawing_model
 from vrx_mj.sensors.lidar import Lidar
 from vrx_mj.sensors.rays import reflecting

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axes_files import WORLDS
-from vrx_mj.compiler.compile import compile_world
 from vrx_mj.config.series.axes import Series, read_series
 from vrx_mj.config.series.text import world_text
 from vrx_mj.config.series.worlds import SeriesWorld, series_world
@@ -16,6 +15,7 @@ from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import parse
 from vrx_mj.errors import VrxWarning
+from vrx_mj.mjcf.compile import compile_world
 
 NOWHERE = File("bay.yaml", None)
 SAND, LAKE = "sandisland: [null]\n    ocean_waves: [null]", "sydneyregatta: [null]\n    ocean_waves: [{scale: 2.5}]"

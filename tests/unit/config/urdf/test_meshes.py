@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.compiler.templates import mesh as compiled
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape
 from vrx_mj.config.urdf import mesh_sizes
 from vrx_mj.config.urdf.meshes import check_mesh, obj_text, read_mesh
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.templates import mesh as compiled
 
 SIDES = (1.0, 2.0, 3.0)
 

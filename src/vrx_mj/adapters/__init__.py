@@ -1,1 +1,0 @@
-"""Translations to other worlds: rerun, maps, gymnasium, ROS."""

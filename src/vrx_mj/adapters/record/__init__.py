@@ -1,8 +1,0 @@
-"""Record a run to a rerun file, read it back, compare two. Nothing here loads rerun before it is used."""
-
-from vrx_mj.adapters.record.compare import Comparison, compare
-from vrx_mj.adapters.record.reader import Record, Track, read_record
-from vrx_mj.adapters.record.session import record, resume
-from vrx_mj.adapters.record.viewer import open_viewer
-
-__all__ = ["Comparison", "Record", "Track", "compare", "open_viewer", "read_record", "record", "resume"]

@@ -1,0 +1,193 @@
+"""What a campaign's folder holds, and whether a plan may go on there."""
+
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.campaign.plan import Cell, Plan, Serving
+from vrx_mj.campaign.provenance import code_version, controller_hashes, is_ours, program_hashes
+from vrx_mj.campaign.results import FORMAT, Result, read_json, read_results, write_json
+from vrx_mj.errors import CommandError, RecordError, VrxError
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.runtime.run import fingerprint
+
+__all__ = ["Campaign", "Manifest", "begin", "read_campaign"]
+
+MANIFEST = "campaign.json"
+MADE = ("cells", "worlds", MANIFEST, "results.csv", "index.html")
+"""What a campaign writes into its folder."""
+SHOWN = 3
+"""How many names a message lists."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a campaign is: its plan, and what its results depend on."""
+
+    plan: Plan
+    controllers: Mapping[str, str]
+    """Digest of each controller's files."""
+    code: str
+    """Of vrx_mj: version and digest."""
+    platform: str
+    began: str
+    """Date and time, UTC, ISO 8601."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign with the results that it has so far."""
+
+    folder: Path
+    manifest: Manifest
+    results: Mapping[Cell, Result]
+
+    @property
+    def left(self) -> tuple[Cell, ...]:
+        """Cells that have no result, or a failed one."""
+        return tuple(cell for cell in self.manifest.plan.cells if cell not in self.results or self.results[cell].failed)
+
+
+def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
+    """Begin a campaign in a folder, or go on with the one that is there; more of the same may be added to it.
+
+    Args:
+        folder: where the results are; it is made if need be.
+        plan: what to sail.
+        restart: forget the campaign that is there.
+
+    Raises:
+        CommandError: the folder holds another campaign, or other things.
+        RecordError: its campaign is damaged, or of another version.
+        VrxError: there is no such controller.
+    """
+    manifest = Manifest(
+        plan,
+        (controller_hashes if plan.serving is None else program_hashes)(plan.controllers),
+        code_version(),
+        fingerprint(),
+        datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    if not (folder / MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
+        raise CommandError(f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o")
+    if restart:
+        _forget(folder)
+    results = read_results(folder, plan.cells)
+    if (folder / MANIFEST).is_file():
+        _check_fits(folder, [*_differences(_read_manifest(folder), manifest), *_changed_worlds(plan, results)])
+    _write_manifest(folder, manifest)
+    return Campaign(folder, manifest, results)
+
+
+def read_campaign(folder: Path) -> Campaign:
+    """A campaign with its results.
+
+    Raises:
+        RecordError: there is none, or one that is damaged or of another version.
+    """
+    manifest = _read_manifest(folder)
+    return Campaign(folder, manifest, read_results(folder, manifest.plan.cells))
+
+
+def _check_fits(folder: Path, differences: Sequence[str]) -> None:
+    if differences:
+        lines = "\n".join(f"  {text}" for text in differences)
+        raise CommandError(
+            f"the campaign in '{folder}' is a different one:\n{lines}\n"
+            "give another folder with -o, or --restart to run all of it again"
+        )
+
+
+def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
+    """Why results of these two cannot stand side by side."""
+    if old.code != new.code:
+        yield f"it was run by vrx_mj {old.code}, now {new.code}"
+    for name, digest in new.controllers.items():
+        if old.controllers.get(name, digest) != digest:
+            yield f"the {'controller' if new.plan.serving is None else 'program'} {name} has changed since"
+    for kind in ("controllers", "worlds", "seeds"):
+        gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
+        if gone:
+            more = f" and {len(gone) - SHOWN} more" if len(gone) > SHOWN else ""
+            yield f"it also has the {kind} {', '.join(gone[:SHOWN])}{more}"
+    for option in ("fleet", "duration", "record"):
+        was, now = getattr(old.plan, option), getattr(new.plan, option)
+        if was != now:
+            yield f"its --{option} was {_shown(was)}, now {_shown(now)}"
+    if old.plan.serving != new.plan.serving:
+        yield f"its trials were run by {_pilots(old.plan.serving)}, now by {_pilots(new.plan.serving)}"
+
+
+def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
+    """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
+    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
+    for world, (cell, before) in sailed.items():
+        if own_fleet or not is_ours("worlds", world):
+            try:
+                same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
+            except VrxError:
+                same = False
+            if not same:
+                yield f"the world {world}{f', or the fleet {plan.fleet},' if own_fleet else ''} has changed since"
+
+
+def _shown(value: Any) -> str:
+    words = {None: "not given", True: "on", False: "off"}
+    return words[value] if value is None or isinstance(value, bool) else f"{value}"
+
+
+def _pilots(serving: Serving | None) -> str:
+    if serving is None:
+        return "controllers"
+    rate = "max" if serving.rate is None else f"{serving.rate:g}"
+    waits = "" if serving.lockstep is None else f" --lockstep {','.join(serving.lockstep) or 'step'}"
+    return f"--exec --rate {rate}{waits}{' --rosbridge' if serving.rosbridge else ''}"
+
+
+def _forget(folder: Path) -> None:
+    """Remove what a campaign has written, and nothing else."""
+    for name in MADE:
+        if (folder / name).is_dir():
+            shutil.rmtree(folder / name)
+        else:
+            (folder / name).unlink(missing_ok=True)
+
+
+def _write_manifest(folder: Path, manifest: Manifest) -> None:
+    plan = manifest.plan
+    tree = {
+        "format": FORMAT,
+        "code": manifest.code,
+        "platform": manifest.platform,
+        "began": manifest.began,
+        "controllers": dict(manifest.controllers),
+        **{key: getattr(plan, key) for key in ("worlds", "seeds", "fleet", "duration", "timeout", "record")},
+        "serving": None if plan.serving is None else asdict(plan.serving),
+    }
+    write_json(folder / MANIFEST, tree)
+
+
+def _read_manifest(folder: Path) -> Manifest:
+    file = folder / MANIFEST
+    if not file.is_file():
+        raise RecordError(f"no campaign in '{folder}': it has no {MANIFEST}")
+    try:
+        tree = read_json(file)
+        options = {key: tree[key] for key in ("fleet", "duration", "timeout", "record")}
+        options["serving"] = _serving(tree.get("serving"))
+        plan = Plan(tuple(tree["controllers"]), tuple(tree["worlds"]), tuple(tree["seeds"]), **options)
+        return Manifest(plan, tree["controllers"], tree["code"], tree["platform"], tree["began"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordError(f"{file} is damaged: {error}") from error
+
+
+def _serving(tree: Mapping[str, Any] | None) -> Serving | None:
+    """As `asdict` wrote it; None in campaigns of controllers, and of versions that knew no programs."""
+    if tree is None:
+        return None
+    lockstep = tree["lockstep"]
+    return Serving(tree["rate"], None if lockstep is None else tuple(lockstep), tree["rosbridge"])

@@ -1,0 +1,149 @@
+"""The page of a campaign: one static file that needs no network. Layout is in `templates/campaign`."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from vrx_mj.campaign.compare import Comparison
+from vrx_mj.campaign.drawing import COLORS, draw
+from vrx_mj.campaign.manifest import Campaign
+from vrx_mj.campaign.plan import Cell
+from vrx_mj.campaign.ranking import leaderboard, mean_of, task_types, tasks_of_worlds
+from vrx_mj.campaign.results import LOG, Result
+from vrx_mj.resources import root
+
+__all__ = ["page"]
+
+BEST, MIDDLE, WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
+"""Colours of a score among those of its world."""
+MOST_CHANGES = 200
+Row = dict[str, Any]
+
+
+def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison | None = None) -> str:
+    """The page as HTML. Names, messages and descriptions are escaped, wherever they come from."""
+    plan, results = campaign.manifest.plan, list(campaign.results.values())
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            manifest=campaign.manifest,
+            plan=plan,
+            colors=[COLORS[number % len(COLORS)] for number in range(len(plan.controllers))],
+            done=sum(not result.failed for result in results),
+            failed=sum(result.failed for result in results),
+            hours=sum(result.sim_time for result in results) / 3600.0,
+            tasks=task_types(results),
+            board=leaderboard(results, plan.controllers),
+            rows=list(_rows(campaign)),
+            maps=list(_maps(campaign, sketches)),
+            failures=[_failure(result) for result in results if result.failed],
+            comparison=comparison,
+            most_changes=MOST_CHANGES,
+        )
+    )
+
+
+def _rows(campaign: Campaign) -> Iterator[Row]:
+    """Rows of the table of scores: each controller in each world, its cells by seed."""
+    plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
+    for number, world in enumerate(plan.worlds):
+        task, found = tasks.get(world), _in_world(campaign, world)
+        scores = [result.score for result in found if result.score is not None]
+        for index, controller in enumerate(plan.controllers):
+            mean = mean_of(result for result in found if result.cell.controller == controller)
+            cells = [
+                _cell(campaign.results.get(Cell(controller, world, seed)), seed, scores, task) for seed in plan.seeds
+            ]
+            yield {
+                "world": world, "number": number, "controller": controller, "index": index, "task": task,
+                "mean": mean, "cells": cells,
+            }  # fmt: skip
+
+
+def _in_world(campaign: Campaign, world: str) -> list[Result]:
+    return [result for result in campaign.results.values() if result.cell.world == world]
+
+
+def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> Row:
+    """What one cell shows: text, colour, and more about it."""
+    row = {"seed": seed, "text": "", "value": "", "color": ""}
+    if result is None:
+        return {**row, "kind": "missing", "told": f"seed {seed}: not run yet"}
+    if result.failed:
+        return {**row, "kind": "failed", "text": "✕", "told": f"seed {seed} failed: {result.error}"}
+    if result.score is None or task is None:
+        return {**row, "kind": "none", "text": "no task", "told": f"seed {seed}: no task, {result.sim_time:g} s"}
+    return {
+        **row,
+        "kind": "score",
+        "text": f"{result.score:.2f}",
+        "value": f"{result.score:.6g}",
+        "color": _color(result.score, scores, task["better"]),
+        "told": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
+    }
+
+
+def _how(task: Mapping[str, Any]) -> str:
+    """How a task ended, in words."""
+    hits = task["num_collisions"]
+    collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""
+    return f" after {task['elapsed']:.1f} s, {task['state']}{', timed out' if task['timed_out'] else ''}{collided}"
+
+
+def _color(score: float, scores: Sequence[float], better: str) -> str:
+    """Green for the best of a world's scores, red for its worst; nothing where all are about equal."""
+    least, most = min(scores), max(scores)
+    if most - least <= 1e-3 * max(abs(most), abs(least)):
+        return ""
+    share = (score - least) / (most - least)
+    share = 1.0 - share if better == "higher" else share
+    low, high, part = (BEST, MIDDLE, 2.0 * share) if share < 0.5 else (MIDDLE, WORST, 2.0 * share - 1.0)
+    return "#" + "".join(f"{round(a + (b - a) * part):02x}" for a, b in zip(low, high, strict=True))
+
+
+def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:
+    plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
+    for number, world in enumerate(plan.worlds):
+        if world not in sketches:
+            continue
+        found = _in_world(campaign, world)
+        drawing = draw(sketches[world], found, plan.controllers)
+        lines = []
+        for index, controller in enumerate(plan.controllers):
+            own = [result for result in found if result.cell.controller == controller]
+            if own:
+                recorded = [result for result in own if result.recording]
+                lines.append({"controller": controller, "index": index, "mean": mean_of(own), "recorded": recorded})
+        yield {
+            "world": world, "number": number, "task": tasks.get(world), "lines": lines, "view": drawing.view,
+            "description": sketches[world]["description"],
+            "marks": Markup(drawing.marks), "tracks": Markup(drawing.tracks),
+        }  # fmt: skip
+
+
+def _failure(result: Result) -> Row:
+    return {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
+
+
+@cache
+def _environment() -> Environment:
+    """Templates that escape whatever they are given."""
+    environment = Environment(
+        loader=FileSystemLoader(root() / "templates" / "campaign", encoding="utf-8"),
+        undefined=StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = _number
+    return environment
+
+
+def _number(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits; a dash for none."""
+    return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"

@@ -1,0 +1,243 @@
+"""A trial in a process of its own: whatever a controller does there, the campaign goes on.
+
+Where the system can fork, processes come from a server that has loaded everything, compiled kernels included, and runs
+no threads: a trial begins at once, and shares nothing with the one before.
+"""
+
+import contextlib
+import faulthandler
+import multiprocessing
+import os
+import shutil
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, MutableSequence
+from functools import partial
+from multiprocessing.context import BaseContext
+from pathlib import Path
+
+from vrx_mj.campaign.program import ENDING, adopt_orphans
+from vrx_mj.campaign.results import FORMAT, LOG, Result, read_result, sketch_file, write_json, write_result
+from vrx_mj.campaign.sketch import sketch_of
+from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
+from vrx_mj.mjcf.world import World
+
+__all__ = ["TrialProcess", "start_server", "undisturbed"]
+
+PRELOADED = "vrx_mj.campaign.warm"
+GRACE = 5.0
+"""A process that should have ended itself is killed this much later [s]."""
+MOST_LOG = 50_000_000
+"""A trial that prints more than this is ended [bytes]."""
+TAIL = 100_000
+"""How much of a log is looked through for where a trial hung [bytes]."""
+START = 120.0
+"""Wall time for starting a process [s]."""
+END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
+"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
+take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
+
+
+def start_server() -> BaseContext:
+    """What makes the processes; where it can fork, after everything was loaded, which it waits for."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([PRELOADED])
+    with _same_path():
+        first = context.Process(target=_nothing)
+        first.start()
+        first.join()
+    return context
+
+
+def _nothing() -> None:
+    """A process that ends at once."""
+
+
+@contextlib.contextmanager
+def _same_path() -> Iterator[None]:
+    """Have new interpreters look for packages where this one does, in its order."""
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    try:
+        yield
+    finally:
+        del os.environ["PYTHONPATH"]
+        if before is not None:
+            os.environ["PYTHONPATH"] = before
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[None]:
+    """Have Ctrl-C and SIGTERM wait until the end: in between they would leave a process behind that nobody knows of."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    caught: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    handlers = [signal.signal(number, lambda came, _frame: caught.append(came)) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, handlers, strict=True):
+            signal.signal(number, handler)
+        for came in caught:
+            signal.raise_signal(came)
+
+
+class TrialProcess:
+    """A trial that is being sailed elsewhere, in the campaign's folder `root`."""
+
+    def __init__(self, context: BaseContext, trial: Trial, root: Path) -> None:
+        self.trial, self._root = trial, root
+        self._folder = root / trial.cell.folder
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.mkdir(parents=True)
+        self._begun = time.monotonic()
+        self._shared = context.Array("d", [self._begun + START, PREPARATION, 0.0, 0.0], lock=False)
+        arguments = (trial, root, self._shared, dict(os.environ))
+        self._process = context.Process(target=_sail_here, args=arguments)  # type: ignore[attr-defined]
+        self._process.start()
+
+    @property
+    def sentinel(self) -> int:
+        """What becomes ready when the process ends, for `multiprocessing.connection.wait`."""
+        return int(self._process.sentinel)
+
+    def result(self) -> Result | None:
+        """How the trial ended; None while it goes on. One that takes or prints too much is ended."""
+        late = time.monotonic() - self._shared[END]
+        reason = None
+        if self._process.is_alive():
+            if late <= GRACE and not self._prints_too_much():
+                return None
+            reason = None if late > GRACE else f"printed more than {MOST_LOG // 1_000_000} MB"
+            self.stop()
+        self._process.join()
+        self._end_groups()
+        found = read_result(self._folder)
+        if found is None:
+            text = reason or (self._hung() if late > -0.1 else _ended_by(self._process.exitcode))
+            found = Result(
+                self.trial.cell,
+                error=f"at t = {self._shared[REACHED]:g} s: {text}",
+                sim_time=self._shared[REACHED],
+                wall_time=time.monotonic() - self._begun,
+            )
+            write_result(self._folder, found)
+        return found
+
+    def ask_to_end(self) -> None:
+        """Have a program that sails the trial be ended, as Ctrl-C does it; `stop` waits for that."""
+        if self._shared[GROUP]:
+            self._process.terminate()
+
+    def stop(self) -> None:
+        """End the process and those it started."""
+        self.ask_to_end()
+        self._process.join(ENDING if self._shared[GROUP] else 0.0)
+        self._end_groups()
+        self._process.kill()
+        self._process.join()
+        self._end_groups()
+
+    def withdraw(self) -> None:
+        """End the process; unless it has just finished, remove what it wrote: the trial counts as not begun."""
+        self.stop()
+        found = read_result(self._folder)
+        if found is None or found.error == INTERRUPTED:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _end_groups(self) -> None:
+        """What the process has started, as far as it leads or told of the group."""
+        _end_group(self._process.pid)
+        _end_group(int(self._shared[GROUP]) or None)
+
+    def _prints_too_much(self) -> bool:
+        with contextlib.suppress(OSError):
+            return (self._folder / LOG).stat().st_size > MOST_LOG
+        return False
+
+    def _hung(self) -> str:
+        """What to say of a trial whose time was up, with the line where it was then."""
+        text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
+        start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
+        with contextlib.suppress(OSError):
+            lines = (self._folder / LOG).read_bytes()[-TAIL:].splitlines()
+            own = [line.removeprefix(start) for line in lines if line.startswith(start)]  # the innermost first
+            text += f"; it was in {own[0].decode('unicode_escape').replace(chr(34), '')}" if own else ""
+        return text
+
+
+def _ended_by(code: int | None) -> str:
+    """What to say of a process that ended without a result."""
+    if code is None or code >= 0:
+        return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    memory = "; this happens when memory runs out" if name == "SIGKILL" else ""
+    return f"the process was ended by {name}{memory}"
+
+
+def _end_group(leader: int | None) -> None:
+    """End what a trial has started: it leads a group of processes of its own."""
+    if leader is not None and hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(leader, signal.SIGKILL)
+
+
+class _SharedStopwatch:
+    """Tells the campaign how far the trial is, and ends this process when its time is up."""
+
+    def __init__(self, shared: MutableSequence[float]) -> None:
+        self._shared = shared
+
+    def allow(self, wall: float) -> None:
+        """Let the trial take this wall time [s] from now on; then it tells in its log where it is, and ends."""
+        self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
+        faulthandler.dump_traceback_later(wall, exit=True)
+
+    def reach(self, moment: float) -> None:
+        """Note the simulated time [s]."""
+        self._shared[REACHED] = moment
+
+    def lead(self, group: int) -> None:
+        """Note the process group of the program that sails the trial; 0: it has ended."""
+        self._shared[GROUP] = group
+
+
+def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ: Mapping[str, str]) -> None:
+    """What the process does: its own group, its own log, then the trial."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setsid"):
+        os.setsid()
+    os.environ.clear()
+    os.environ.update(environ)
+    folder = root / trial.cell.folder
+    _log_into(folder / LOG)
+    adopt_orphans()
+    result = sail(trial, folder, _SharedStopwatch(shared), partial(_keep_sketch, root, trial.cell.world))
+    faulthandler.cancel_dump_traceback_later()
+    write_result(folder, result)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)  # nothing that the controller left running may keep it
+
+
+def _keep_sketch(root: Path, name: str, world: World) -> None:
+    """Keep what the page's map needs, once for each world."""
+    file = sketch_file(root, name)
+    if not file.is_file():
+        write_json(file, {"format": FORMAT, **sketch_of(world)})
+
+
+def _log_into(file: Path) -> None:
+    """Let everything that is printed here, by whatever, go into a file."""
+    with file.open("wb") as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+    sys.stdout = open(1, "w", encoding="utf-8", errors="replace", buffering=1, closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", encoding="utf-8", errors="replace", buffering=1, closefd=False)  # noqa: SIM115
+    faulthandler.enable(sys.stderr)

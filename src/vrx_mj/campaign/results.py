@@ -1,0 +1,160 @@
+"""Results of trials in the folder of a campaign: a small JSON for each cell, and all of them as CSV."""
+
+import csv
+import io
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vrx_mj.campaign.plan import Cell, folder_name
+from vrx_mj.errors import RecordError
+
+__all__ = [
+    "FORMAT",
+    "LOG",
+    "Result",
+    "read_json",
+    "read_result",
+    "read_results",
+    "read_sketches",
+    "sketch_file",
+    "write_csv",
+    "write_json",
+    "write_result",
+    "write_text",
+]
+
+FORMAT = 1
+"""Version of the files; others are refused."""
+LOG = "log.txt"
+"""What a trial printed, with the traceback of a controller that raised."""
+RESULT = "result.json"
+COLUMNS = (
+    "controller", "world", "seed", "status", "task", "score", "unit", "better", "state", "timed_out", "collisions",
+    "elapsed", "sim_time", "wall_time", "state_sha256", "error",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a trial ended."""
+
+    cell: Cell
+    error: str | None = None
+    """Why it failed; None for one that did not."""
+    task: Mapping[str, Any] | None = None
+    """type, name, state, score, unit, better, elapsed, timed_out, num_collisions, events; None without a task."""
+    sim_time: float = 0.0
+    """[s]."""
+    wall_time: float = 0.0
+    """[s]."""
+    state_sha256: str = ""
+    """Fingerprint of the last state: equal runs have equal ones."""
+    world_sha256: str = ""
+    platform: str = ""
+    """What bit-equality depends on."""
+    tracks: Mapping[str, list[list[float]]] = field(default_factory=dict)
+    """East and north [m] of each boat's way."""
+    recording: str | None = None
+    """Its file's name, in the cell's folder."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether it has no result."""
+        return self.error is not None
+
+    @property
+    def score(self) -> float | None:
+        """The task's score; None where the trial failed or the world has no task."""
+        return None if self.error is not None or self.task is None else float(self.task["score"])
+
+
+def write_result(folder: Path, result: Result) -> None:
+    """Write a cell's result into its folder; whoever reads meanwhile sees all of it or nothing."""
+    write_json(folder / RESULT, {"format": FORMAT, **asdict(result)})
+
+
+def read_result(folder: Path) -> Result | None:
+    """The result in a cell's folder; None where there is none, or one that is cut short.
+
+    Raises:
+        RecordError: it is of another version.
+    """
+    file = folder / RESULT
+    try:
+        tree = read_json(file)
+        return Result(**{**tree, "cell": Cell(**tree["cell"])})
+    except (FileNotFoundError, ValueError, TypeError, KeyError):
+        return None
+
+
+def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
+    """The results of these cells, as far as there are any; errors are those of `read_result`."""
+    found = ((cell, read_result(folder / cell.folder)) for cell in cells)
+    return {cell: result for cell, result in found if result is not None and result.cell == cell}
+
+
+def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """The sketches of these worlds, as far as there are any."""
+    files = {world: sketch_file(folder, world) for world in worlds}
+    return {world: read_json(file) for world, file in files.items() if file.is_file()}
+
+
+def sketch_file(folder: Path, world: str) -> Path:
+    """Where what the page's map of a world needs is kept."""
+    return folder / "worlds" / f"{folder_name(world)}.json"
+
+
+def write_csv(file: Path, results: Iterable[Result]) -> None:
+    """All results as a table, a line for each."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(_row(result) for result in results)
+    write_text(file, text.getvalue())
+
+
+def _row(result: Result) -> dict[str, Any]:
+    task = result.task or {}
+    return {
+        **asdict(result.cell),
+        "status": "failed" if result.failed else "done",
+        "task": task.get("type"),
+        "score": result.score,
+        **{key: task.get(key) for key in ("unit", "better", "state", "timed_out", "elapsed")},
+        "collisions": task.get("num_collisions"),
+        "sim_time": result.sim_time,
+        "wall_time": round(result.wall_time, 3),
+        "state_sha256": result.state_sha256,
+        "error": result.error,
+    }
+
+
+def write_json(file: Path, tree: Mapping[str, Any]) -> None:
+    """Write a file as a whole: there is never half of one."""
+    write_text(file, json.dumps(tree, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """What `write_json` wrote, without its version.
+
+    Raises:
+        RecordError: it is of another version.
+        ValueError: it is no JSON.
+    """
+    tree: Any = json.loads(file.read_text(encoding="utf-8"))
+    version = tree.pop("format", None) if isinstance(tree, dict) else None
+    if version != FORMAT:
+        raise RecordError(f"{file} has format {version}; this version reads {FORMAT}")
+    return dict(tree)
+
+
+def write_text(file: Path, text: str) -> None:
+    """Write a file as a whole, and its folder if need be."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    draft = file.with_name(f"{file.name}.{os.getpid()}.part")
+    draft.write_text(text, encoding="utf-8", newline="\n")
+    draft.replace(file)

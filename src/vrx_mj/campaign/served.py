@@ -1,0 +1,197 @@
+"""A trial that a program sails: the world served on a ROS master of its own, and the program beside it."""
+
+import contextlib
+import math
+import os
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrx_mj.campaign.plan import Cell, Serving
+from vrx_mj.campaign.program import ENDING, Program
+from vrx_mj.campaign.track import FloatArray, Tracks
+from vrx_mj.errors import NetworkError, VrxError
+from vrx_mj.ros.offer import Transport
+from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.serve import Wanted, serve
+from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.frame import EARLY
+
+if TYPE_CHECKING:
+    from vrx_mj.campaign.trial import Stopwatch
+
+__all__ = ["claimed_port", "sail_by_program", "surroundings"]
+
+LOOPBACK = "127.0.0.1"
+PORTS = range(21311, 29311)
+"""Of masters and rosbridges: below those that systems give to whoever asks for any."""
+
+
+def sail_by_program(
+    cell: Cell,
+    serving: Serving,
+    sim: Simulation,
+    folder: Path,
+    duration: float | None,
+    wall: float,
+    tracks: Tracks,
+    stopwatch: "Stopwatch",
+) -> Summary:
+    """Sail a world by the program that the cell names, until the task is over or for a duration [s].
+
+    The process must be the trial's own: its environment becomes that of the program.
+
+    Args:
+        cell: the program, the world and the seed.
+        serving: how the world is served.
+        sim: the world, at its start.
+        folder: of the trial; ROS's home and logs go there.
+        duration: simulated time [s]; None: until the task is over.
+        wall: time [s] that it may take from the start of the program on.
+        tracks: take where boats are.
+        stopwatch: is told how far it is.
+
+    Raises:
+        VrxError: the program failed, or is not finished in time; whatever `serve` raises.
+    """
+    begun = time.perf_counter()
+    with claimed_port() as master, claimed_port() as bridge:
+        rosbridge = bridge if serving.rosbridge else None
+        os.environ.pop("ROS_HOSTNAME", None)  # it would go before ROS_IP
+        os.environ.update(surroundings(cell, folder, master, rosbridge))
+        pilot = _Pilot(cell.controller, sim, duration, wall, tracks, stopwatch)
+        wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
+        try:
+            serve(sim, wanted, tell=_tell, status=pilot.note, ready=pilot.start, over=pilot.is_over)
+        finally:
+            pilot.end()
+    steps = round(sim.time / sim.timestep)
+    return summarize(sim, steps, time.perf_counter() - begun, pilot.way, interrupted=not pilot.finished)
+
+
+def surroundings(cell: Cell, folder: Path, master: int, rosbridge: int | None) -> dict[str, str]:
+    """Environment variables of a trial's program, whose master and rosbridge are at these ports."""
+    home = folder.resolve() / "ros"
+    (home / "log").mkdir(parents=True, exist_ok=True)
+    found = {
+        "ROS_MASTER_URI": f"http://{LOOPBACK}:{master}",
+        "ROS_IP": LOOPBACK,
+        "ROS_HOME": str(home),
+        "ROS_LOG_DIR": str(home / "log"),
+        "VRX_MJ_WORLD": cell.world,
+        "VRX_MJ_SEED": str(cell.seed),
+    }
+    if rosbridge is not None:
+        found["VRX_MJ_ROSBRIDGE_PORT"] = str(rosbridge)
+        found["VRX_MJ_ROSBRIDGE_URL"] = f"ws://{LOOPBACK}:{rosbridge}"
+    return found
+
+
+@contextlib.contextmanager
+def claimed_port() -> Iterator[int]:
+    """A free TCP port on loopback that no other trial takes meanwhile: the UDP port of that number is held."""
+    for port in PORTS:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim:
+            try:
+                claim.bind((LOOPBACK, port))
+                with socket.socket() as probe:
+                    probe.bind((LOOPBACK, port))
+            except OSError:
+                continue
+            yield port
+            return
+    raise NetworkError(f"no port of {PORTS.start} to {PORTS.stop - 1} is free on {LOOPBACK}")
+
+
+class _Pilot:
+    """The program, from when all topics are there until the trial is over."""
+
+    def __init__(
+        self, line: str, sim: Simulation, duration: float | None, wall: float, tracks: Tracks, stopwatch: "Stopwatch"
+    ) -> None:
+        self._line, self._sim, self._tracks, self._stopwatch = line, sim, tracks, stopwatch
+        self._to_task, self._last = duration is None, sim.time + (planned(sim) if duration is None else duration)
+        self._wall, self._deadline = wall, math.inf
+        self._program: Program | None = None
+        self._status, self._number = "", -1
+        self._places: dict[str, FloatArray] = {}
+        self.way: dict[str, float] = dict.fromkeys(sim.boats, 0.0)
+        """Of every boat over ground [m], sampled at the control rate."""
+        self.finished = False
+
+    def start(self, transports: Sequence[Transport]) -> None:
+        """Start it, once the master knows every topic; from now on the trial's time runs."""
+        for transport in transports:
+            if isinstance(transport, Ros1):
+                transport.settle()
+        self._stopwatch.allow(self._wall + ENDING)
+        self._deadline = time.monotonic() + self._wall
+        self._program = Program(self._line, os.environ, sys.stdout.buffer)
+        self._stopwatch.lead(self._program.group)
+
+    def note(self, status: str) -> None:
+        """Keep the latest line of status."""
+        self._status = status
+
+    def is_over(self) -> bool:
+        """Whether the trial is, and then the program is ended.
+
+        Raises:
+            VrxError: the program failed, or the trial has taken too long.
+        """
+        sim, program = self._sim, self._program
+        assert program is not None
+        self._stopwatch.reach(sim.time)
+        self._track()
+        if sim.time >= self._last - EARLY or (self._to_task and sim.task_is_over):
+            self.finished = True
+            self.end()
+            return True
+        code = program.code
+        if code:
+            self.end()
+            raise VrxError(f"the program {_ended(code)}; {_quoted(program.last_lines)}")
+        if time.monotonic() > self._deadline:
+            self.end()
+            state = f" ({self._status})" if self._status else ""
+            raise VrxError(f"not finished after {self._wall:g} s of wall time{state}; {_quoted(program.last_lines)}")
+        return False
+
+    def end(self) -> None:
+        """End the program, if it runs."""
+        if self._program is not None:
+            self._program.end()
+            self._stopwatch.lead(0)
+
+    def _track(self) -> None:
+        number = math.floor((self._sim.time + EARLY) * CONTROL_RATE)
+        if number == self._number:
+            return
+        self._number, seen = number, self._sim.observe()
+        for boat in self._sim.boats:
+            place = seen[boat].position
+            before = self._places.get(boat, place)
+            self.way[boat] = self.way.get(boat, 0.0) + math.dist(place[:2], before[:2])
+            self._places[boat] = place
+            self._tracks.add(boat, place)
+
+
+def _ended(code: int) -> str:
+    """An exit code in words."""
+    if code > 0:
+        return f"ended with exit code {code}"
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    return f"was ended by {name}"
+
+
+def _quoted(lines: str) -> str:
+    return f"its last lines: {lines}" if lines else "it printed nothing"
+
+
+def _tell(level: str, text: str) -> None:
+    sys.stdout.write(f"[{level}] {text}\n")

@@ -1,0 +1,179 @@
+"""One trial: compile the world, load the controller, sail until the task is over, tell the score."""
+
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from vrx_mj.campaign.plan import Cell, Serving
+from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.track import Tracks
+from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.world import World
+from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["INTERRUPTED", "PREPARATION", "Stopwatch", "Trial", "sail"]
+
+RECORDING = "run.rrd"
+PREPARATION = 120.0
+"""Wall time for compiling a world [s]."""
+PATIENCE = 60.0
+"""Wall time that a trial gets on top of its simulated time [s]."""
+INTERRUPTED = "interrupted"
+"""The error of a trial that was told to end."""
+EVENTS = 200
+"""Of the referee's lines, at most so many are kept."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A cell and how to sail it."""
+
+    cell: Cell
+    fleet: str | None = None
+    duration: float | None = None
+    """Simulated time [s]; None: until the task is over."""
+    timeout: float | None = None
+    """Wall time from the loading of the controller on [s]; None: as long as it simulates, and a minute."""
+    record: bool = False
+    serving: Serving | None = None
+    """Where the controller is a program."""
+
+
+class Stopwatch(Protocol):
+    """Who sees to it that a trial ends."""
+
+    def allow(self, wall: float) -> None:
+        """The trial may take this wall time [s] from now on."""
+
+    def reach(self, moment: float) -> None:
+        """The trial has reached this simulated time [s]."""
+
+    def lead(self, group: int) -> None:
+        """A program that sails it has this process group; 0: it has none any more."""
+
+
+class _RaisedError(VrxError):
+    """What a controller raised, in words; the error itself is its cause."""
+
+
+class _Watched:
+    """A controller whose boats are tracked, and whose errors are told from ours."""
+
+    def __init__(self, cell: Cell, boats: tuple[str, ...], tracks: Tracks, stopwatch: Stopwatch) -> None:
+        self._boats, self._tracks, self._stopwatch = boats, tracks, stopwatch
+        sys.path.insert(0, str(Path.cwd()))
+        try:
+            self._controller: Controller = load_controller(cell.controller, cell.seed)
+        except VrxError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise _RaisedError(f"loading the controller raised {_in_words(error)}") from error
+
+    def __call__(self, obs: Any, moment: float) -> Any:
+        """Call it, at simulated time `moment` [s]."""
+        self._stopwatch.reach(moment)
+        for boat in self._boats:
+            self._tracks.add(boat, obs[boat].position)
+        try:
+            return self._controller(obs, moment)
+        except VrxError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise _RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
+
+
+def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World], None]) -> Result:
+    """Sail a trial; its result, failed or not.
+
+    Args:
+        trial: what to sail.
+        folder: where its recording goes, if there is to be one; a traceback goes to stderr.
+        stopwatch: is told how far it is.
+        keep: is given the compiled world.
+    """
+    begun, tracks, sim = time.perf_counter(), Tracks(), None
+    stopwatch.allow(PREPARATION)
+    try:
+        world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
+        keep(world)
+        sim = Simulation(world)
+        with _recording(sim, folder / RECORDING if trial.record else None):
+            summary = _sailed(trial, sim, folder, tracks, stopwatch)
+        return _result(trial, summary, world.sha256, tracks)
+    except Exception as error:
+        return Result(
+            trial.cell,
+            error=_told(error, sim),
+            sim_time=sim.time if sim else 0.0,
+            wall_time=time.perf_counter() - begun,
+            tracks=tracks.simplified(),
+        )
+
+
+def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
+    simulated = trial.duration or planned(sim)
+    if trial.serving is None:
+        stopwatch.allow(trial.timeout or PATIENCE + simulated)
+        return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
+    from vrx_mj.campaign.served import sail_by_program  # needs the extra ros1
+
+    slower = min(trial.serving.rate or 1.0, 1.0)
+    wall = trial.timeout or PATIENCE + simulated / slower
+    return sail_by_program(trial.cell, trial.serving, sim, folder, trial.duration, wall, tracks, stopwatch)
+
+
+def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[object]:
+    if file is None:
+        return nullcontext()
+    from vrx_mj.recording import record
+
+    return record(sim, file)
+
+
+def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Result:
+    told = summary.as_dict()
+    task = told.get("task")
+    if task is not None and not math.isfinite(task["score"]):
+        raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
+    if task is not None:
+        task["events"] = [list(event) for event in task["events"][-EVENTS:]]
+    return Result(
+        trial.cell,
+        error=INTERRUPTED if summary.interrupted else None,
+        task=task,
+        sim_time=summary.sim_time,
+        wall_time=summary.wall_time,
+        state_sha256=summary.state_sha256,
+        world_sha256=world,
+        platform=summary.platform,
+        tracks=tracks.simplified(),
+        recording=RECORDING if trial.record else None,
+    )
+
+
+def _told(error: Exception, sim: Simulation | None) -> str:
+    """An error in words; its traceback goes to stderr unless the words say all."""
+    if isinstance(error, _RaisedError):
+        traceback.print_exception(error.__cause__)
+        return str(error)
+    if isinstance(error, VrxError):
+        return f"at t = {sim.time:g} s: {error}" if sim is not None and sim.time > 0.0 else str(error)
+    traceback.print_exception(error)
+    return f"an error inside vrx_mj: {_in_words(error)}"
+
+
+def _in_words(error: BaseException) -> str:
+    """An error's type, text and place: the innermost in the current folder, or the innermost of all."""
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if Path(frame.filename).is_relative_to(Path.cwd())]
+    place = next(reversed(own or frames), None)
+    return text if place is None else f"{text} ({Path(place.filename).name}, line {place.lineno})"

@@ -1,0 +1,15 @@
+"""Loaded once by the process from which trials are forked: all that they need, with the kernels compiled."""
+
+import contextlib
+import warnings
+
+from vrx_mj.campaign import trial
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["trial"]
+
+with contextlib.suppress(Exception), warnings.catch_warnings():  # what is wrong, the first trial tells
+    warnings.simplefilter("ignore")
+    compile_world("sand_island")
+    Simulation(compile_world("sydney_regatta"))

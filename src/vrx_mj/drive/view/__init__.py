@@ -1,0 +1,79 @@
+"""Watch a running simulation and drive its boats: in MuJoCo's window, or in a browser where there is no display."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+
+from vrx_mj.drive.helm.keys import HELP
+from vrx_mj.drive.helm.terminal import Terminal
+from vrx_mj.drive.view.display import no_window
+from vrx_mj.drive.view.session import Screen, Session, watch
+from vrx_mj.runtime.run import Controller
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import ended_by_signals
+
+__all__ = ["view"]
+
+
+def view(
+    sim: Simulation,
+    *,
+    boat: str | None = None,
+    pace: float = 1.0,
+    controller: Controller | None = None,
+    browser: bool = False,
+    tell: Callable[[str], None] = print,
+) -> None:
+    """Watch and drive until the window is closed, or Ctrl-C.
+
+    Args:
+        sim: the simulation.
+        boat: the boat that the keys drive first; the first one by default.
+        pace: simulated seconds per second.
+        controller: what steers the boats that no key has driven.
+        browser: use the browser even where there is a display.
+        tell: takes lines for the person who watches.
+
+    Raises:
+        UnknownNameError: no boat has that name.
+        CommandError: the pace is no positive number, or boats came or went.
+        RecordError: the browser's viewer does not start.
+    """
+    session = Session(sim, boat=boat, pace=pace, controller=controller)
+    reason = "as asked" if browser else no_window()
+    with ended_by_signals(), Terminal() as terminal, contextlib.suppress(KeyboardInterrupt):
+        screen = _open(sim, reason)
+        try:
+            for line in _introduction(screen, reason, keys=terminal.reads):
+                tell(line)
+            session.start()
+            watch(session, screen, [terminal])
+        finally:
+            screen.close()
+    tell(f"stopped at {sim.time:.1f} s of simulated time")
+
+
+def _open(sim: Simulation, reason: str | None) -> Screen:
+    """The window, or for a reason the browser."""
+    if reason is None:
+        from vrx_mj.drive.view.window import Window
+
+        return Window(sim)
+    from vrx_mj.drive.view.browser import Browser
+
+    return Browser(sim)
+
+
+def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator[str]:
+    """What to tell before it begins; `keys`: whether they are read from the terminal."""
+    if screen.url is not None:
+        yield f"In the browser: {reason}."
+        yield f"Open {screen.url}"
+        tunnel = " ".join(f"-L {port}:127.0.0.1:{port}" for port in screen.ports)
+        yield f"It listens on this machine only; from another machine, first run: ssh {tunnel} this-machine"
+    if keys or screen.url is None:
+        yield from (f"  {name:<10} {text}" for name, text in HELP)
+    else:
+        yield "No keys are read, since standard input is not a terminal; --thrust or --control steer the boats."
+    yield "Press Ctrl-C to stop." if screen.url is not None else "Close the window or press Ctrl-C to stop."

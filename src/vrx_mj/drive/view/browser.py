@@ -1,0 +1,112 @@
+"""A running simulation in a browser: the chunks of a recording, sent while they are made."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import rerun as rr
+
+from vrx_mj.drive.view.server import Server
+from vrx_mj.drive.view.session import Session
+from vrx_mj.recording.blueprint import blueprint_bytes, layout
+from vrx_mj.recording.boats import boat_chunks
+from vrx_mj.recording.moving import MovingChunks, event_chunk
+from vrx_mj.recording.scene import RecordScene
+from vrx_mj.recording.session import scene_of
+from vrx_mj.recording.still import still_chunks
+from vrx_mj.recording.writer import APPLICATION
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["Browser"]
+
+FLEET_PERIOD, OTHERS_PERIOD = 0.1, 0.5
+"""Wall time between pictures of the boats, and of all else that moves [s]: each body is a chunk of its own, and pages
+fall behind at more than a few hundred chunks a second."""
+
+
+class Browser:
+    """rerun's browser viewer; keys come from elsewhere, since its page gives none."""
+
+    def __init__(self, sim: Simulation, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self._scene: RecordScene = scene_of(sim)
+        self._views = blueprint_bytes(self._scene, APPLICATION)
+        self._server = Server()
+        self._stream: rr.RecordingStream | None = None
+        self._shown, self._due, self._others_due = -1.0, 0.0, 0.0  # simulated, wall, wall time [s]
+        self._boat = ""
+        try:
+            self._begin()
+        except BaseException:
+            self._server.close()
+            raise
+
+    @property
+    def url(self) -> str:
+        """What to open in a browser."""
+        return self._server.page_url
+
+    @property
+    def ports(self) -> tuple[int, ...]:
+        """Ports of the page and of its data, both on 127.0.0.1."""
+        return self._server.page_port, self._server.data_port
+
+    def is_open(self) -> bool:
+        """False once the server is gone; whether a page looks at it is not known."""
+        return self._server.is_running()
+
+    def pressed(self) -> Iterable[str]:
+        """None."""
+        return ()
+
+    def show(self, session: Session) -> None:
+        """Send the present moment where that is due."""
+        sim, now = session.sim, self._clock()
+        if sim.time > self._shown and now >= self._due:
+            self._shown, self._due = sim.time, now + FLEET_PERIOD
+            self._send(sim, now)
+        if session.pilot.boat != self._boat:
+            self._boat = session.pilot.boat
+            event = (sim.time, f"the keys drive {self._boat}", "INFO")
+            rr.send_chunks(event_chunk([event]), recording=self._stream)
+
+    def _send(self, sim: Simulation, now: float) -> None:
+        row = sim.row()[None]
+        rr.send_chunks(self._fleet(row), recording=self._stream)
+        if now >= self._others_due:
+            self._others_due = now + OTHERS_PERIOD
+            others = itertools.islice(self._others(row), 1, None)  # the exact rows are sent already
+            rr.send_chunks(others, recording=self._stream)
+
+    def restart(self) -> None:
+        """Begin another recording on the same page: time began again."""
+        self._end()
+        self._begin()
+
+    def close(self) -> None:
+        """Send what is left, and end the server."""
+        self._end()
+        self._server.close()
+
+    def _begin(self) -> None:
+        self._stream = rr.RecordingStream(APPLICATION)
+        self._stream.connect_grpc(self._server.data_url)
+        rr.send_blueprint(layout(self._scene, live=True), recording=self._stream)
+        rr.send_chunks(still_chunks(self._scene, self._views), recording=self._stream)
+        rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
+        self._fleet = MovingChunks(_only(self._scene, boats=True))
+        self._others = MovingChunks(_only(self._scene, boats=False))
+        self._shown, self._due, self._others_due, self._boat = -1.0, 0.0, 0.0, ""
+
+    def _end(self) -> None:
+        if self._stream is not None:
+            self._stream.disconnect()
+            self._stream = None
+
+
+def _only(scene: RecordScene, *, boats: bool) -> RecordScene:
+    """The scene with its boats alone, or with all but them."""
+    return replace(scene, bodies=tuple(body for body in scene.bodies if (body.kind == "boat") == boats))

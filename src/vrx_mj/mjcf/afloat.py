@@ -1,0 +1,254 @@
+"""Boats that would start on land, on docks or on one another: told with the distance, or moved to free water.
+
+Seen from above a boat is the rectangle around what its base link carries.
+"""
+
+import functools
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from vrx_mj.config.boats import Boat
+from vrx_mj.config.build import Order
+from vrx_mj.config.derive import boat_box
+from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.fleet_checks import far_from_all
+from vrx_mj.config.poses import Pose
+from vrx_mj.config.report import problem_at
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import ConfigError, VrxError, VrxWarning
+from vrx_mj.mjcf.docks import block_corners
+from vrx_mj.mjcf.free_origin import Frame, Place, free_origin
+from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
+from vrx_mj.mjcf.terrain import shoreline
+
+__all__ = ["boats_afloat", "depth_in_land", "outline"]
+
+FloatArray = npt.NDArray[np.float64]
+Area = Any
+"""A shapely polygon in the world [m]."""
+
+LEAST = 0.5
+"""Least length and beam that a boat counts with [m]: two of them never have one origin."""
+MARGIN = 0.5
+"""Water left around a boat that is moved [m]."""
+STEP = 0.5
+"""Between the places tried for it [m]."""
+DIRECTIONS = 120
+"""At most tried at one distance."""
+TOGETHER = 250
+"""Places tried in one call of shapely's: most boats need no more."""
+FARTHEST = 200.0
+"""How far a boat may be moved [m]."""
+CLEARANCE = 1.0
+"""From the origin of an object to a boat that is moved [m], beside the margin."""
+ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
+
+
+LAND = "land"
+
+
+class _Thing(NamedTuple):
+    """Land or a dock."""
+
+    on: str
+    inside: str
+    area: Area
+
+
+def boats_afloat(
+    config: WorldConfig,
+    fleet: FleetConfig,
+    docks: Sequence[PlacedDock],
+    objects: Sequence[PlacedObject],
+    built: Callable[[BoatConfig], Boat],
+    *,
+    nudge: bool,
+) -> tuple[BoatConfig, ...]:
+    """The boats of a fleet in a world, none of them on land, on a dock or on another.
+
+    With `nudge` those that are get the nearest free place, each with a warning; free ones stay where they are.
+    Without a fleet a world's spawn pose on land or on a dock is warned of, and stays.
+
+    Raises:
+        ConfigError: some are, and `nudge` is not asked for or finds no place; with the place in the file of each.
+    """
+    located = fleet.located(config)
+    boats = [item.boat for item in located]
+    areas = _areas(boats, built)
+    things = _things(config, docks)
+    found = _faults(boats, areas, things)
+    buoys = shapely.buffer(shapely.points([item.pose[:2] for item in objects]), CLEARANCE) if objects else []
+    if far := far_from_all(fleet, located, config):
+        spawn = config.spawn.pose[:2]
+        better = _better_origin(fleet.frame(config), areas, things, buoys, water=spawn, middle=spawn)
+        warnings.warn(f"{far}; {better or 'give it another origin'}", VrxWarning, stacklevel=4)
+    if found and nudge:
+        places = _free_places(areas, found, things, buoys)
+        boats = [_moved(boat, places[i], found[i]) if places.get(i) else boat for i, boat in enumerate(boats)]
+        found = {i: text for i, text in found.items() if places[i] is None}
+    if found and fleet.is_empty:
+        warnings.warn(f"world {config.name}: {found[0]}, at the spawn pose", VrxWarning, stacklevel=4)
+    elif found:
+        advice = f"no free place within {FARTHEST:g} m" if nudge else ADVICE
+        texts = {i: f"{found[i]}; {advice}" for i in sorted(found)}
+        if len(boats) > 1 and (fleet.layout or fleet.origin != "world"):
+            frame = fleet.frame(config)
+            better = _better_origin(frame, areas, things, buoys, water=frame[:2])
+            texts[min(texts)] += f"; {better}" if better else ""
+        raise ConfigError([problem_at(fleet.section, located[i].where, text) for i, text in texts.items()])
+    return tuple(boats)
+
+
+def _better_origin(
+    frame: Frame,
+    areas: FloatArray,
+    things: Sequence[_Thing],
+    buoys: Sequence[Area],
+    *,
+    water: Place,
+    middle: Place | None = None,
+) -> str:
+    """The origin that `free_origin` finds, as advice; empty if there is none."""
+    land = next((thing.area for thing in things if thing.on == LAND), shapely.Polygon())
+    taken = shapely.union_all([*(thing.area for thing in things if thing.on != LAND), *buoys])
+    corners = np.array([shapely.get_coordinates(area)[:4] for area in areas])
+    origin = free_origin(corners, frame, land, taken, water=water, middle=middle)
+    if origin is None:
+        return ""
+    x, y, yaw = origin
+    return f"`origin: [{x:g}, {y:g}, {yaw:g}]` puts the whole fleet into free water"
+
+
+def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
+    """How far [m] from the shore, rings of points (x, y), a boat of an outline would stand on land; 0 in free water."""
+    area, land = shapely.Polygon(_placed(corners, pose)), _land(shore)
+    return _depth(area, land) if shapely.intersects(area, land) else 0.0
+
+
+def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> FloatArray:
+    """Rectangles of the boats, (n,) polygons; boats of one kind have one size."""
+    sizes: dict[Order, FloatArray] = {}
+    corners = np.empty((len(boats), 4, 2))
+    for index, boat in enumerate(boats):
+        if boat.order not in sizes:
+            sizes[boat.order] = outline(built(boat))
+        corners[index] = _placed(sizes[boat.order], boat.pose)
+    return np.asarray(shapely.polygons(corners))
+
+
+def _placed(corners: FloatArray, pose: Pose) -> FloatArray:
+    x, y, _, _, _, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    placed: FloatArray = corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+    return placed
+
+
+def outline(boat: Boat) -> FloatArray:
+    """Corners (4, 2) of a boat seen from above, in its own axes [m]; a small square if nobody knows its shape."""
+    try:
+        (back, right, _), (front, left, _) = boat_box(boat)
+    except VrxError:
+        back = right = front = left = 0.0
+    half = LEAST / 2
+    back, front, right, left = min(back, -half), max(front, half), min(right, -half), max(left, half)
+    return np.array([(front, left), (back, left), (back, right), (front, right)])
+
+
+def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
+    found = []
+    if config.terrain:
+        land = _land(shoreline(config.terrain, config.folder))
+        found.append(_Thing(LAND, f"the shore of {config.terrain}", land))
+    for dock in docks:
+        blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
+        found.append(_Thing(f"the dock '{dock.name}'", "it", blocks))
+    for thing in found:
+        shapely.prepare(thing.area)
+    return found
+
+
+def _land(shore: Sequence[Sequence[Sequence[float]]]) -> Area:
+    land = shapely.Polygon()
+    for ring in shore:
+        land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
+    return land
+
+
+def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Thing]) -> dict[int, str]:
+    """What is wrong with which boats; of boats on one another the first stays."""
+    found: dict[int, str] = {}
+    for thing in things:
+        for i in np.flatnonzero(shapely.intersects(areas, thing.area)).tolist():
+            depth = _depth(areas[i], thing.area)
+            found.setdefault(i, f"'{boats[i].name}' is on {thing.on}, {depth:.2f} m inside {thing.inside}")
+    pairs = shapely.STRtree(areas).query(areas, predicate="intersects").T.tolist()
+    for later, earlier in sorted(pair for pair in pairs if pair[1] < pair[0]):
+        if later in found or earlier in found:
+            continue
+        apart = math.dist(boats[later].pose[:2], boats[earlier].pose[:2])
+        text = f"{_depth(areas[later], areas[earlier]):.2f} m inside it, with {apart:.2f} m between their origins"
+        found[later] = f"'{boats[later].name}' is on '{boats[earlier].name}', {text}"
+    return found
+
+
+def _depth(area: Area, thing: Area) -> float:
+    """Distance [m] from the edge of a thing to the farthest point of a boat inside of it, on a lattice of 9 x 5."""
+    a, b, _, d = shapely.get_coordinates(area)[:4]
+    along, across = np.meshgrid(np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 5))
+    lattice = shapely.points(a + along.reshape(-1, 1) * (b - a) + across.reshape(-1, 1) * (d - a))
+    meeting = shapely.points(shapely.get_coordinates(shapely.intersection(area, thing)))
+    inside = np.concatenate([lattice[shapely.intersects(thing, lattice)], meeting])
+    return float(np.max(shapely.distance(inside, shapely.boundary(thing)), initial=0.0))
+
+
+def _free_places(
+    areas: FloatArray, found: Mapping[int, str], things: Sequence[_Thing], buoys: Sequence[Area]
+) -> dict[int, tuple[float, float] | None]:  # fmt: skip
+    """By how much (x, y) [m] each boat at fault is moved, in their order; None: there is no room."""
+    taken = [*(area for i, area in enumerate(areas) if i not in found), *buoys]
+    moves: dict[int, tuple[float, float] | None] = {}
+    for i in sorted(found):
+        moves[i] = move = _free_place(areas[i], things, shapely.STRtree(taken))
+        taken.append(areas[i] if move is None else shapely.transform(areas[i], lambda points, by=move: points + by))
+    return moves
+
+
+def _free_place(area: Area, things: Sequence[_Thing], taken: Any) -> tuple[float, float] | None:
+    """The least move [m] that brings a boat into free water, with some around it."""
+    outline = shapely.get_coordinates(shapely.buffer(area, MARGIN, join_style="mitre"))
+    for moves in _moves():
+        places = shapely.polygons(outline + moves[:, None])
+        free = np.ones(len(moves), np.bool_)
+        for thing in things:
+            free &= ~shapely.intersects(places, thing.area)
+        free[taken.query(places, predicate="intersects")[0]] = False
+        if free.any():
+            x, y = moves[np.argmax(free)].tolist()
+            return x, y
+    return None
+
+
+@functools.cache
+def _moves() -> tuple[FloatArray, ...]:
+    """The moves that are tried (n, 2) [m], the least first, in groups of about `TOGETHER`."""
+    rings = []
+    for distance in np.arange(STEP, FARTHEST + STEP / 2, STEP):
+        count = min(math.ceil(2 * math.pi * distance / STEP), DIRECTIONS)
+        angles = 2 * math.pi * np.arange(count) / count
+        rings.append(distance * np.column_stack([np.cos(angles), np.sin(angles)]))
+    moves = np.concatenate(rings)
+    return tuple(np.array_split(moves, len(moves) // TOGETHER))
+
+
+def _moved(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:
+    assert move is not None, "asked for"
+    x, y = boat.pose[0] + move[0], boat.pose[1] + move[1]
+    text = f"'{boat.name}' moved {math.hypot(*move):.2f} m to x {x:.2f}, y {y:.2f}: it was {fault.partition(' is ')[2]}"
+    warnings.warn(text, VrxWarning, stacklevel=5)
+    return boat.model_copy(update={"pose": (x, y, *boat.pose[2:])})

@@ -1,0 +1,320 @@
+"""From a world and a fleet to a `World`: pieces are rendered once for each kind, and placed under their names."""
+
+import json
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from markupsafe import Markup, escape
+
+from vrx_mj.arguments import as_seed
+from vrx_mj.config.boats import Boat
+from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.displays import LightConfig
+from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.poses import Pose
+from vrx_mj.config.report import problem_at
+from vrx_mj.config.ros_names import ros_names_note
+from vrx_mj.config.world import WorldConfig, load_world
+from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.dock_checks import check_docks
+from vrx_mj.mjcf.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
+from vrx_mj.mjcf.fields import place_fields
+from vrx_mj.mjcf.fitting import boat_rows, fitted
+from vrx_mj.mjcf.markers import marker_rows
+from vrx_mj.mjcf.objects import object_piece
+from vrx_mj.mjcf.parameters import float_row, sea_parameters
+from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
+from vrx_mj.mjcf.robots import stiffness
+from vrx_mj.mjcf.scene import scene_parameters, scene_values
+from vrx_mj.mjcf.scored import Lock, Touch, lock_of, touches_of
+from vrx_mj.mjcf.shooters import parked_balls
+from vrx_mj.mjcf.swimmers import follower_row
+from vrx_mj.mjcf.tasks import task_parameters, waypoints
+from vrx_mj.mjcf.templates import PREFIX, Piece, render
+from vrx_mj.mjcf.terrain import shoreline, terrain_piece
+from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
+from vrx_mj.mjcf.world import World, make_world
+
+STIFF = 2.0
+"""Share of a boat's velocity that drag may take in a step."""
+
+Source = str | Path | Mapping[str, Any]
+
+
+def compile_world(world: Source, *, fleet: Source | None = None, seed: int | None = None, nudge: bool = False) -> World:
+    """Compile a world with a fleet to MJCF and parameters.
+
+    Args:
+        world: name, path of a YAML file, or the file's contents as a mapping.
+        fleet: name, path or mapping, as for the world; by default one boat, `wamv`, at the world's spawn pose.
+        seed: seed of everything random; by default that of the world.
+        nudge: whether boats that would start on land, on a dock or on another boat are moved to the nearest free
+            place, each with a warning.
+
+    Raises:
+        ConfigError: a file is invalid; the error lists every mistake with file, line and key.
+        CompileError: MuJoCo cannot compile what the files describe.
+        CommandError: the seed is not a whole number from 0 to 2^63 - 1.
+    """
+    own = None if seed is None else as_seed(seed)
+    config = load_world(world)
+    assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudge)
+    return assembly.world(config.seed if own is None else own)
+
+
+class _Assembly:
+    """One world in the making: its pieces, its assets and its rows."""
+
+    def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
+        self.config = config
+        self.fleet, self._fleet = fleet.name, fleet
+        self.kinds: dict[Order, Boat] = {}
+        self.objects = tuple(place_objects(config.objects))
+        self.docks = tuple(place_docks(config.docks, config.objects))
+        self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._built, nudge=nudge)
+        spots = [boat.pose[:2] for boat in self.boats]
+        self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
+        self.sea = sea_parameters(config.sea)
+        self.assets: dict[str, bytes] = {}
+        self.pieces: dict[Any, Piece] = {}
+        self.shapes: dict[str, None] = {}
+        self.placed: list[dict[str, Any]] = []
+        self.contacts: list[str] = []
+        self.equalities: list[str] = []
+        self.rows: dict[str, list[dict[str, Any]]] = {
+            "hulls": [],
+            "stations": [],
+            "thrusters": [],
+            "floats": [],
+            "elements": [],
+            "blocks": [],
+            "moorings": [],
+            "followers": [],
+            "path_points": [],
+            "lights": [],
+            "sensors": [],
+        }
+        self.balls: list[PlacedObject] = []
+        self.shooters: list[tuple[str, str]] = []
+        self.task: dict[str, Any] | None = None
+        self.touches: list[Touch] = []
+        self.lock: Lock | None = None
+
+    def world(self, seed: int) -> World:
+        for note in ros_names_note("boat", (boat.name for boat in self.boats)):
+            warnings.warn(note, VrxWarning, stacklevel=3)
+        check_docks(self.config, self.docks)
+        if self.config.terrain:
+            self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
+        for dock in self.docks:
+            self._add_dock(dock)
+        for item in self.objects:
+            self._add_object(item)
+        for boat in self.boats:
+            self._add_boat(boat)
+        self._check_wind()
+        self._add_balls()
+        self._add_task()
+        world = make_world(self._text(), self.assets, self._parameters(seed))
+        try:
+            mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
+        except ValueError as error:
+            raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
+        return world
+
+    def _text(self) -> str:
+        config = self.config
+        sea = {key: self.sea[key] for key in ("model", "significant_height", "period", "direction", "tau")}
+        return render(
+            "world.xml.j2",
+            name=config.name,
+            fleet=self.fleet,
+            timestep=config.physics.timestep,
+            gravity=config.physics.gravity,
+            center=[*self.boats[0].pose[:2], 0.0] if self.boats else [0.0, 0.0, 0.0],
+            water=config.sea.model != "none" or config.terrain is not None,
+            level=self.sea["level"],
+            sea=json.dumps(sea).replace('"', "'"),
+            assets=[Markup(item) for item in self.shapes],
+            pieces=self.placed,
+            contacts=Markup("".join(self.contacts)),
+            equalities=Markup("".join(self.equalities)),
+            asleep=bool(self.balls),
+            scored=self._base_links()[self.task["boat"]] if self.task else None,
+            touches=self.touches,
+            lock=self.lock,
+            **scene_values(config),
+        )
+
+    def _add_dock(self, dock: PlacedDock) -> None:
+        self._place(dock.name, dock_piece(dock), dock.pose)
+        if dock.config.dynamic:
+            first, wet = len(self.rows["blocks"]), len(self.rows["elements"])
+            blocks, elements = block_rows(dock, self.config.wind, self.config.physics.gravity, first, wet)
+            self.rows["blocks"] += blocks
+            self.rows["elements"] += elements
+            self.rows["moorings"] += mooring_rows(dock, first)
+
+    def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
+        kind = (item.model, item.config.folder, asleep)
+        if kind not in self.pieces:
+            self.pieces[kind] = object_piece(item.config, asleep=asleep)
+        self._place(item.name, self.pieces[kind], item.pose)
+        if item.config.light is not None:
+            self.rows["lights"].append(_light_entry(item, item.config.light))
+        if item.config.kind == "floating":
+            row, elements = float_row(item, self.config.wind, self.config.physics)
+            row["element_start"], row["element_count"] = len(self.rows["elements"]), len(elements)
+            self.rows["floats"].append(row)
+            self.rows["elements"] += elements
+            if item.path is not None:
+                self._add_follower(item, row)
+
+    def _add_follower(self, item: PlacedObject, row: dict[str, Any]) -> None:
+        row["follower"] = len(self.rows["followers"])
+        follower, points = follower_row(item, self.config.physics.profile, len(self.rows["path_points"]))
+        self.rows["followers"].append(follower)
+        self.rows["path_points"] += points
+
+    def _add_boat(self, boat: BoatConfig) -> None:
+        fit = fitted(self._built(boat), boat.engines, boat.color)
+        self._place(boat.name, fit.piece, boat.pose)
+        rows = boat_rows(fit, boat, self.rows, self.config.wind, self.config.physics)
+        for table, new in rows.items():
+            self.rows[table] += new
+
+    def _add_balls(self) -> None:
+        """One ball for every ball shooter, out of the way until it is fired."""
+        rows = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
+        self.shooters = [(row["boat"], row["config"]["name"]) for row in rows]
+        self.balls = parked_balls(self.shooters)
+        for ball in self.balls:
+            self._add_object(ball, asleep=True)
+
+    def _add_task(self) -> None:
+        """What the task of the world asks, what its boat may touch, and what holds the boat."""
+        self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.shooters)
+        if self.task is None:
+            return
+        links, terrain = self._base_links(), self.config.terrain is not None
+        self.touches = touches_of(self.task["boat"], links, self.objects, self.docks, terrain=terrain)
+        self.lock = lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats})
+        self.task["rivals"] = [touch.name for touch in self.touches]
+
+    def _base_links(self) -> dict[str, str]:
+        """Bodies of the boats' base links, by the boats' names."""
+        return {boat.name: row["body"] for boat, row in zip(self.boats, self.rows["hulls"], strict=True)}
+
+    def _built(self, boat: BoatConfig) -> Boat:
+        """The boat of a fleet's entry; those of one order are built once."""
+        if boat.order not in self.kinds:
+            try:
+                self.kinds[boat.order] = build_boat(replace(boat.order, profile=self.config.physics.profile))
+            except UnknownNameError as error:
+                raise ConfigError([self._problem(boat, error)]) from error
+            _warn_if_stiff(self.kinds[boat.order], self.config.physics.timestep)
+        return self.kinds[boat.order]
+
+    def _check_wind(self) -> None:
+        config = self.config
+        warn_if_unpushed(
+            config.name, config.wind, config.physics, [(boat, self._built(boat).wind) for boat in self.boats]
+        )
+        names = {name for boat in self.boats for name in (boat.name, boat.robot)}
+        names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}
+        names |= {name for dock in self.docks if dock.config.dynamic for name in (dock.name, dock.parent)}
+        warn_if_unmoved(config.name, config.wind, names)
+
+    def _problem(self, boat: BoatConfig, error: UnknownNameError) -> Problem:
+        """What is wrong with a boat, at the place that orders it: in the fleet's file, or the world's without one."""
+        if self._fleet.is_empty and not self._fleet.section:
+            return problem_at(self.config.section, ("spawn", "sensors"), str(error))
+        own = next((item.own for item in self._fleet.located(self.config) if item.boat.name == boat.name), ())
+        return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
+
+    def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
+        """Put a piece into the world, its names after `name` and a slash."""
+        prefix = escape(f"{name}/")
+        self.shapes.update(dict.fromkeys(item.replace(PREFIX, prefix) for item in piece.assets))
+        self.placed.append({"pose": pose, "bodies": Markup(piece.bodies.replace(PREFIX, prefix))})
+        self.contacts.append(piece.contacts.replace(PREFIX, prefix))
+        self.equalities.append(piece.equalities.replace(PREFIX, prefix))
+        self.assets.update(piece.files)
+
+    def _parameters(self, seed: int) -> dict[str, Any]:
+        config = self.config
+        return {
+            "name": config.name,
+            "fleet": self.fleet,
+            "description": config.description,
+            "seed": seed,
+            "profile": config.physics.profile,
+            "timestep": config.physics.timestep,
+            "gravity": config.physics.gravity,
+            "at_base_link": config.physics.at_base_link,
+            "sea": self.sea,
+            "wind": wind_parameters(config.wind, config.physics.profile),
+            **self.rows,
+            "boats": [boat_entry(boat) for boat in self.boats],
+            "spawn": spawn_parameters(config),
+            "objects": [object_entry(item) for item in (*self.objects, *self.balls)],
+            "docks": [dock_entry(dock) for dock in self.docks],
+            "placards": [entry for dock in self.docks for entry in placard_entries(dock)],
+            "task": self.task,
+            "waypoints": waypoints(self.task),
+            "markers": marker_rows(config.markers, waypoints(self.task)),
+            "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,
+            "terrain": config.terrain,
+            "shoreline": shoreline(config.terrain, config.folder) if config.terrain else [],
+            "scene": scene_parameters(config),
+            "camera": config.camera,
+        }
+
+
+def _warn_if_stiff(boat: Boat, timestep: float) -> None:
+    share = stiffness(boat, timestep)
+    if share > STIFF:
+        text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
+        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
+        warnings.warn(text, VrxWarning, stacklevel=5)
+
+
+def spawn_parameters(config: WorldConfig) -> dict[str, Any]:
+    """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
+    return {
+        **config.spawn.model_dump(include={"robot", "thrusters", "sensors"}),
+        "wind": newcomer_wind(config.wind, config.physics),
+        "quirks": config.physics.quirks,
+    }
+
+
+def boat_entry(boat: BoatConfig) -> dict[str, Any]:
+    """What others than the loop want to know of a boat."""
+    fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "controller", "pose")
+    return {field: getattr(boat, field) for field in fields}
+
+
+def object_entry(item: PlacedObject) -> dict[str, Any]:
+    """What others than the loop want to know of an object."""
+    return {
+        "name": item.name,
+        "model": Path(item.model).stem,
+        "kind": item.config.kind,
+        "body": f"{item.name}/{item.config.link}",
+        "pose": item.pose,
+    }
+
+
+def _light_entry(item: PlacedObject, light: LightConfig) -> dict[str, Any]:
+    return {
+        "name": item.name,
+        "body": f"{item.name}/{item.config.link}",
+        "geoms": [f"{item.name}/{panel}" for panel in light.panels],
+        "pattern": light.pattern,
+    }

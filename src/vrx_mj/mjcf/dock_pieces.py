@@ -1,0 +1,261 @@
+"""Docks as pieces of a world: fixed ones as one body, floating ones as a tree of blocks; boards with symbols."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from vrx_mj.config.bays import PlacardConfig
+from vrx_mj.config.displays import RGB
+from vrx_mj.config.docks import Cell
+from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
+from vrx_mj.config.poses import Pose, apply, compose, inverse, rotation
+from vrx_mj.config.shapes import Visual
+from vrx_mj.config.world import WindConfig
+from vrx_mj.mjcf.parameters import element_row
+from vrx_mj.mjcf.placement import PlacedDock
+from vrx_mj.mjcf.templates import Geom, Mesh, Piece, geoms, meshes
+from vrx_mj.mjcf.trees import BlockTree, block_tree
+from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+
+__all__ = ["BLOCK_HEIGHT", "BLOCK_MODELS", "block_rows", "dock_entry", "dock_piece", "mooring_rows", "placard_entries"]
+
+Row = dict[str, Any]
+Vector = tuple[float, float, float]
+
+BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
+"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
+BLOCK_HEIGHT = 0.25
+"""Of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
+BEND = 0.1
+"""Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
+NEAR = 2
+"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
+
+
+def dock_piece(dock: PlacedDock) -> Piece:
+    """A dock with its placards. Its names are whole, as placards have those of their object."""
+    cells, edge = dock.layout.cells, dock.config.block
+    boards = [_board(dock, item) for item in dock.berths.placards]
+    needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
+    values: Row = {"name": dock.name, "block": edge, "height": BLOCK_HEIGHT, "meshes": needed}
+    if dock.config.dynamic:
+        tree = block_tree(cells)
+        bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
+        values |= {
+            "root": _node(dock, tree, 0, boards),
+            "bend": BEND,
+            "mass": _block(edge).mass,
+            "inertia": _block(edge).inertia,
+            "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
+            "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
+        }
+        template = "floating_dock.xml.j2"
+    else:
+        values |= {"cells": cells, "boards": boards}
+        template = "dock.xml.j2"
+    return Piece(template, values, {mesh.file: mesh.content for mesh in needed})
+
+
+def dock_entry(dock: PlacedDock) -> Row:
+    """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
+    placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
+    bodies = _bodies(dock, block_tree(dock.layout.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
+    return {
+        "name": dock.name,
+        "pose": dock.pose,
+        "cells": dock.layout.cells,
+        "block": dock.config.block,
+        "dynamic": dock.config.dynamic,
+        "bodies": bodies,
+        "placards": placards,
+    }
+
+
+def placard_entries(dock: PlacedDock) -> list[Row]:
+    """The placards of a dock: name, body, the geoms of each shape, and the symbol at the start."""
+    return [
+        {
+            "name": f"{dock.parent}/{item.name}",
+            "body": f"{dock.parent}/{item.name}/link",
+            "geoms": {shape: [geom.name for geom in _symbol(dock, item, shape)] for shape in item.shapes},
+            "symbol": item.symbol,
+        }
+        for item in dock.berths.placards
+    ]
+
+
+def block_rows(
+    dock: PlacedDock, wind: WindConfig | None, gravity: float, first: int, first_element: int
+) -> tuple[list[Row], list[Row]]:
+    """Rows of a floating dock's blocks, each after the one that it hangs on, and those of their buoyancy elements.
+
+    `first` and `first_element` are the numbers that they get. Wind on a dock acts on its root, as VRX's on one link.
+    """
+    tree, edge = block_tree(dock.layout.cells), dock.config.block
+    config = _block(edge)
+    buoyancy = config.buoyancy
+    assert buoyancy is not None, "a block without buoyancy"
+    listed = wind_coefficients(wind, dock.name, dock.parent) or NO_WIND
+    rows: list[Row] = []
+    elements: list[Row] = []
+    for index, body in enumerate(_bodies(dock, tree)):
+        position, anchor, axis = _hinge(tree, index, edge)
+        rows.append({
+            "body": body,
+            "parent": first + tree.parents[index] if index else -1,
+            "depth": tree.depths[index],
+            "position": position,
+            "anchor": anchor,
+            "axis": axis,
+            "offset": _center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
+            "mass": config.mass,
+            "density": buoyancy.fluid_density,
+            "gravity": gravity,
+            "level": buoyancy.fluid_level,
+            "linear_drag": buoyancy.linear_drag,
+            "angular_drag": buoyancy.angular_drag,
+            "element_start": first_element + len(elements),
+            "element_count": len(buoyancy.elements),
+            "wind": list(listed if index == 0 else NO_WIND),
+        })  # fmt: skip
+        elements += [element_row(_centered(element)) for element in buoyancy.elements]
+    return rows, elements
+
+
+def mooring_rows(dock: PlacedDock, first: int) -> list[Row]:
+    """A floating dock's lines, each from a corner to where that is at the start; `first` is its first block's row."""
+    mooring = dock.config.mooring
+    if mooring is None:
+        return []
+    tree, edge = block_tree(dock.layout.cells), dock.config.block
+    turn, rows = rotation(*dock.pose[3:]), []
+    for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        cell = max(dock.layout.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
+        index = tree.cells.index(cell)
+        corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), BLOCK_HEIGHT)
+        there = apply(turn, corner)
+        origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
+        rows.append({
+            "block": first + index,
+            "point": [a - b for a, b in zip(corner, origin, strict=True)],
+            "anchor": [dock.pose[0] + there[0], dock.pose[1] + there[1]],
+            "stiffness": mooring.stiffness,
+            "damping": mooring.damping,
+        })  # fmt: skip
+    return rows
+
+
+def _block(edge: float) -> ObjectConfig:
+    return load_object(BLOCK_MODELS[edge])
+
+
+def _centered(element: BuoyancyElement) -> BuoyancyElement:
+    """VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line."""
+    return element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])})
+
+
+def _center(cell: Cell, edge: float) -> Vector:
+    """Middle of a block in the dock's frame [m]."""
+    return edge * cell[0], edge * cell[1], BLOCK_HEIGHT
+
+
+def _bodies(dock: PlacedDock, tree: BlockTree) -> list[str]:
+    """Bodies of the blocks; that of the root has the frame of the dock."""
+    return [f"{dock.name}/dock", *(f"{dock.name}/dock_block_{i}_{j}" for i, j in tree.cells[1:])]
+
+
+def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[Vector, Vector, Vector]:
+    """Where a block's frame is in the frame of the one it hangs on, and the hinge's point and axis in its own."""
+    if index == 0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    cell, parent = tree.cells[index], tree.cells[tree.parents[index]]
+    origin = (0.0, 0.0, 0.0) if tree.parents[index] == 0 else _center(parent, edge)
+    x, y, z = (a - b for a, b in zip(_center(cell, edge), origin, strict=True))
+    di, dj = parent[0] - cell[0], parent[1] - cell[1]
+    return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
+
+
+def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[Row]) -> Row:
+    """A block for the template, with those that hang on it."""
+    edge, cell = dock.config.block, tree.cells[index]
+    position, anchor, axis = _hinge(tree, index, edge)
+    return {
+        "body": _bodies(dock, tree)[index],
+        "root": index == 0,
+        "geom": f"{dock.name}/dock_block_{cell[0]}_{cell[1]}",
+        "pos": position,
+        "anchor": anchor,
+        "axis": axis,
+        "middle": _center(cell, edge) if index == 0 else (0.0, 0.0, 0.0),
+        "boards": [_carried(board, cell, edge, root=index == 0) for board in boards if board["block"] == cell],
+        "blocks": [_node(dock, tree, k, boards) for k, parent in enumerate(tree.parents) if parent == index],
+    }
+
+
+def _board(dock: PlacedDock, item: PlacardConfig) -> Row:
+    """A placard for the template, in the frame of the dock."""
+    model = load_object(item.model)
+    cells, edge = dock.layout.cells, dock.config.block
+    nearest = min(cells, key=lambda cell: math.dist(_center(cell, edge)[:2], item.pose[:2]))
+    symbols = [geom for shape in item.shapes for geom in _symbol(dock, item, shape)]
+    return {
+        "body": f"{dock.parent}/{item.name}/link",
+        "pose": item.pose,
+        "block": item.block or nearest,
+        "geoms": [*geoms(model.collisions), *geoms(model.visuals), *symbols],
+    }
+
+
+def _carried(board: Row, cell: Cell, edge: float, *, root: bool) -> Row:
+    """A placard in the frame of the block that carries it; the root's is the dock's own."""
+    x, y, z = (0.0, 0.0, 0.0) if root else _center(cell, edge)
+    pose = (board["pose"][0] - x, board["pose"][1] - y, board["pose"][2] - z, *board["pose"][3:])
+    return {**board, "pose": pose}
+
+
+def _shapes(item: PlacardConfig, shape: str) -> list[Visual]:
+    """What a symbol is made of, in the frame of its board."""
+    place: Pose = compose(inverse(item.pose), item.symbol_pose)
+    parts = load_object(f"symbol_{shape}").visuals
+    return [part.model_copy(update={"pose": compose(place, part.pose)}) for part in parts]
+
+
+def _symbol(dock: PlacedDock, item: PlacardConfig, shape: str) -> list[Geom]:
+    """The geoms of a shape on a board, seen if it is the one to show."""
+    color, wanted = item.symbol.split("_")
+    rgba = (*RGB[color], 1.0 if shape == wanted else 0.0)
+    parts = enumerate(geoms(_shapes(item, shape)), 1)
+    return [replace(geom, name=f"{dock.parent}/{item.name}/{shape}{number}", rgba=rgba) for number, geom in parts]
+
+
+def _meshes(item: PlacardConfig) -> list[Mesh]:
+    model = load_object(item.model)
+    symbols = [part for shape in item.shapes for part in load_object(f"symbol_{shape}").visuals]
+    return meshes([*model.collisions, *model.visuals, *symbols])
+
+
+def _beside(cells: Sequence[Cell]) -> Iterator[tuple[Cell, Cell]]:
+    """Pairs of blocks that share an edge or a corner."""
+    there = frozenset(cells)
+    for i, j in cells:
+        after = (i, j + 1), (i + 1, j - 1), (i + 1, j), (i + 1, j + 1)
+        yield from (((i, j), near) for near in after if near in there)
+
+
+def _around(dock: PlacedDock, boards: Sequence[Row], bodies: Mapping[Cell, str]) -> Iterator[tuple[str, str]]:
+    """Pairs of a placard and a block that is near its own."""
+    for board in boards:
+        row, column = board["block"]
+        for (i, j), body in bodies.items():
+            if max(abs(i - row), abs(j - column)) <= NEAR and (i, j) != (row, column):
+                yield board["body"], body
+
+
+def _closure(bodies: Mapping[Cell, str], pair: tuple[Cell, Cell], root: Cell, edge: float) -> Row:
+    """Two points that two blocks share: the ends of an edge, in the frame of the first."""
+    (i, j), (k, m) = pair
+    x, y, z = _center((i, j), edge) if (i, j) == root else (0.0, 0.0, 0.0)
+    half = edge / 2
+    ends = [(x + half * (k - i + s * (m - j)), y + half * (m - j + s * (k - i)), z) for s in (-1.0, 1.0)]
+    return {"first": bodies[i, j], "second": bodies[k, m], "ends": ends}

@@ -1,0 +1,299 @@
+"""Robots: a boat as one MuJoCo model, and as rows of the runtime's tables.
+
+A boat is one body, its base link, whose frame is that of the URDF. With fixed engines everything is part of it;
+with hinged engines each thing that steers is a child body on a hinge. Propellers have no joint: their spin is only
+looks. There are no actuators: the runtime's kernels thrust and steer.
+"""
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.config.boats import Boat, Part, Thruster
+from vrx_mj.config.dynamics import ContactConfig
+from vrx_mj.config.masses import (
+    LIGHTEST,
+    NOTHING,
+    Engines,
+    axis_inertia,
+    boat_mass,
+    body_mass,
+    push_center,
+    turning_mass,
+)
+from vrx_mj.config.poses import Pose, rotation
+from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.mjcf.templates import Geom, Piece, geoms, meshes
+from vrx_mj.physics.rudder import normal_slope
+from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
+
+__all__ = [
+    "hull_row",
+    "robot_piece",
+    "sensor_rows",
+    "station_rows",
+    "stiffness",
+    "thruster_rows",
+]
+
+Color = tuple[float, float, float, float]
+Vector = tuple[float, float, float]
+
+MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
+"""Codes of the thrust mappings in the runtime's table."""
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A link's geoms at its pose."""
+
+    pose: Pose
+    geoms: tuple[Geom, ...]
+
+
+def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> Piece:
+    """The boat as a piece of a world.
+
+    Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
+    """
+    parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
+    needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
+    double = _doubles(parts)
+    hinged, yields = engines == "hinged", _solref(boat.contact)
+    thrusters = [_thruster_view(thruster, double, yields) for thruster in boat.thrusters if thruster.parts]
+    turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
+    values = {
+        "link": boat.link,
+        "meshes": needed,
+        "base_mass": body_mass(boat, engines),
+        "base": _painted([_frame(part, double, yields) for part in boat.parts], color),
+        "thrusters": thrusters,
+        "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
+        "hinged": hinged,
+        "strangers": list(itertools.combinations(turning, 2)),
+        "pi": math.pi,
+    }
+    return Piece("robot.xml.j2", values, {item.file: item.content for item in needed})
+
+
+def _doubles(parts: Iterable[Part]) -> frozenset[str]:
+    """Names that several shapes of the boat have: these are told apart by their links'."""
+    names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
+    return frozenset(name for name, count in names.items() if count > 1)
+
+
+def _solref(contact: ContactConfig) -> tuple[float, float]:
+    """MuJoCo's time constant [s] and damping ratio of a contact of so long a duration.
+
+    The force of x'' + 2 zeta w x' + w^2 x = 0 from rest at speed v is zero again after
+    w t = atan2(2 zeta s, 2 zeta^2 - 1) / s, s = sqrt(1 - zeta^2), and the time constant is 1 / (zeta w).
+    """
+    zeta = contact.damping_ratio
+    s = math.sqrt(1.0 - zeta * zeta)
+    rate = math.atan2(2.0 * zeta * s, 2.0 * zeta * zeta - 1.0) / (s * contact.duration)
+    return 1.0 / (zeta * rate), zeta
+
+
+def _frame(part: Part, double: frozenset[str], yields: tuple[float, float]) -> _Frame:
+    items = geoms((*part.collisions, *part.visuals))
+    seen = Counter[str]()
+    named = []
+    for item in items:
+        name = item.name
+        if name in double:
+            name = f"{part.name}_{name}"
+            seen[name] += 1
+            name = name if seen[name] == 1 else f"{name}_{seen[name]}"
+        named.append(replace(item, name=name, solref=yields if item.rgba is None else None))
+    return _Frame(part.pose, tuple(named))
+
+
+def _thruster_view(thruster: Thruster, double: frozenset[str], yields: tuple[float, float]) -> dict[str, Any]:
+    return {
+        "body": thruster.link,
+        "joint": thruster.joint,
+        "pose": thruster.pose,
+        "mass": turning_mass(thruster) or NOTHING,
+        "frames": _seen_as([_frame(part, double, yields) for part in thruster.parts], f"{thruster.name}_engine"),
+    }
+
+
+def _seen_as(frames: list[_Frame], stem: str) -> list[_Frame]:
+    """The frames with what is seen called by the engine's name: recordings turn it with the steering angle."""
+    count = itertools.count()
+    return [
+        _Frame(
+            frame.pose,
+            tuple(item if item.rgba is None else replace(item, name=f"{stem}_{next(count)}") for item in frame.geoms),
+        )
+        for frame in frames
+    ]
+
+
+def _camera_view(sensor: CameraConfig) -> dict[str, Any]:
+    """A camera as MuJoCo's: it looks along -z, x to the right; `fovy` is vertical, in degrees."""
+    (_, b, c), (_, e, f), (_, h, i) = rotation(*sensor.pose[3:])
+    tall = math.tan(sensor.horizontal_fov / 2) * sensor.height / sensor.width
+    return {
+        "name": sensor.name,
+        "position": sensor.pose[:3],
+        "axes": (-b, -e, -h, c, f, i),
+        "fovy": math.degrees(2 * math.atan(tall)),
+        "size": f"{sensor.width} {sensor.height}",
+    }
+
+
+def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
+    """The boat's row of the runtime's table of hulls, with names where that has ids.
+
+    `link_com` is where water and wind push; `body_com` and `mass` are those of the MuJoCo body. The wind's coefficients
+    belong to the world, which fills them in and adds what `parameters.hull_physics` says.
+    """
+    water = boat.hydrodynamics
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    body = body_mass(boat, engines)
+    return {
+        "body": prefix + boat.link,
+        "joint": f"{prefix}free",
+        "density": water.water_density,
+        "level": water.water_level,
+        "added_mass": list(water.added_mass),
+        "drag_linear": list(water.drag_linear),
+        "drag_quadratic": list(water.drag_quadratic),
+        "link_com": push_center(boat).tolist(),
+        "body_com": body.center.tolist(),
+        "mass": body.mass,
+        "wind": [0.0, 0.0, 0.0],
+        "thruster_count": len(boat.thrusters),
+    }
+
+
+def station_rows(boat: Boat) -> list[dict[str, Any]]:
+    """The boat's rows of the runtime's table of stations: VRX 3's points, or classic's two lines, starboard first."""
+    water = boat.hydrodynamics
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    if water.hulls:
+        return [
+            {"position": list(point), "radius": hull.radius, "length": hull.length / len(hull.points)}
+            for hull in water.hulls
+            for point in hull.points
+        ]
+    spacing = water.boat_length / water.length_n
+    return [
+        {
+            "position": [(number + 0.5) * spacing - 0.5 * water.boat_length, side * water.boat_width, 0.0],
+            "radius": water.hull_radius,
+            "length": spacing,
+        }
+        for side in (-0.5, 0.5)
+        for number in range(water.length_n)
+    ]
+
+
+def stiffness(boat: Boat, timestep: float) -> float:
+    """Largest share of its velocity that linear drag takes from the boat in a step [s], along or about any axis.
+
+    Beyond 2 the explicit step of the drag diverges.
+    """
+    water, body = boat.hydrodynamics, boat_mass(boat)
+    assert water is not None, f"{boat.name} has no hydrodynamics"
+    own = [body.mass] * 3 + np.diag(body.inertia).tolist()
+    shares = (drag * timestep / (m + a) for drag, m, a in zip(water.drag_linear, own, water.added_mass, strict=True))
+    return float(max(shares))
+
+
+def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, Any]]:
+    """The boat's rows of the runtime's table of thrusters, with names where that has ids.
+
+    `body` is what the force pushes and `joint` the hinge, None if it is rigid. `position` and `rotation` are those
+    of the hinge in the base link, `propeller` and `direction` are in the hinge's frame, `body_com` in that of `body`;
+    `inertia` is about the hinge's axis; `race` is the number among the boat's own rows, -1 for none.
+    """
+    names = [thruster.name for thruster in boat.thrusters]
+    whole = boat_mass(boat)
+    rows = []
+    for thruster in boat.thrusters:
+        turning = turning_mass(thruster) or NOTHING
+        hinged = engines == "hinged" and thruster.joint is not None
+        pushed = turning if hinged else whole
+        rows.append(
+            {
+                "name": thruster.name,
+                "hull": prefix + boat.link,
+                "body": prefix + (thruster.link if hinged else boat.link),
+                "joint": f"{prefix}{thruster.joint}" if hinged else None,
+                "position": list(thruster.pose[:3]),
+                "rotation": [list(row) for row in rotation(*thruster.pose[3:])],
+                "propeller": list(thruster.center),
+                "direction": list(thruster.direction),
+                "body_com": pushed.center.tolist(),
+                "inertia": max(axis_inertia(turning), LIGHTEST),
+                **_drive(thruster),
+                **_wing(thruster, names, boat),
+            }
+        )
+    return rows
+
+
+def _drive(thruster: Thruster) -> dict[str, Any]:
+    drive, servo = thruster.drive, thruster.servo
+    strongest = max(drive.max_force_forward, -drive.max_force_reverse)
+    return {
+        "mapping": RUDDER if thruster.rudder else MAPPINGS[drive.mapping],
+        "max_command": strongest if drive.mapping == "newtons" else drive.max_command,
+        "max_forward": drive.max_force_forward,
+        "max_reverse": drive.max_force_reverse,
+        "timeout": drive.timeout,
+        "max_angle": drive.max_angle,
+        "kp": servo.kp,
+        "kd": servo.kd,
+        "effort": servo.effort,
+        "velocity": servo.velocity,
+    }
+
+
+def _wing(thruster: Thruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
+    wing = thruster.rudder
+    if wing is None:
+        return {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
+    assert boat.hydrodynamics is not None, f"{boat.name} has no hydrodynamics"
+    return {
+        "area": wing.area,
+        "slope": normal_slope(wing.aspect_ratio),
+        "density": boat.hydrodynamics.water_density,
+        "race": names.index(wing.propeller) if wing.propeller in names else -1,
+        "race_area": math.pi / 4 * wing.propeller_diameter**2,
+        "race_share": wing.race_share,
+    }
+
+
+def sensor_rows(boat: Boat, prefix: str) -> list[dict[str, Any]]:
+    """The boat's sensors: each with the body that carries it, and the pose in it that its frame has."""
+    return [
+        {
+            "body": prefix + boat.link,
+            "position": list(sensor.pose[:3]),
+            "rotation": [list(row) for row in rotation(*sensor.pose[3:])],
+            "frame": sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
+            "config": sensor.model_dump(mode="json"),
+        }
+        for sensor in boat.sensors
+    ]
+
+
+def _painted(frames: list[_Frame], color: Color | None) -> list[_Frame]:
+    """The frames with the first geom that is seen in another colour."""
+    if color is None:
+        return frames
+    for index, frame in enumerate(frames):
+        for number, item in enumerate(frame.geoms):
+            if item.rgba is not None:
+                items = (*frame.geoms[:number], replace(item, rgba=color), *frame.geoms[number + 1 :])
+                return [*frames[:index], _Frame(frame.pose, items), *frames[index + 1 :]]
+    return frames

@@ -1,0 +1,244 @@
+"""The shore: rings of points become a low bank that rises from the water, to hit and to see.
+
+The bank has one profile everywhere, a height over the distance inland of the waterline. What is hit are
+convex blocks, one for each edge of the shore, mitred so that neighbours share a face; what is seen is a mesh
+of the same profile.
+"""
+
+import functools
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.config.base import MAX_COORDINATE
+from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.config.search import find_terrain
+from vrx_mj.errors import ConfigError, Problem, shortened
+from vrx_mj.mjcf.land import land_meshes
+from vrx_mj.mjcf.templates import Piece
+
+__all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
+
+FloatArray = npt.NDArray[np.float64]
+
+MAX_BYTES = 4_000_000
+"""Longest file that is read."""
+MAX_POINTS = 5000
+"""Most points of a shoreline; each edge is compared with every other."""
+SHORTEST_EDGE = 1e-6
+"""Points that are nearer to the next one [m] are left out."""
+SLOPE = 0.25
+"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
+CREST = 6.0
+"""How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+TOE = (-1.0, -0.6)
+"""Distance inland and height of the foot of the bank [m], under water."""
+FLOOR = -1.6
+"""Height of the blocks' underside [m]."""
+MITRE_LIMIT = 3.0
+"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
+RIDGE = 0.6
+"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
+DEPTH_STEP = 0.75
+"""How finely a block's width is fitted to a narrow piece of land [m]."""
+
+
+def terrain_piece(name: str, near: Path | None = None) -> Piece:
+    """A terrain: static geoms of the world body, no moving body.
+
+    Collision geoms are in group 3, visual ones in group 2. `near` is the folder of the file that names the
+    terrain.
+
+    Raises:
+        UnknownNameError: there is no such terrain.
+        ConfigError: its file does not hold rings of points.
+    """
+    path = _find(name, near)
+    return _build(path, path.stat().st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=4)
+def _build(path: Path, _changed: int) -> Piece:
+    import shapely
+
+    polygons = _read(path)
+    try:
+        meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
+    except (shapely.errors.GEOSException, ValueError) as error:
+        raise _invalid(path, f"its rings bound no land: {error}") from error
+    values = {"blocks": bank_blocks(_rings(polygons)).round(2).tolist(), "meshes": meshes}
+    return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes})
+
+
+def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:
+    """The waterline as rings of points [x, y] (m, world frame, not closed), the land always on the left.
+
+    A ring that runs counter-clockwise bounds an island, a clockwise one a lake.
+    """
+    return [ring.tolist() for ring in _rings(_read(_find(name, near)))]
+
+
+def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
+    """Whether the point is on the dry side of the waterline: an odd number of rings surrounds it."""
+    return sum(_surrounds(ring, x, y) for ring in _rings(_read(_find(name, near)))) % 2 == 1
+
+
+def _surrounds(ring: FloatArray, x: float, y: float) -> bool:
+    """Whether a ray to the east of the point crosses the ring an odd number of times."""
+    (xa, ya), (xb, yb) = ring.T, np.roll(ring, -1, axis=0).T
+    spans = (ya > y) != (yb > y)
+    rise = np.where(spans, yb - ya, 1.0)
+    crossings = spans & (xa + (y - ya) / rise * (xb - xa) > x)
+    return bool(np.count_nonzero(crossings) % 2)
+
+
+def bank_blocks(rings: list[FloatArray]) -> FloatArray:
+    """The corners of one convex block for each edge of the shore, (edges, 10, 3) [m].
+
+    Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as
+    the land is nearer to its own edge than to any other, at most `CREST`: blocks from both sides of a spit
+    meet in a ridge.
+    """
+    start = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    inland = _moves(rings, inland=True)
+    seaward = _moves(rings, inland=False)
+    depth = _depths(start, end, *inland)
+    crest = np.maximum(SLOPE * depth, RIDGE)
+    level = np.ones_like(depth)
+    lines = [
+        (seaward, TOE[0] * level, FLOOR * level),
+        (seaward, TOE[0] * level, TOE[1] * level),
+        (inland, 0.0 * level, 0.0 * level),
+        (inland, depth, crest),
+        (inland, depth, FLOOR * level),
+    ]
+    corners = [
+        np.column_stack([vertex + move * distance[:, None], height])
+        for moves, distance, height in lines
+        for vertex, move in zip((start, end), moves, strict=True)
+    ]
+    return np.stack(corners, axis=1)
+
+
+def _moves(rings: list[FloatArray], *, inland: bool) -> tuple[FloatArray, FloatArray]:
+    """For both ends of each edge the vector by which they move when the edges move 1 m inland, twice (n, 2).
+
+    Where the offsets towards that side spread, inland of a bay and seaward of a cape, the vector is short.
+    """
+    mitres = [_mitres(ring, inland=inland) for ring in rings]
+    return np.concatenate(mitres), np.concatenate([np.roll(mitre, -1, axis=0) for mitre in mitres])
+
+
+def _mitres(ring: FloatArray, *, inland: bool) -> FloatArray:
+    along = np.roll(ring, -1, axis=0) - ring
+    along /= np.hypot(*along.T)[:, None]
+    after = np.column_stack([-along[:, 1], along[:, 0]])
+    before = np.roll(after, 1, axis=0)
+    mitre = (before + after) / np.maximum(1.0 + np.sum(before * after, axis=1), 1e-3)[:, None]
+    cape = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > 0.0
+    length = np.hypot(*mitre.T)
+    short = np.where(cape == inland, 1.0, np.maximum(1.0, length / MITRE_LIMIT))
+    return np.asarray(mitre / short[:, None])
+
+
+def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatArray) -> FloatArray:
+    """How far inland each block may reach before another edge of the shore is nearer, (n,) [m]."""
+    share = np.linspace(0.0, 1.0, 5)[None, :, None]
+    along = end - start
+    length = np.hypot(*along.T)
+    shrink = -np.sum((there - here) * along, axis=1) / length  # of the crest, per metre inland
+    vanish = np.where(shrink > 0.0, length / np.where(shrink > 0.0, shrink, 1.0), np.inf)
+    depth = np.zeros(len(start))
+    growing = np.ones(len(start), dtype=bool)
+    for reach in np.arange(DEPTH_STEP, CREST + 1e-9, DEPTH_STEP):
+        crest_a, crest_b = start + reach * here, end + reach * there
+        points = crest_a[:, None, :] * (1.0 - share) + crest_b[:, None, :] * share
+        growing &= (vanish > reach) & (_clearance(points, start, along) >= 0.9 * reach)
+        depth[growing] = reach
+    return np.maximum(depth, 0.3)
+
+
+def _clearance(points: FloatArray, start: FloatArray, along: FloatArray) -> FloatArray:
+    """The least distance of each row of points (n, k, 2) to any of the segments, (n,) [m]."""
+    square = np.sum(along * along, axis=1)
+    nearest = np.empty(len(points))
+    for row, group in enumerate(points):
+        offset = group[:, None, :] - start
+        share = np.clip(np.sum(offset * along, axis=2) / square, 0.0, 1.0)
+        gap = offset - share[..., None] * along
+        nearest[row] = np.sqrt(np.min(np.sum(gap * gap, axis=2)))
+    return nearest
+
+
+def _rings(polygons: list[dict[str, Any]]) -> list[FloatArray]:
+    """All rings of the land, each with the land on its left."""
+    rings = []
+    for polygon in polygons:
+        rings.append(_turned(polygon["exterior"], counterclockwise=True))
+        rings += [_turned(hole, counterclockwise=False) for hole in polygon["holes"]]
+    return rings
+
+
+def _turned(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
+    x, y = ring.T
+    area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return ring if (area > 0.0) == counterclockwise else ring[::-1]
+
+
+def _find(name: str, near: Path | None) -> Path:
+    """The terrain's file: in the folder `terrain` beside the file that names it, or along the search path."""
+    beside = near / "terrain" / f"{name}.json" if near and Path(name).name == name else None
+    return beside if beside and beside.is_file() else find_terrain(name)
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
+    try:
+        land = json.loads(read_limited(path, MAX_BYTES).decode("utf-8-sig"))["land"]
+        polygons = [
+            {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]}
+            for item in land
+        ]
+    except ReadingError as error:
+        raise ConfigError([Problem(str(path), None, None, "", str(error))]) from None
+    except RecursionError:
+        raise _invalid(path, "nested too deeply") from None
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise _invalid(path, str(error)) from error
+    points = sum(map(len, _rings(polygons)))
+    if not 0 < points <= MAX_POINTS:
+        raise _invalid(path, f"{points} points; 3 to {MAX_POINTS} are allowed")
+    for index, item in enumerate(polygons):
+        if fault := _polygon_fault(item):
+            raise _invalid(path, f"land[{index}] is no polygon: {fault}")
+    return polygons
+
+
+def _polygon_fault(item: dict[str, Any]) -> str:
+    """Where a ring crosses or touches itself or another, in Shapely's words; empty if none does."""
+    import shapely
+
+    polygon = shapely.Polygon(item["exterior"], item["holes"])
+    return "" if polygon.is_valid else str(shapely.is_valid_reason(polygon))
+
+
+def _invalid(path: Path, reason: str) -> ConfigError:
+    wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
+    message = f"invalid shoreline: {shortened(reason, 200)}; {wanted}"
+    return ConfigError([Problem(str(path), None, None, "land", message)])
+
+
+def _ring(points: object) -> FloatArray:
+    ring = np.asarray(points, dtype=np.float64)
+    if ring.ndim != 2 or ring.shape[1] != 2 or not np.isfinite(ring).all():
+        raise ValueError("a ring must be a list of points [x, y] in m")
+    if np.abs(ring).max() > MAX_COORDINATE:
+        raise ValueError(f"a coordinate of {np.abs(ring).max():g} m; at most {MAX_COORDINATE:g} m is allowed")
+    keep = np.abs(ring - np.roll(ring, -1, axis=0)).max(axis=1) > SHORTEST_EDGE  # in its file a ring may be closed
+    if np.count_nonzero(keep) < 3:
+        raise ValueError("a ring must have at least three points")
+    return np.asarray(ring[keep])

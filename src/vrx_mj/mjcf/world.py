@@ -1,0 +1,153 @@
+"""A compiled world: all that a run needs, and how it is kept in a folder."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from typing import Any
+
+from vrx_mj.arguments import as_path
+from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.errors import StateError
+from vrx_mj.mjcf.saved import checked
+from vrx_mj.model.world import FORMAT
+
+LARGEST_FILE = 200_000_000
+"""Bytes of the largest file of a saved world that is read."""
+
+
+@dataclass(frozen=True, repr=False)
+class World:
+    """A compiled world: its MJCF, asset files, and parameters of sea, wind, hulls and floating objects.
+
+    `save` writes exactly this to a folder; `Simulation` and `Batch` run it.
+    """
+
+    mjcf: str
+    """MJCF of the world, with every boat, dock and object attached under its name."""
+    assets: Mapping[str, bytes]
+    """Contents of the files that the MJCF refers to, by file name."""
+    parameters: Mapping[str, Any]
+    """Parameters as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
+    `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
+
+    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], dict[str, Any]]]:
+        """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
+        return _read_only, (self.mjcf, dict(self.assets), dict(self.parameters))
+
+    def __repr__(self) -> str:
+        boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
+        return f"<World {self.name}, fleet {self.parameters['fleet']}, {boats}, seed {self.seed}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the world."""
+        return str(self.parameters["name"])
+
+    @property
+    def seed(self) -> int:
+        """Default seed of `Simulation.reset`."""
+        return int(self.parameters["seed"])
+
+    @cached_property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats, in the order of the fleet."""
+        return tuple(boat["name"] for boat in self.parameters["boats"])
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the saved world."""
+        digest = hashlib.sha256(self.mjcf.encode())
+        digest.update(_dump(self.parameters).encode())
+        for name in sorted(self.assets):
+            digest.update(name.encode() + b"\0" + self.assets[name])
+        return digest.hexdigest()
+
+    def save(self, target: str | Path) -> Path:
+        """Write the MJCF, its parameters and `assets/` to a folder, and return the path of the MJCF.
+
+        Plain MuJoCo can open the MJCF; `World.load` reads the whole world back.
+
+        Args:
+            target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
+
+        Raises:
+            StateError: an asset's name has a folder in it.
+        """
+        for name in self.assets:
+            if name != PurePosixPath(name).name or "\\" in name or ":" in name:
+                raise StateError(f"invalid asset name '{name}': a file name without folders is needed")
+        scene = _scene(as_path("target", target))
+        (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
+        for name, content in self.assets.items():
+            (scene.parent / "assets" / name).write_bytes(content)
+        scene.with_suffix(".json").write_text(_dump(self.parameters), encoding="utf-8", newline="\n")
+        scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
+        return scene
+
+    @staticmethod
+    def load(source: str | Path) -> "World":
+        """Read a world that `save` wrote, from the same folder or path.
+
+        It may come from somebody else: all of it is checked, and no file outside the folder is opened.
+
+        Raises:
+            StateError: there is no saved world, or it is damaged or of another version.
+        """
+        scene = _scene(as_path("source", source))
+        path = scene.with_suffix(".json")
+        if not (path.is_file() and scene.is_file()):
+            raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
+        assets = scene.parent / "assets"
+        return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
+
+
+def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
+    """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
+
+    `source` names the parameters in messages. Nothing is written, and assets have plain names: what was saved may come
+    from somebody else.
+
+    Raises:
+        StateError: it is damaged or of another version.
+    """
+    try:
+        text = mjcf.decode()
+    except UnicodeDecodeError as error:
+        raise StateError(f"{source} is damaged: the MJCF beside it is not UTF-8: {error}") from None
+    tree, assets = checked(text, parameters, asset, source)
+    return _read_only(text, assets, tree)
+
+
+def _read(path: Path) -> bytes:
+    """A file's content.
+
+    Raises:
+        StateError: it is not there, is no plain file, or is too large.
+    """
+    try:
+        return read_limited(path, LARGEST_FILE)
+    except ReadingError as error:
+        raise StateError(f"{path} {error}") from None
+
+
+def _read_only(mjcf: str, assets: dict[str, bytes], parameters: dict[str, Any]) -> World:
+    return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
+
+
+def _scene(target: Path) -> Path:
+    """The MJCF's path, from it or from its folder."""
+    return target if target.suffix == ".xml" else target / "scene.xml"
+
+
+def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
+    """A `World` whose parameters went through JSON, as those of a loaded one did."""
+    tree = json.loads(_dump({"format": FORMAT, **parameters}))
+    return _read_only(mjcf, dict(sorted(assets.items())), tree)
+
+
+def _dump(parameters: Mapping[str, Any]) -> str:
+    return json.dumps(dict(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,0 +1,8 @@
+"""Record a run to a rerun file, read it back, compare two. Nothing here loads rerun before it is used."""
+
+from vrx_mj.recording.compare import Comparison, compare
+from vrx_mj.recording.reader import Record, Track, read_record
+from vrx_mj.recording.session import record, resume
+from vrx_mj.recording.viewer import open_viewer
+
+__all__ = ["Comparison", "Record", "Track", "compare", "open_viewer", "read_record", "record", "resume"]

@@ -1,0 +1,158 @@
+"""Says when and where two recordings part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.recording.reader import Record, read_record
+
+__all__ = ["Comparison", "Difference", "compare"]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first place where two recordings part."""
+
+    row: int
+    """Number of the row, from 0."""
+    time: float
+    """Simulated time [s]."""
+    column: str
+    """Name of the first column that parts."""
+    first: float
+    """Its value in the one recording."""
+    second: float
+    """Its value in the other."""
+    columns: int
+    """Number of columns that part in this row."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two recordings have in common."""
+
+    first: Path
+    """One recording."""
+    second: Path
+    """The other recording."""
+    common: int
+    """Rows that both have."""
+    columns: int
+    """Columns that both have."""
+    complete: bool
+    """Whether both have the same rows and columns."""
+    differences: tuple[str, ...]
+    """Everything that differs besides the rows, in words."""
+    parting: Difference | None
+    """The first place where the motions part, in what both have; None: nowhere."""
+    notes: tuple[str, ...] = ()
+    """What was not compared, in words."""
+
+    @property
+    def equal(self) -> bool:
+        """Whether all of the motion is the same, to the last bit; names of worlds and fleets, and seeds, may differ."""
+        return self.complete and self.parting is None
+
+    def __str__(self) -> str:
+        lines = list(self.differences)
+        if self.parting is not None:
+            lines.append(parting_text(self.parting))
+        elif self.complete:
+            lines.append(f"equal to the last bit: {self.common} rows")
+        elif self.common and self.columns:
+            both = f"{self.common} rows of {self.columns} columns"
+            lines.append(f"what both have is equal to the last bit: {both}")
+        return "\n".join([*lines, *self.notes])
+
+
+def parting_text(parting: Difference) -> str:
+    """One sentence on where two recordings part."""
+    more = f", and {parting.columns - 1} more columns" if parting.columns > 1 else ""
+    gap = abs(parting.first - parting.second)
+    return (
+        f"they part at {parting.time:.3f} s (row {parting.row}) in {parting.column}: "
+        f"{parting.first!r} and {parting.second!r}, {gap:.2g} apart{more}"
+    )
+
+
+def compare(first: str | Path | Record, second: str | Path | Record) -> Comparison:
+    """Compare two recordings row by row, bit by bit, in the columns that both have."""
+    a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
+    differences = tuple(word_differences(a, b))
+    common = min(len(a.rows), len(b.rows))
+    names = [record.layout.names() for record in (a, b)]
+    shared = [name for name in names[0] if name in set(names[1])]
+    complete = names[0] == names[1] and len(a.rows) == len(b.rows)
+    return Comparison(
+        first=a.path,
+        second=b.path,
+        common=common,
+        columns=len(shared),
+        complete=complete,
+        differences=differences,
+        parting=first_parting(a, b, common, shared),
+        notes=tuple(sensor_notes(a, b)),
+    )
+
+
+def sensor_notes(a: Record, b: Record) -> list[str]:
+    """That readings of sensors are left out, if there are any."""
+    counts = [len(record.sensors) for record in (a, b)]
+    if not any(counts):
+        return []
+    return [
+        f"readings of sensors are not compared: {counts[0]} sensors in the first recording, {counts[1]} in the second"
+    ]
+
+
+def word_differences(a: Record, b: Record) -> list[str]:
+    """Differences in what the recordings are, before any row."""
+    found = [
+        f"{key}: {a.properties.get(key)!r} and {b.properties.get(key)!r}"
+        for key in sorted({*a.properties, *b.properties})
+        if key in DECISIVE and a.properties.get(key) != b.properties.get(key)
+    ]
+    if a.timestep != b.timestep:
+        found.append(f"timestep: {a.timestep} s and {b.timestep} s")
+    names = [set(record.layout.names()) for record in (a, b)]
+    for record, only in ((a, names[0] - names[1]), (b, names[1] - names[0])):
+        if only:
+            found.append(f"only '{record.path}' has {', '.join(sorted(only)[:6])}")
+    if len(a.rows) != len(b.rows):
+        found.append(f"rows: {len(a.rows)} and {len(b.rows)}")
+    return found
+
+
+DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
+"""Properties that make two runs different ones; versions and platform may differ."""
+
+
+def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
+    """The first of the common rows, and of the shared columns, whose bits differ."""
+    rows = [_columns(record, shared)[:common] for record in (a, b)]
+    bits = [np.ascontiguousarray(part).view(np.uint64) for part in rows]
+    differs = bits[0] != bits[1]
+    if not differs.any():
+        return None
+    row = int(np.argmax(differs.any(axis=1)))
+    columns = np.flatnonzero(differs[row])
+    column = int(columns[0])
+    return Difference(
+        row=row,
+        time=float(a.rows[row, 0]),
+        column=shared[column],
+        first=float(rows[0][row, column]),
+        second=float(rows[1][row, column]),
+        columns=len(columns),
+    )
+
+
+def _columns(record: Record, names: Sequence[str]) -> npt.NDArray[np.float64]:
+    """Rows of a recording, with these columns alone."""
+    known = {name: index for index, name in enumerate(record.layout.names())}
+    return np.asarray(record.rows[:, [known[name] for name in names]], np.float64)

@@ -1,0 +1,106 @@
+"""Notebooks: worlds and simulations that show themselves, recordings inside the page.
+
+`import vrx_mj` registers this with IPython where one runs; nothing heavy is loaded before something is shown.
+"""
+
+import html
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.errors import VrxError
+from vrx_mj.packages import install_command, shell_word
+
+if TYPE_CHECKING:
+    from vrx_mj.mjcf.world import World
+    from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["in_notebook", "register", "show"]
+
+MAP_SIZE = (1000, 720)
+"""Of a world's map [px]."""
+COLUMNS = ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "speed [m/s]")
+
+
+def register() -> None:
+    """Teach IPython, where one runs in this process, to show a world as its map and a simulation as a table."""
+    shell = _shell()
+    if shell is None:
+        return
+    forms = shell.display_formatter.formatters
+    forms["image/png"].for_type_by_name("vrx_mj.mjcf.world", "World", world_map)
+    forms["text/html"].for_type_by_name("vrx_mj.runtime.simulation", "Simulation", simulation_table)
+    forms["text/plain"].for_type_by_name(
+        "vrx_mj.runtime.simulation", "Simulation", lambda sim, printer, _cycle: printer.text(simulation_line(sim))
+    )
+
+
+def in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook, which shows more than text."""
+    shell = _shell()
+    return shell is not None and getattr(shell, "kernel", None) is not None
+
+
+def _shell() -> Any:
+    """IPython's shell in this process; None where none runs. IPython itself is not loaded for it."""
+    package = sys.modules.get("IPython")
+    return None if package is None else package.get_ipython()
+
+
+def world_map(world: "World") -> bytes:
+    """A world from above, as a PNG."""
+    from vrx_mj.draw.map import map_of, map_png
+
+    return map_png(map_of(world), MAP_SIZE)
+
+
+def simulation_line(sim: "Simulation") -> str:
+    """What runs, and how far it is."""
+    task = sim.task
+    standing = "" if task is None else f"; {task['name']} is {task['state']}, score {task['score']:.4g}"
+    return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{standing}"
+
+
+def simulation_table(sim: "Simulation") -> str:
+    """Where the boats of a simulation are now, as HTML."""
+    seen = sim.observe()
+    head = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    rows = []
+    for boat in sim.boats:
+        x, y, z = seen[boat].position
+        speed = float(math.hypot(*seen[boat].velocity))
+        figures = f"{x:.2f}", f"{y:.2f}", f"{z:.2f}", f"{math.degrees(seen[boat].heading):.1f}", f"{speed:.2f}"
+        rows.append(f"<tr>{''.join(f'<td>{text}</td>' for text in (html.escape(boat), *figures))}</tr>")
+    line = html.escape(simulation_line(sim))
+    return f"<table><caption>{line}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def show(recording: str | Path, *, width: int | str = "auto", height: int | str = 480) -> Any:
+    """Show a recording in rerun's viewer inside a notebook, as the last line of a cell.
+
+    Args:
+        recording: path of the recording (.rrd).
+        width: width of the viewer [px], or "auto" for that of the cell.
+        height: height of the viewer [px], or "auto".
+
+    Raises:
+        RecordError: the file does not exist, or is not a recording of vrx_mj.
+        VrxError: this is not a notebook, or the extra `notebook` is not installed.
+    """
+    from vrx_mj.recording.reader import read_record
+
+    record = read_record(recording, whole=True)
+    if not in_notebook():
+        command = f"vrx-mj replay {shell_word(str(recording))}"
+        raise VrxError(f"show('{recording}') needs a notebook; elsewhere run: {command}")
+    try:
+        from rerun_notebook import Viewer
+    except ModuleNotFoundError as error:
+        advice = install_command("vrx-mj[notebook]")
+        raise VrxError(f"no module '{error.name}' to show '{recording}'; run: {advice}") from error
+    viewer = Viewer(width=width, height=height)
+    viewer.send_rrd(record.path.read_bytes())
+    if not record.has_views:
+        viewer.send_rrd(record.views)
+    return viewer

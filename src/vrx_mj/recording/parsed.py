@@ -1,0 +1,337 @@
+"""What a rerun file holds, parsed in a process of its own: a file that ends the parser is an error, and no more.
+
+That process may take as much memory and processor time as a recording of this size can need; where the system has such
+limits, which is not on Windows and, for memory, on Linux alone. What it hands back is checked here as if it came from
+the file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field, TypeAdapter
+
+from vrx_mj.errors import RecordError
+from vrx_mj.recording import parsing
+
+__all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
+
+LEAST, RATIO = 64 << 20, 16
+"""What a recording may become in memory [bytes]: this, and so many times its size."""
+SECONDS, BYTES_PER_SECOND = 5, 1 << 20
+"""Processor time of the parser: this [s], and a second for so many bytes."""
+PATIENCE = 12
+"""Seconds of the clock for each of processor time, on a machine that has other work."""
+THREADS = {"RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "RUST_BACKTRACE": "0"}
+"""Environment of the parser: each thread's stack counts as memory."""
+
+LONGEST = 1e9
+"""Latest time in a recording [s]."""
+
+Cell = str | bytes | npt.NDArray[Any] | None
+"""A text, bytes, or numbers (n,); None where there is nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A chunk of an entity."""
+
+    entity: str
+    static: bool
+    """Whether it is without time."""
+    columns: Mapping[str, Sequence[Cell]]
+    """By name, a cell for every row."""
+
+    def texts(self, name: str) -> list[str]:
+        """A column of texts.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._checked(name, cell, str, "a text") for cell in self._column(name)]
+
+    def blobs(self, name: str) -> list[bytes]:
+        """A column of bytes.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._checked(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
+
+    def numbers(self, name: str, kind: str = "f") -> list[Any]:
+        """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        return [self._number(name, cell, kind) for cell in self._column(name)]
+
+    def times(self, name: str) -> list[float]:
+        """A column of simulated times [s].
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        found = self.numbers(name)
+        if not all(0.0 <= time <= LONGEST for time in found):
+            raise RecordError(f"{self.entity}: {name}: a time from 0 to {LONGEST:g} s is needed")
+        return found
+
+    def arrays(self, name: str, kind: str) -> list[npt.NDArray[Any]]:
+        """A column of arrays (n,) of numpy's kind, in which bytes are `|u1`; an empty cell is an empty array.
+
+        Raises:
+            RecordError: it is missing, or of another kind.
+        """
+        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
+        return [self._array(name, cell, np.dtype(kind)) for cell in found]
+
+    def _array(self, name: str, cell: Cell, kind: np.dtype[Any]) -> npt.NDArray[Any]:
+        if isinstance(cell, np.ndarray) and not len(cell):
+            return np.zeros(0, kind)
+        if not isinstance(cell, np.ndarray) or cell.dtype != kind:
+            raise RecordError(f"{self.entity}: {name}: expected numbers of type {kind.name}")
+        return cell
+
+    def _column(self, name: str) -> Sequence[Cell]:
+        if name not in self.columns:
+            raise RecordError(f"{self.entity}: {name}: missing")
+        return self.columns[name]
+
+    def _number(self, name: str, cell: Cell, kind: str) -> Any:
+        one = self._checked(name, cell, np.ndarray, "a number")
+        if one.shape != (1,) or one.dtype.kind != kind or not np.isfinite(one[0]):
+            raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
+        return one[0].item()
+
+    def _checked(self, name: str, cell: Cell, kind: type, wanted: str) -> Any:
+        if not isinstance(cell, kind):
+            raise RecordError(f"{self.entity}: {name}: expected {wanted}")
+        return cell
+
+
+@dataclass(frozen=True, eq=False)
+class Parsed:
+    """What was asked for of a file."""
+
+    parts: tuple[Part, ...]
+    """Chunks in the order of the file."""
+    footer: bool
+    """Whether the file was completed."""
+    views: bool
+    """Whether it opens with its views."""
+
+    def of(self, entity: str) -> list[Part]:
+        """The chunks of an entity."""
+        return [part for part in self.parts if part.entity == entity]
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Header of a part: the kind and length [bytes] of every cell."""
+
+    entity: str
+    static: bool
+    columns: dict[str, list[tuple[str, Annotated[int, Field(ge=0)]]]]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What is said of a file at its end."""
+
+    footer: bool
+    views: bool
+
+
+@dataclass(frozen=True)
+class End:
+    """The last block."""
+
+    end: Ending
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The last block if the file cannot be parsed."""
+
+    error: str
+
+
+BLOCK: TypeAdapter[Lengths | End | Failure] = TypeAdapter(Lengths | End | Failure)
+
+
+def allowance(size: int) -> int:
+    """What a recording of `size` [bytes] may become in memory [bytes]."""
+    return LEAST + RATIO * size
+
+
+def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:
+    """Columns of the chunks of some entities; with `whole`, all others were parsed too.
+
+    Raises:
+        RecordError: there is no such file, or it cannot be parsed.
+    """
+    with reading(file), whole_file(file) as source:
+        arguments = ["whole" if whole else "ours", ",".join(columns), *entities]
+        parsed = blocks_of(said_of(file, source, "read", arguments), file, source)
+        return Parsed(parsed.parts, parsed.footer and source == file, parsed.views and source == file)
+
+
+def copy_without_views(file: Path, target: Path, application: str, recording: str) -> None:
+    """Copy a file's chunks, as a recording of another name.
+
+    Raises:
+        RecordError: it cannot be parsed.
+    """
+    blocks_of(said_of(file, file, "copy", [str(target), application, recording]), file, file)
+
+
+def said_of(file: Path, source: Path, command: Literal["read", "copy"], arguments: Sequence[str]) -> bytes:
+    """What the parser says of `source`, which stands for `file` in messages.
+
+    Raises:
+        RecordError: it came to no end.
+    """
+    size = source.stat().st_size
+    memory, seconds = allowance(size), SECONDS + size // BYTES_PER_SECOND
+    program = [sys.executable, "-P", parsing.__file__, command, str(source), str(2 * memory), str(seconds), *arguments]
+    environment = {**os.environ, **THREADS, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen(
+        program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    ) as process:
+        clock = threading.Timer(PATIENCE * seconds, process.kill)
+        clock.start()
+        try:
+            said = received(process, memory)
+        finally:
+            clock.cancel()
+            process.kill()
+    if len(said) > memory:
+        raise RecordError(f"'{file}' is damaged: it holds more than {memory >> 20} MiB")
+    if process.returncode != 0:
+        raise RecordError(f"'{file}' is damaged: {ending(process.returncode)}")
+    return said
+
+
+def received(process: subprocess.Popen[bytes], most: int) -> bytes:
+    """All that a process writes until it ends; little more than `most` [bytes] where it writes more."""
+    assert process.stdout is not None, "its output is a pipe"
+    said = bytearray()
+    while len(said) <= most and (piece := os.read(process.stdout.fileno(), 1 << 20)):
+        said += piece
+    if len(said) <= most:
+        process.wait()
+    return bytes(said)
+
+
+def ending(code: int) -> str:
+    """How rerun's reader ended."""
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return f"rerun's reader was ended by {signal.Signals(-code).name}"
+    return f"rerun's reader ended with exit code {code}"
+
+
+def blocks_of(said: bytes, file: Path, source: Path) -> Parsed:
+    """What the blocks of the parser of `source`, which stands for `file`, say.
+
+    Raises:
+        RecordError: an error, or no end.
+    """
+    view, place, parts = memoryview(said), 0, list[Part]()
+    try:
+        while place < len(view):
+            (length,) = parsing.LENGTH.unpack_from(view, place)
+            place += parsing.LENGTH.size
+            block = BLOCK.validate_json(bytes(view[place : place + length]))
+            place += length
+            if isinstance(block, Failure):
+                said_of_it = block.error.replace(str(source), str(file))
+                raise RecordError(f"'{file}' is not a recording of vrx_mj: {said_of_it}")
+            if isinstance(block, End):
+                return Parsed(tuple(parts), block.end.footer, block.end.views)
+            columns: dict[str, list[Cell]] = {}
+            for name, lengths in block.columns.items():
+                columns[name] = []
+                for kind, size in lengths:
+                    columns[name].append(cell_of(kind, view[place : place + size]))
+                    place += size
+            parts.append(Part(block.entity, block.static, columns))
+    except (ValueError, struct.error) as error:
+        raise RecordError(f"'{file}' is damaged: {str(error).splitlines()[0]}") from error
+    raise RecordError(f"'{file}' is damaged: rerun's reader came to no end")
+
+
+def cell_of(kind: str, content: memoryview) -> Cell:
+    """A cell of a kind."""
+    if kind in parsing.NUMBERS:
+        return np.frombuffer(content, kind)
+    if kind == "text":
+        return bytes(content).decode()
+    return bytes(content) if kind == "bytes" else None
+
+
+@contextlib.contextmanager
+def reading(file: Path) -> Iterator[None]:
+    """Around the reading of a file: say in one line why it cannot be read."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
+def whole_file(file: Path) -> Iterator[Path]:
+    """`file`, or a copy without its last message where that was cut in the middle."""
+    if not file.is_file():
+        raise RecordError(f"no recording '{file}'")
+    whole, size = whole_bytes(file), file.stat().st_size
+    if whole == size:
+        yield file
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "whole.rrd"
+        shutil.copyfile(file, copy)
+        os.truncate(copy, whole)
+        yield copy
+
+
+FILE_HEADER = 12
+"""Bytes before the first message of an rrd file: its mark, version and options."""
+MESSAGE_HEADER = struct.Struct("<QQ")
+"""Kind and length of a message; kind 0 ends a file."""
+
+
+def whole_bytes(file: Path) -> int:
+    """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
+    size = file.stat().st_size
+    with file.open("rb") as stream:
+        if stream.read(4) != b"RRF2":
+            return size
+        end = FILE_HEADER
+        while end < size:
+            stream.seek(end)
+            header = stream.read(MESSAGE_HEADER.size)
+            if len(header) < MESSAGE_HEADER.size:
+                return end
+            kind, length = MESSAGE_HEADER.unpack(header)
+            if end + MESSAGE_HEADER.size + length > size:
+                return end
+            if kind == 0:
+                return size
+            end += MESSAGE_HEADER.size + length
+    return size

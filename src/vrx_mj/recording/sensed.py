@@ -1,0 +1,249 @@
+"""What sensors measured, as rerun chunks: pictures, points, tracks and plots, with what gives the readings back.
+
+Of every reading there is one row in its sensor's own entity: time and number, and either the picture or the points as
+they are shown, or all of its numbers. `readings.RecordedReadings` makes readings of them again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+from rerun.chunk import Chunk
+
+from vrx_mj.config.sensors import sensor_config
+from vrx_mj.recording.colors import boat_colors
+from vrx_mj.recording.moving import TRAIL_HEIGHT, times
+from vrx_mj.recording.readings import measured
+from vrx_mj.recording.scene import RecordedSensor, RecordScene
+from vrx_mj.recording.still import static
+from vrx_mj.sensors.intrinsics import focal_length
+from vrx_mj.sensors.readings import Inertia, Reading, Scan
+
+__all__ = ["SensedChunks", "sensor_chunks", "track_path"]
+
+FloatArray = npt.NDArray[np.float64]
+Readings = Sequence[Reading]
+
+QUALITY = 75
+"""Of the JPEG pictures, of 100."""
+PICTURE_AT = 1.2
+"""How far before a camera its picture hangs in the sea view [m]."""
+FRUSTUM_COLOR = (255, 240, 180)
+NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
+"""Of a lidar's points: near the boat, halfway on a scale of logarithms, at the end of the range."""
+SHADES = 64
+AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
+"""Of x, y and z in plots."""
+SOUND_COLOR = (190, 150, 255)
+SOUND_LENGTH = 8.0
+"""Longest arrow to a beacon [m]: it tells where that is, and the plot how far."""
+SOUND_HEIGHT = 2.2
+"""Of that arrow over the boat's origin [m]."""
+OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
+
+
+def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
+    colors = boat_colors(scene.roster())
+    for sensor in scene.sensors:
+        if sensor.type == "camera":
+            yield static(sensor.path, mount(sensor, OPTICAL), pinhole(sensor))
+            yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
+        elif sensor.type == "lidar":
+            yield static(sensor.path, mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
+        elif sensor.type == "pinger":
+            yield static(sensor.path, rr.Arrows3D.from_fields(colors=[SOUND_COLOR], radii=[0.08]))
+        elif sensor.type == "gps":
+            fixes = rr.Points3D.from_fields(colors=[colors[sensor.boat]], radii=[rr.Radius.ui_points(2.2)])
+            yield static(track_path(sensor), fixes)
+        yield from sensor_series(sensor, colors[sensor.boat])
+
+
+def sensor_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator[Chunk]:
+    """Names and colours of a sensor's plots."""
+    for quantity, _ in SERIES.get(sensor.type, ()):
+        axes = sensor.type == "imu"
+        whose = f"{sensor.boat} {sensor.name}"
+        names = [f"{whose} {axis}" for axis in "xyz"] if axes else [whose]
+        colors = AXIS_COLORS if axes else [rgb]
+        yield static(plot_path(quantity, sensor), rr.SeriesLines(names=names, colors=colors, widths=1.5))
+
+
+def mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> Any:
+    """Where a sensor is on its boat, its axes turned."""
+    rotation = np.array(sensor.rotation) @ (np.eye(3) if turn is None else turn)
+    return rr.Transform3D(translation=np.array(sensor.position, np.float32), mat3x3=rotation.astype(np.float32))
+
+
+def pinhole(sensor: RecordedSensor) -> Any:
+    """A camera's view: the axis goes through the middle of the picture."""
+    config = sensor_config({"config": sensor.config})
+    return rr.Pinhole(
+        focal_length=focal_length(config),
+        principal_point=[config.width / 2.0, config.height / 2.0],
+        width=config.width,
+        height=config.height,
+        image_plane_distance=PICTURE_AT,
+        color=FRUSTUM_COLOR,
+        line_width=0.01,
+    )
+
+
+class SensedChunks:
+    """Turns readings into chunks, a few for every sensor and flush."""
+
+    def __init__(self, scene: RecordScene) -> None:
+        self._scene = scene
+        self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}
+        self._makers: dict[str, Callable[[RecordedSensor, Readings], Iterator[Chunk]]] = {
+            "camera": pictures,
+            "lidar": points,
+            "gps": self._fixes,
+            "imu": plots,
+            "pinger": sounds,
+            "ball_shooter": plots,
+        }
+
+    def __call__(self, taken: Iterable[tuple[str, Reading]]) -> Iterator[Chunk]:
+        """Chunks of (boat, reading) in the order of time."""
+        groups: dict[tuple[str, str], list[Reading]] = {}
+        for boat, reading in taken:
+            groups.setdefault((boat, reading.name), []).append(reading)
+        for key, readings in groups.items():
+            sensor = self._sensors[key]
+            if sensor.readings_path != sensor.path:
+                yield numbers(sensor, readings)
+            if sensor.type in self._makers:
+                yield from self._makers[sensor.type](sensor, readings)
+
+    def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+        """A receiver's fixes as points of the world, over the waves; on the Earth; and as plots."""
+        yield from plots(sensor, readings)
+        fixes = [reading.data for reading in readings]
+        angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
+        yield chunk(f"/earth/{sensor.boat}/{sensor.name}", readings, rr.GeoPoints.columns(positions=angles))
+        to_world = self._scene.to_world
+        if to_world is not None:
+            places = np.array([to_world(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
+            columns = rr.Points3D.columns(positions=np.add(places, (0.0, 0.0, TRAIL_HEIGHT)).astype(np.float32))
+            yield chunk(track_path(sensor), readings, columns)
+
+
+def chunk(path: str, readings: Readings, *columns: Iterable[Any]) -> Chunk:
+    """A row for each reading."""
+    every = [column for group in columns for column in group]
+    return Chunk.from_columns(path, [times([reading.time for reading in readings])], every)
+
+
+def stamps(readings: Readings) -> Any:
+    """Times [s], which the timeline rounds, and numbers of readings."""
+    return rr.AnyValues.columns(
+        time=np.array([reading.time for reading in readings]),
+        sequence=np.array([reading.sequence for reading in readings], np.int64),
+    )
+
+
+def numbers(sensor: RecordedSensor, readings: Readings) -> Chunk:
+    """All numbers that readings measured, field by field as their class lists them."""
+    rows = [np.concatenate([np.ravel(field) for field in measured(reading)]) for reading in readings]
+    columns = rr.AnyValues.columns(numbers=[row.astype("<f8").tobytes() for row in rows])
+    return chunk(sensor.readings_path, readings, stamps(readings), columns)
+
+
+def pictures(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+    """Pictures of a camera, a chunk each: they are large."""
+    for reading in readings:
+        blob = rr.Image(reading.data.rgb).compress(jpeg_quality=QUALITY).blob.as_arrow_array()
+        bytes_of = blob.values.to_numpy()
+        yield chunk(sensor.path, [reading], stamps([reading]), rr.EncodedImage.columns(blob=[bytes_of]))
+
+
+def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+    """What a lidar met, as points in its own frame."""
+    if isinstance(readings[0].data, Scan):
+        yield chunk(sensor.path, readings, *shown_points(sensor, [scan_points(one.data) for one in readings]))
+        return
+    clouds = [reading.data for reading in readings]
+    extra = rr.AnyValues.columns(  # as bytes: rerun takes numbers one by one
+        intensity=[cloud.intensity.astype("<f4").tobytes() for cloud in clouds],
+        ring=[cloud.ring.astype("<u2").tobytes() for cloud in clouds],
+    )
+    shown = shown_points(sensor, [cloud.points for cloud in clouds])
+    yield chunk(sensor.path, readings, stamps(readings), extra, *shown)
+
+
+def shown_points(sensor: RecordedSensor, clouds: Sequence[npt.NDArray[np.float32]]) -> Iterator[Any]:
+    """Columns of points (n, 3) [m], coloured by their distance."""
+    every = np.concatenate(clouds)
+    colors = range_colors(np.linalg.norm(every, axis=1), *sensor.config["range"])
+    yield rr.Points3D.columns(positions=every, colors=colors).partition([len(cloud) for cloud in clouds])
+
+
+def scan_points(scan: Scan) -> npt.NDArray[np.float32]:
+    """The returns of a planar scan (n, 3) [m], in its own frame."""
+    met = np.flatnonzero(np.isfinite(scan.ranges))
+    angle, away = scan.angle_min + met * scan.angle_increment, scan.ranges[met]
+    return np.stack([away * np.cos(angle), away * np.sin(angle), 0.0 * away], axis=1).astype(np.float32)
+
+
+def range_colors(distance: npt.NDArray[np.floating[Any]], near: float, far: float) -> npt.NDArray[np.uint32]:
+    """Colours (n,), 0xRRGGBBAA, on a scale of logarithms from `near` to `far` [m]."""
+    first, last = np.log(max(near, 1.0)), np.log(max(far, 2.0))
+    share = np.clip((np.log(np.maximum(distance, 1e-3)) - first) / (last - first), 0.0, 1.0)
+    shade = np.round(share * (SHADES - 1)).astype(np.int64)
+    scale = np.linspace(0.0, 2.0, SHADES)
+    anchors = np.array([NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR], np.float64)
+    red, green, blue = (np.interp(scale, [0.0, 1.0, 2.0], anchor).astype(np.uint32) for anchor in anchors.T)
+    palette: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    colors: npt.NDArray[np.uint32] = palette[shade]
+    return colors
+
+
+def sounds(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+    """Plots of what a receiver hears, and an arrow toward it, over the boat."""
+    yield from plots(sensor, readings)
+    range_, bearing, elevation = np.array([list(vars(reading.data).values()) for reading in readings]).T
+    way = np.stack(
+        [np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation)], axis=1
+    )
+    vectors = (way * np.clip(range_, 0.0, SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
+    origins = np.tile((*sensor.position[:2], SOUND_HEIGHT), (len(readings), 1))
+    columns = rr.Arrows3D.columns(vectors=vectors.astype(np.float32), origins=origins.astype(np.float32))
+    yield chunk(sensor.path, readings, columns)
+
+
+def track_path(sensor: RecordedSensor) -> str:
+    """Entity of a receiver's fixes in the world."""
+    return f"/world/tracks/{sensor.boat}/{sensor.name}"
+
+
+def plot_path(quantity: str, sensor: RecordedSensor) -> str:
+    """Entity of a sensor's series in the plot of a quantity."""
+    return f"/plots/{quantity}/{sensor.boat}/{sensor.name}"
+
+
+def plots(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
+    """A sensor's series, each in the plot of its quantity."""
+    for quantity, value in SERIES[sensor.type]:
+        values = np.array([np.ravel(value(reading.data)) for reading in readings], np.float64)
+        columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition([values.shape[1]] * len(readings))
+        yield chunk(plot_path(quantity, sensor), readings, columns)
+
+
+def turning(data: Inertia) -> FloatArray:
+    """Angular velocity [degrees/s]."""
+    return np.degrees(data.angular_velocity)
+
+
+SERIES: dict[str, tuple[tuple[str, Callable[[Any], Any]], ...]] = {
+    "imu": (("acceleration", lambda data: data.linear_acceleration), ("turning", turning)),
+    "gps": (("latitude", lambda data: data.latitude), ("longitude", lambda data: data.longitude)),
+    "pinger": (("range", lambda data: data.range), ("bearing", lambda data: np.degrees(data.bearing))),
+    "ball_shooter": (("shots", lambda data: data.shots_left),),
+}
+"""By type of sensor, what is plotted of its readings."""

@@ -1,0 +1,234 @@
+"""What does not change with time, as static rerun chunks: the run, looks, shore, waypoints, series."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+from rerun.archetypes import RecordingInfo
+from rerun.chunk import Chunk
+
+from vrx_mj.recording.archive import archive
+from vrx_mj.recording.colors import boat_colors
+from vrx_mj.recording.moving import WIND_HEIGHT, times
+from vrx_mj.recording.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
+from vrx_mj.recording.sea import sea_triangles
+
+__all__ = ["body_chunks", "mesh", "named_series", "pose", "shown", "static", "still_chunks"]
+
+WIND_COLOR = (235, 245, 255)
+WAYPOINT_COLOR = (255, 64, 200)
+SHORE_COLOR = (226, 203, 150)
+WHITE = (1.0, 1.0, 1.0, 1.0)
+BALL_COLOR = (40, 90, 255)
+SHORE_HEIGHT = 0.15
+"""Height of the shoreline [m], so that the sea does not hide it."""
+
+
+def still_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
+    """Every static chunk of a recording but for its boats'; `views` is its blueprint, kept for a run that is killed."""
+    yield from run_chunks(scene, views)
+    yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    if scene.sea_height is not None:
+        yield static("/world/sea", rr.Mesh3D.from_fields(triangle_indices=sea_triangles()))
+    for body in scene.bodies:
+        if body.kind != "boat":
+            yield from body_chunks(body)
+    for part in scene.parts:
+        yield from part_chunks(part)
+    yield from display_chunks(scene)
+    yield from fleet_chunks()
+    yield from place_chunks(scene)
+    yield from series_chunks(scene)
+
+
+def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row without time."""
+    return shown(None, path, *archetypes)
+
+
+def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
+    """A chunk of one row, of a time [s], or without time."""
+    columns = [
+        column
+        for archetype in archetypes
+        for batch in archetype.as_component_batches()
+        for column in [rr.ComponentColumn(batch.component_descriptor(), batch, lengths=[batch_size(batch)])]
+    ]
+    return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
+
+
+def batch_size(batch: Any) -> int:
+    """Number of values in a batch."""
+    return len(batch.as_arrow_array())
+
+
+def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
+    """The run: for people as properties, for us as JSON and an archive of the world's files."""
+    title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
+    yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
+    shown = {key: show(value) for key, value in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**shown))
+    head = {
+        "format": FORMAT,
+        "timestep": scene.timestep,
+        "properties": dict(scene.properties),
+        "wind_direction": list(scene.wind_direction),
+        "layout": scene.layout().to_json(),
+        "sensors": [asdict(sensor) for sensor in scene.sensors],
+    }
+    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
+    yield Chunk.from_columns("/record/run", [], columns)
+
+
+def show(value: Any) -> Any:
+    """A property as the viewer lists it."""
+    return value if isinstance(value, str | int | float | bool) else json.dumps(value)
+
+
+def body_chunks(body: RecordedBody) -> Iterator[Chunk]:
+    """A body's looks, and its first pose until rows move it."""
+    if body.qpos is None:
+        yield static(body.path, pose(body.pose))
+    if body.kind == "ball":
+        yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
+    elif body.surfaces:
+        yield static(f"{body.path}/shape", mesh(body.surfaces))
+
+
+def part_chunks(part: RecordedPart) -> Iterator[Chunk]:
+    """The looks of what hangs on a body, and its place if it is fixed there."""
+    if part.qpos is None:
+        yield static(part.path, pose((*part.position, *part.quaternion)))
+    if part.surfaces:
+        yield static(f"{part.path}/shape", mesh(part.surfaces))
+
+
+def pose(numbers: Sequence[float]) -> rr.Transform3D:
+    """Position [m] and quaternion (w, x, y, z)."""
+    x, y, z, qw, qx, qy, qz = numbers
+    return rr.Transform3D(translation=[x, y, z], quaternion=rr.Quaternion(xyzw=[qx, qy, qz, qw]))
+
+
+def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
+    """One mesh of several surfaces: colours go to the vertices."""
+    parts = [(part, *corners_of(part)) for part in surfaces]
+    start = np.cumsum([0] + [len(vertices) for _, vertices, _, _ in parts])
+    return rr.Mesh3D(
+        vertex_positions=np.concatenate([vertices for _, vertices, _, _ in parts]),
+        triangle_indices=np.concatenate([faces + first for (_, _, faces, _), first in zip(parts, start, strict=False)]),
+        vertex_normals=np.concatenate([normals for _, _, _, normals in parts]),
+        vertex_colors=np.concatenate([np.tile(color(part.rgba), (len(vertices), 1)) for part, vertices, _, _ in parts]),
+    )
+
+
+def color(rgba: Sequence[float]) -> npt.NDArray[np.uint8]:
+    """Colour 0 to 1 as bytes."""
+    return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
+
+
+def corners_of(
+    part: Surface,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
+    """Vertices, faces and normals; where the surface has no normals, each face gets its own corners."""
+    faces = np.asarray(part.faces, np.uint32)
+    if part.normals is not None:
+        return part.vertices.astype(np.float32), faces, part.normals.astype(np.float32)
+    corners = part.vertices[faces].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    flat = np.arange(3 * len(faces), dtype=np.uint32).reshape(-1, 3)
+    return (
+        corners.reshape(-1, 3).astype(np.float32),
+        flat,
+        np.repeat(normal, 3, axis=0).astype(np.float32),
+    )
+
+
+def display_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Shapes of lights and placards; their colours come with the rows."""
+    for shown in scene.displays:
+        for part, surfaces in shown.surfaces.items():
+            if surfaces:
+                yield static(shown.part_path(part), mesh([replace(one, rgba=WHITE) for one in surfaces]))
+
+
+def fleet_chunks() -> Iterator[Chunk]:
+    """The wind's arrow over the fleet, and what the camera follows."""
+    wind = rr.Arrows3D.from_fields(colors=[WIND_COLOR], radii=[0.22], origins=[[0.0, 0.0, WIND_HEIGHT]])
+    yield static("/world/fleet/wind", wind)
+    followed = rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.001])  # a camera follows only what has a size
+    yield static("/world/fleet", followed)
+
+
+def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Shore and waypoints."""
+    if scene.shoreline:
+        closed = [np.vstack([ring, ring[:1]]) for ring in scene.shoreline]
+        strips = [np.insert(ring, 2, SHORE_HEIGHT, axis=1) for ring in closed]
+        shore = rr.LineStrips3D(strips, colors=[SHORE_COLOR], radii=[rr.Radius.ui_points(1.0)])
+        yield static("/world/shore", shore)
+    if scene.waypoints:
+        yield static("/world/waypoints", markers(scene.waypoints))
+        headed = [waypoint for waypoint in scene.waypoints if waypoint.heading is not None]
+        if headed:
+            yield static("/world/waypoints/headings", heading_arrows(headed))
+
+
+def markers(waypoints: Sequence[Waypoint]) -> rr.Points3D:
+    """Waypoints with their names."""
+    return rr.Points3D(
+        [waypoint.position for waypoint in waypoints],
+        labels=[waypoint.name for waypoint in waypoints],
+        colors=[WAYPOINT_COLOR],
+        radii=[0.6],
+        show_labels=True,
+    )
+
+
+def heading_arrows(waypoints: Sequence[Waypoint]) -> rr.Arrows3D:
+    """Arrows of 4 m where a waypoint wants a heading."""
+    angle = np.array([waypoint.heading for waypoint in waypoints], np.float64)
+    vectors = 4.0 * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    origins = [waypoint.position for waypoint in waypoints]
+    return rr.Arrows3D(origins=origins, vectors=vectors, colors=[WAYPOINT_COLOR], radii=[0.15])
+
+
+def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Names and colours of the plots' series."""
+    names, colors = [boat.name for boat in scene.boats()], boat_colors(scene.roster())
+    yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
+    yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
+
+
+def named_series(
+    boats: Sequence[str],
+    thrusters: Sequence[tuple[str, str]],
+    colors: Mapping[str, tuple[int, int, int]],
+    own: str = "",
+) -> Iterator[Chunk]:
+    """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
+    if boats:
+        for quantity in ("speed", "heading", "roll", "pitch"):
+            labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
+            lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
+            yield static(f"/plots/{quantity}{own}", lines)
+    if thrusters:
+        labels, shades = [" ".join(pair) for pair in thrusters], shaded([colors[boat] for boat, _ in thrusters])
+        for quantity in ("thrust", "steering"):
+            yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
+
+
+def shaded(colors: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:
+    """Every second series of one boat darker."""
+    seen: dict[tuple[int, int, int], int] = {}
+    out = []
+    for rgb in colors:
+        seen[rgb] = seen.get(rgb, -1) + 1
+        out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
+    return np.array(out).astype(np.uint8)

@@ -1,0 +1,263 @@
+"""From a recording to a video."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import UnknownNameError, VideoError
+from vrx_mj.recording.colors import boat_colors
+from vrx_mj.recording.reader import Record, read_record
+from vrx_mj.recording.video.caption import clock_line, name_boats, task_lines, write_lines
+from vrx_mj.recording.video.encoder import encoder_of
+from vrx_mj.recording.video.eye import Above, Chase, Eye, view_of
+from vrx_mj.recording.video.footage import Footage, Instant
+from vrx_mj.recording.video.stage import Stage
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+__all__ = ["VIEWS", "Film", "Shot", "write_video"]
+
+FloatArray = npt.NDArray[np.float64]
+Picture = npt.NDArray[np.uint8]
+VIEWS = ("both", "chase", "above")
+"""From where a video is seen; both: behind a boat, with the view from above in a corner."""
+SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}
+"""Width and height [pixels] by the kind of file."""
+RATES = {".mp4": 25.0, ".webp": 12.5, ".gif": 12.5}
+"""Pictures per second by the kind of file."""
+LARGEST = 4096
+"""Pixels along a side, at most."""
+INSET, INSET_EDGE = 0.34, 0.02
+"""Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
+TOLD_FOR = 4.0
+"""How long an event stands in the picture, in the video's time [s]."""
+MOST_EVENTS = 3
+LEAST, MOST = 0.001, 1000.0
+"""Pictures per second, and simulated seconds per second, at least and at most."""
+FRAME = (235, 245, 255)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """How a recording is filmed."""
+
+    view: str = "both"
+    """Of `VIEWS`."""
+    boat: str | None = None
+    """The boat that is followed; None: the one that the task scores, or the first."""
+    size: tuple[int, int] | None = None
+    """Width and height [pixels]; None: by the kind of file."""
+    fps: float | None = None
+    """Pictures per second; None: by the kind of file."""
+    speed: float = 1.0
+    """Simulated seconds per second of the video."""
+    begin: float | None = None
+    """First simulated time [s]; None: that of the recording."""
+    end: float | None = None
+    """Last simulated time [s]; None: that of the recording."""
+    captions: bool = True
+    """Whether time, score, names and events are written into the pictures."""
+
+
+def write_video(
+    source: str | Path | Record,
+    path: str | Path,
+    shot: Shot | None = None,
+    *,
+    eye: Callable[[float], Eye] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> int:
+    """Draw a recording into a video, without a display; returns the number of its pictures.
+
+    The same recording gives the same pictures on the same machine.
+
+    Args:
+        source: a recording, or its file.
+        path: the video: `.mp4`, `.webp` or `.gif`.
+        shot: how it is filmed.
+        eye: a camera of your own instead of that of `shot.view`: where it is at a simulated time [s].
+        progress: called after every picture with the number of those that are drawn, and of all.
+
+    Raises:
+        VideoError: the file or how it is filmed is invalid, or its encoder is not installed.
+        UnknownNameError: there is no such boat.
+        RecordError: the file is no recording, or has no motion.
+        RenderError: there is no way to draw here, with what to install.
+    """
+    target = Path(path)
+    encoder = encoder_of(target)
+    recorded = (source if isinstance(source, Record) else read_record(source)).sound()
+    suffix = target.suffix.lower()
+    film = Film(recorded, shot or Shot(), size=SIZES[suffix], fps=RATES[suffix], eye=eye)
+    part = target.with_name(f".{target.name}.part")  # a video that fails leaves an older one as it is
+    try:
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        part.touch()
+        try:
+            with closing(film):
+                encoder(part, film.pictures(progress), len(film.times), film.rate)
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        raise VideoError(f"cannot write the video '{target}': {error.strerror or error}") from error
+    return len(film.times)
+
+
+class Film:
+    """The pictures of a recording. `close` it when they are drawn."""
+
+    def __init__(
+        self,
+        recorded: Record,
+        shot: Shot,
+        *,
+        size: tuple[int, int],
+        fps: float,
+        eye: Callable[[float], Eye] | None = None,
+    ) -> None:
+        """Plan what is drawn; `size` and `fps` are those of a shot that leaves them open."""
+        self._footage, self._shot = Footage(recorded), shot
+        if shot.view not in VIEWS:
+            raise UnknownNameError("view", shot.view, VIEWS)
+        self.size = checked_size(shot.size or size)
+        self.rate = Fraction(positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(
+            round(1.0 / LEAST)
+        )
+        self.times = self._times(positive("speed", shot.speed))
+        """Simulated time of every picture [s]."""
+        boat, found = followed(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
+        if not len(found[boat]):
+            raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
+        paths = {name: path for name, path in found.items() if len(path)}
+        self._paths, self._colors = paths, boat_colors(recorded.boats)
+        self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
+        self._stage: tuple[int, Stage] | None = None
+
+    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
+        """Every picture (height, width, 3), drawn when it is asked for."""
+        for number, time in enumerate(self.times, 1):
+            picture = self.picture(time)
+            if progress is not None:
+                progress(number, len(self.times))
+            yield picture
+
+    def picture(self, time: float) -> Picture:
+        """The picture of a simulated time [s]."""
+        moment, (width, height) = self._footage.at(time), self.size
+        first, *others = self._eyes
+        shown = self._seen(moment, first(time), self.size)
+        for other in others:
+            inset = self._seen(moment, other(time), (even(INSET * width), even(INSET * height)))
+            set_in(shown, inset)
+        if self._shot.captions:
+            self._write(shown, time)
+        return np.asarray(shown)
+
+    def close(self) -> None:
+        """Free the drawing context."""
+        if self._stage is not None:
+            self._stage[1].close()
+            self._stage = None
+
+    def _views(self, paths: Sequence[FloatArray], path: FloatArray) -> Sequence[Callable[[float], Eye]]:
+        """The cameras, the large picture's first: behind the boat of a path, and above those of all paths."""
+        level, (width, height), view = self._footage.level, self.size, self._shot.view
+        chase = () if view == "above" else (Chase(path, level).eye,)
+        return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
+
+    def _seen(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> Image:
+        """What an eye sees, with the boats' names."""
+        from PIL.Image import fromarray
+
+        shown = fromarray(self._staged(moment.company).draw(moment, eye, size))
+        if self._shot.captions:
+            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors)
+        return shown
+
+    def _staged(self, company: int) -> Stage:
+        """The world of the boats that sail together, with a context for the largest picture."""
+        if self._stage is None or self._stage[0] != company:
+            self.close()
+            self._stage = company, Stage(self._footage.company(company), self._paths, self.size)
+        return self._stage[1]
+
+    def _write(self, shown: Image, time: float) -> None:
+        """Time, task and score, and what has just happened."""
+        world, standing = str(self._footage.recorded.properties.get("world")), self._footage.standing(time)
+        lines = [clock_line(world, time, self._shot.speed)]
+        write_lines(shown, lines if standing is None else [*lines, *task_lines(standing)])
+        since = time - TOLD_FOR * self._shot.speed
+        events = [event for event in self._footage.recorded.events if since < event.time <= time and event.time > 0.0]
+        write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-MOST_EVENTS:]], bottom=True)
+
+    def _times(self, speed: float) -> tuple[float, ...]:
+        """Simulated times of the pictures [s]."""
+        shot, footage = self._shot, self._footage
+        begin = footage.start if shot.begin is None else shot.begin
+        end = footage.end if shot.end is None else shot.end
+        if not footage.start - 1e-9 <= begin < end + 1e-9 or end > footage.end + 1e-9:
+            raise VideoError(
+                f"invalid span {begin:g} s to {end:g} s: the recording goes from {footage.start:g} to {footage.end:g} s"
+            )
+        step = speed / float(self.rate)
+        return tuple(begin + number * step for number in range(math.floor((end - begin) / step + 1e-6) + 1))
+
+
+def followed(recorded: Record, boat: str | None) -> str:
+    """The boat that is followed: the given one, or that which the task scores, or the first.
+
+    Raises:
+        UnknownNameError: there is no such boat.
+        VideoError: there is no boat.
+    """
+    boats = recorded.boats
+    if not boats:
+        raise VideoError(f"'{recorded.path}' has no boat to follow")
+    if boat is not None and boat not in boats:
+        raise UnknownNameError("boat", boat, boats)
+    task = recorded.companies[0].parameters.get("task") or {}
+    scored = str(task.get("boat"))
+    return boat or (scored if scored in boats else next(iter(boats)))
+
+
+def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height [pixels], even, as videos need them."""
+    if any(side < 16 or side > LARGEST or side % 2 for side in size):
+        width, height = size
+        raise VideoError(f"invalid size {width}x{height}: two even numbers of pixels from 16 to {LARGEST} are needed")
+    return size
+
+
+def positive(name: str, value: float) -> float:
+    """A number that pictures can be counted by."""
+    if not LEAST <= value <= MOST:
+        raise VideoError(f"invalid {name} {value:g}: a number from {LEAST:g} to {MOST:g} is needed")
+    return value
+
+
+def even(number: float) -> int:
+    """The even number nearest to a number."""
+    return 2 * round(number / 2.0)
+
+
+def set_in(picture: Image, inset: Image) -> None:
+    """Set a small picture into the upper right corner of a large one, in a thin frame."""
+    from PIL import ImageOps
+
+    edge, line = round(INSET_EDGE * picture.width), max(1, round(picture.height / 360))
+    framed = ImageOps.expand(inset, line, FRAME)
+    picture.paste(framed, (picture.width - edge - framed.width, edge))

@@ -1,0 +1,1 @@
+"""Learning: environments of Gymnasium and PettingZoo."""

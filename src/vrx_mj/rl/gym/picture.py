@@ -1,0 +1,73 @@
+"""Pictures of rows."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.config.poses import rotation
+from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.world import World
+from vrx_mj.physics.tables import Table
+from vrx_mj.runtime.batch import Batch
+from vrx_mj.sensors.camera import Cameras
+
+__all__ = ["Picture"]
+
+BEHIND, ABOVE, DOWN = 12.0, 6.0, 0.35
+"""Where the camera is [m], and by how much it looks down [rad]."""
+
+
+class Picture:
+    """A camera; the model it draws is made for the first picture."""
+
+    def __init__(self, world: World, width: int, height: int) -> None:
+        self._world = world
+        self._lens = CameraConfig(name="picture", link="base_link", width=width, height=height, noise=0.0)
+        self._model: mujoco.MjModel | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is made for the first picture."""
+        return {"_world": self._world, "_lens": self._lens, "_model": None}
+
+    def close(self) -> None:
+        """Free the drawing context; the next picture makes a new one."""
+        if self._model is not None:
+            self._cameras.close()
+
+    def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a row, from behind and above its first boat."""
+        x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
+        yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
+        place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
+        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw), batch.waves(row))
+
+    def take(
+        self,
+        qpos: npt.NDArray[np.float64],
+        time: float,
+        place: npt.NDArray[np.float64],
+        turned: tuple[float, float, float],
+        waves: Table,
+    ) -> npt.NDArray[np.uint8]:
+        """The picture (height, width, 3) of a state.
+
+        Args:
+            qpos: MuJoCo's positions.
+            time: simulated [s], for the waves.
+            place: of the camera (3,) [m].
+            turned: its roll, pitch and yaw [rad]; x is forward.
+            waves: `tables.WAVE` of the sea.
+        """
+        if self._model is None:
+            self._model = drawing_model(self._world)
+            self._data = mujoco.MjData(self._model)
+            self._cameras = Cameras(self._model, self._world.parameters)
+        self._data.qpos[:] = qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        self._cameras.set_sea(waves)
+        axes = np.array(rotation(*turned))
+        rgb: npt.NDArray[np.uint8] = self._cameras.image(self._lens, self._data, place, axes, time).rgb
+        return rgb

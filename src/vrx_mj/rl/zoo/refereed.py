@@ -1,0 +1,112 @@
+"""One world with a referee, as a batch of one row: what `TeamVectorEnv` wants of it, done by a `Simulation`."""
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import DivergedError
+from vrx_mj.mjcf.world import World
+from vrx_mj.physics.tables import WAVE, Table, table
+from vrx_mj.rl.gym.problem import Mask
+from vrx_mj.rl.gym.seen import Floats
+from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.simulation import Simulation
+
+__all__ = ["RefereedRow"]
+
+Rows = npt.NDArray[np.int64]
+HEIGHT = 0.1
+"""Of a boat's origin over the water where it joins [m]."""
+
+
+class RefereedRow:
+    """A row whose boats are scored. Names and meanings are those of `vrx_mj.Batch`; there is no row but 0."""
+
+    n = 1
+
+    def __init__(self, world: World) -> None:
+        self.sim = Simulation(world)
+        self.diverged: Mask = np.zeros(1, np.bool_)
+        rows = {(world.boats[row["hull"]], row["name"]): row for row in world.parameters["thrusters"]}
+        newtons = world.parameters["profile"] == "vrx3"
+        given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
+        limits = {channel: _limits(rows, *channel, newtons=newtons) for channel in given}
+        useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
+        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE)))
+        self.largest = np.array([limits[channel] for channel in self.channels])
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats."""
+        return self.sim.boats
+
+    @property
+    def features(self) -> Floats:
+        """(1, boats, 13): position, quaternion, velocity and angular velocity of every boat."""
+        seen = self.sim.observe()
+        parts = (
+            (seen[boat].position, seen[boat].quaternion, seen[boat].velocity, seen[boat].angular_velocity)
+            for boat in self.boats
+        )
+        return np.array([[np.concatenate(part) for part in parts]])
+
+    @property
+    def wind(self) -> Floats:
+        """(1, 2): the wind's velocity [m/s], east and north."""
+        return np.asarray(self.sim.wind.velocity(self.sim.time))[None, :2]
+
+    @property
+    def time(self) -> Floats:
+        """(1,) [s]."""
+        return np.array([self.sim.time])
+
+    @property
+    def qpos(self) -> Floats:
+        """(1, nq): the positions of MuJoCo's model."""
+        return np.asarray(self.sim.data.qpos)[None]
+
+    def waves(self, row: int) -> Table:
+        """Waves of the world's sea, `tables.WAVE`."""
+        return table(WAVE, self.sim.world.parameters["sea"]["waves"])
+
+    def sea_height(self, x: Floats, y: Floats) -> Floats:
+        """Height [m] of the sea at points x, y, (1, points) [m], now."""
+        return np.asarray(self.sim.sea.height(x, y, self.sim.time))
+
+    def afloat(self, boat: str, places: Floats, rows: Rows) -> tuple[Floats, Floats]:
+        """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
+        x, y, yaw = places.T
+        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + HEIGHT
+        return np.stack((x, y, height, none, none, yaw), axis=1), np.zeros((len(x), 6))
+
+    def reset(self, rows: Rows, *, seed: list[int]) -> None:
+        """Go back to the start."""
+        if len(rows):
+            self.diverged[:] = False
+            self.sim.reset(seed[0])
+
+    def step(self, values: Floats, *, duration: float, rows: Rows) -> None:
+        """Advance under commands (rows, channels)."""
+        if not len(rows):
+            return
+        commands: dict[str, dict[str, float]] = {boat: {} for boat in self.boats}
+        for (boat, name), value in zip(self.channels, values[0].tolist(), strict=True):
+            commands[boat][name] = value
+        try:
+            self.sim.step(commands, duration=duration)
+        except DivergedError:
+            self.diverged[:] = True
+            raise
+
+    def set_boat(self, boat: str, *, pose: Floats, velocity: Floats, rows: Rows) -> None:
+        """Put a boat somewhere, moving."""
+        if len(rows):
+            self.sim.set_boat(boat, pose=pose[0].tolist(), velocity=velocity[0].tolist())
+
+
+def _limits(rows: dict[tuple[str, str], dict[str, float]], boat: str, name: str, *, newtons: bool) -> list[float]:
+    """The least and the greatest command that changes anything."""
+    row = rows.get((boat, name))
+    if row is None:
+        greatest = float(rows[boat, name.removesuffix(ANGLE)]["max_angle"])
+        return [-greatest, greatest]
+    return [-abs(float(row["max_reverse"])), float(row["max_forward"])] if newtons else [-1.0, 1.0]

@@ -1,0 +1,90 @@
+"""ROS 2's messages: their types, and their bytes as DDS carries them.
+
+What the table makes are ROS 1's messages. Most have the same fields in ROS 2, but for the header's `seq`, which is not
+written, and capital letters; types that only ROS 2 has are made by `kind`. Types are named as in ROS 1,
+`sensor_msgs/Imu`.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.messages import LARGEST, Message, full_name
+
+__all__ = ["decode", "encode", "fields", "is_known", "kind", "typestore"]
+
+DEFINITIONS = Path(__file__).parent / "definitions_ros2"
+ENCODINGS = (b"\x00\x00", b"\x00\x01")
+"""Big-endian and little-endian."""
+HEAD = 4
+"""Bytes before a message."""
+
+
+@cache
+def typestore() -> Typestore:
+    """Every type that is known, as ROS 2 Jazzy has it."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.max_sequence_length = LARGEST
+    types = {}
+    for file in sorted(DEFINITIONS.glob("*/*.msg")):
+        types.update(get_types_from_msg(file.read_text("utf-8"), f"{file.parent.name}/msg/{file.stem}"))
+    store.register(types)
+    return store
+
+
+def is_known(type_name: str) -> bool:
+    """Whether there is such a message type."""
+    return full_name(type_name) in typestore().types
+
+
+@cache
+def kind(type_name: str) -> Any:
+    """The class of a type's messages; it takes all fields."""
+    return typestore().types[full_name(type_name)]
+
+
+@cache
+def fields(type_name: str) -> Sequence[tuple[str, str | None]]:
+    """Names of a type's fields in their order, each with the message type that it has or is a list of."""
+    return tuple((name, _message_in(what)) for name, what in typestore().fielddefs[full_name(type_name)][1])
+
+
+def encode(message: Message, type_name: str) -> bytes:
+    """The message in CDR, with the four bytes before it that name its encoding."""
+    if type_name in _LARGE_LETTERS and not isinstance(message, kind(type_name)):
+        small = {name: getattr(message, _LARGE_LETTERS[type_name].get(name, name)) for name, _ in fields(type_name)}
+        message = kind(type_name)(**small)
+    return bytes(typestore().serialize_cdr(message, full_name(type_name)))
+
+
+def decode(raw: bytes, type_name: str) -> Message:
+    """A message from its bytes; some senders leave a few more after them.
+
+    Raises:
+        CommandError: they are no such message.
+    """
+    try:
+        if raw[:2] not in ENCODINGS or len(raw) < HEAD:
+            raise ValueError(f"they begin with {raw[:HEAD].hex(' ')}, which is not plain CDR")
+        read = typestore().get_msgdef(full_name(type_name))
+        parse = read.deserialize_cdr_le if raw[1] else read.deserialize_cdr_be
+        return parse(memoryview(raw)[HEAD:], 0, read.cls, typestore())[0]
+    except Exception as error:  # rosbags raises what numpy and struct raise
+        raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
+
+
+_LARGE_LETTERS = {"sensor_msgs/CameraInfo": {"d": "D", "k": "K", "r": "R", "p": "P"}}
+"""Fields that ROS 1 calls by other names."""
+
+
+def _message_in(field: Any) -> str | None:
+    node, about = field
+    if node == Nodetype.NAME:
+        return str(about).replace("/msg/", "/")
+    return None if node == Nodetype.BASE else _message_in(about[0])

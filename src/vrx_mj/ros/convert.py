@@ -1,0 +1,300 @@
+"""From a recording to a bag: the topics of a served simulation, as far as the recording holds what they tell."""
+
+import heapq
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import RecordError
+from vrx_mj.recording.companies import Company, columns_in
+from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
+from vrx_mj.recording.readings import RecordedReadings
+from vrx_mj.recording.session import check_columns
+from vrx_mj.ros.bagging import COMMAND
+from vrx_mj.ros.bags import Bag
+from vrx_mj.ros.messages import Message, encode, new
+from vrx_mj.ros.offer import Output
+from vrx_mj.ros.table import make_table
+from vrx_mj.ros.table.boats import command_topic, description
+from vrx_mj.ros.table.bodies import Bodies, header, turned, vector
+from vrx_mj.ros.table.host import Host
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.state import State
+from vrx_mj.sensors.readings import Reading
+from vrx_mj.tasks.frame import EARLY
+
+__all__ = ["convert"]
+
+FloatArray = npt.NDArray[np.float64]
+Progress = Callable[[float, float], None]
+"""Takes the recorded time that is reached and that of the end [s]."""
+ANGLE = "_angle"
+"""Ends the name of a command that turns an engine."""
+ROW_RATE = 1e3
+"""Of `/clock` [Hz]: more than rows have, so that it is told at each."""
+ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
+P3D = "sensors/position/p3d_wamv"
+"""VRX's topic of where a boat really is, for one that has no such sensor."""
+UNKNOWN = frozenset({"/gazebo/performance_metrics", "/vrx/debug/contact"})
+"""What a recording does not hold."""
+MOVING = ("/clock", "/tf", "/tf_static", "/gazebo/", "/vrx/debug/wind/")
+"""Beginnings of topics that rows tell; each boat's joints are too, and all others follow from the saved states."""
+KEPT = 2
+"""Companies whose simulation is kept: rows and states of two alternate where boats come or go."""
+
+
+def convert(source: str | Path, target: str | Path, progress: Progress | None = None) -> int:
+    """Write a recording into a bag; the number of its messages. `progress` is called at every row of the recording.
+
+    Raises:
+        RecordError: the source is no recording, or the bag cannot be written.
+    """
+    recorded = read_record(source).sound()
+    bag = Bag(target)
+    bag.start()
+    try:
+        return Conversion(recorded, bag).run(progress)
+    finally:
+        bag.close()
+
+
+class Moment:
+    """A moment of a recording: as much of a simulation as the outputs of the table ask of one.
+
+    What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state.
+    """
+
+    def __init__(self, recorded: Record, company: Company) -> None:
+        """The company's world, at no moment yet."""
+        self.layout, self.time, self.data = company.layout, 0.0, SimpleNamespace()
+        self.columns = columns_in(recorded.layout, company.layout)
+        east, north = recorded.wind_direction
+        self.wind = SimpleNamespace(speed=0.0, direction=math.atan2(north, east))
+        self._sim = Simulation(company.world)
+        check_columns(company, self._sim.model)
+        self._thrusters = {boat: self._sim.observe()[boat].thrusters for boat in self._sim.boats}
+        self._row = self._sim.row()
+        self.show(self._row)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sim, name)
+
+    def show(self, row: FloatArray) -> None:
+        """Go to the moment of a row in the company's columns."""
+        self._row, self.time, self.wind.speed = row, float(row[0]), float(row[1])
+        self.data = SimpleNamespace(qpos=row[self.layout.qpos], qvel=row[self.layout.qvel], time=self.time)
+
+    def resume(self, saved: SavedState) -> None:
+        """Have the task be as in a saved state."""
+        self._sim.set_state(State.from_bytes(saved.blob))
+
+    def steering(self, boat: str) -> dict[str, float]:
+        """How far each of a boat's engines and rudders is turned [rad]."""
+        return self._engines(boat, self.layout.angle)
+
+    def thrust(self, boat: str) -> dict[str, float]:
+        """Force of each of a boat's engines and rudders [N]."""
+        return self._engines(boat, self.layout.thrust)
+
+    def commands(self, boat: str) -> Iterator[tuple[str, float]]:
+        """Commands that would have made a boat's engines push and turn as they did."""
+        thrust, angle = self.thrust(boat), self.steering(boat)
+        for name in self._sim.command_names(boat):
+            if name.endswith(ANGLE):
+                yield name, angle[name.removesuffix(ANGLE)]
+            elif name in self._thrusters[boat]:
+                yield name, self._thrusters[boat][name].command(thrust[name])
+
+    def _engines(self, boat: str, columns: slice) -> dict[str, float]:
+        values = self._row[columns]
+        return {name: float(values[i]) for i, (owner, name) in enumerate(self.layout.thrusters) if owner == boat}
+
+
+class RecordingHost:
+    """Has the outputs of the table made; the rest of a host is for those who change something."""
+
+    cmd_vel, truth, paused = "thrust", True, True
+
+    def __init__(self, sim: Simulation, bodies: Bodies) -> None:
+        self.sim, self.bodies = sim, bodies
+
+    def __getattr__(self, name: str) -> Any:
+        def never(*_arguments: object) -> Any:
+            raise AssertionError(f"a recording cannot {name}")
+
+        return never
+
+    def description(self, boat: str) -> str:
+        """A boat's URDF; a VrxError where the files that it was made of are not here."""
+        return description(self.sim.world, boat)
+
+
+class SegmentOutputs(NamedTuple):
+    """What is told while a company sails."""
+
+    moment: Moment
+    bodies: Bodies
+    moving: Sequence[Output]
+    """Made of rows."""
+    saved: Sequence[Output]
+    """Made of saved states."""
+    measured: Mapping[tuple[str, str], Sequence[Output]]
+    """By boat and sensor, made of readings."""
+    places: Mapping[str, str]
+    """Topics that tell where a boat is and how it moves, of boats whose own sensor for that was not recorded."""
+
+
+class Conversion:
+    """A recording on its way into a bag."""
+
+    def __init__(self, recorded: Record, bag: Bag) -> None:
+        self._recorded, self._bag = recorded, bag
+        self._alike = {one.layout: one for one in recorded.companies[::-1]}
+        self._known: dict[str, SegmentOutputs] = {}
+        self._numbers: dict[str, int] = {}
+        self._last: dict[str, bytes] = {}
+        self._count = 0
+
+    def run(self, progress: Progress | None = None) -> int:
+        """Write all in the order of time; the number of messages."""
+        recorded = self._recorded
+        end = float(recorded.time[-1]) if len(recorded.time) else 0.0
+        rows = zip(recorded.row_companies.tolist(), recorded.rows, strict=True)
+        readings = read_readings(recorded.path, recorded.sensors) if recorded.sensors else ()
+        streams: list[Iterator[tuple[float, int, int, Any]]] = [
+            ((float(row[0]), 0, i, (number, row)) for i, (number, row) in enumerate(rows)),
+            ((saved.time, 1, i, saved) for i, saved in enumerate(recorded.states)),
+            *(self._readings(number, found) for number, found in enumerate(readings, 2)),
+            ((event.time, 1 << 20, i, event) for i, event in enumerate(recorded.events)),
+        ]
+        for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
+            self._tell(time, found)
+            if progress is not None:
+                progress(time, end)
+        return self._count
+
+    def _readings(self, number: int, readings: RecordedReadings) -> Iterator[tuple[float, int, int, Any]]:
+        sensor = readings.sensor
+        return (
+            (float(time), number, i, ((sensor.boat, sensor.name), readings, i)) for i, time in enumerate(readings.time)
+        )
+
+    def _tell(self, time: float, found: Any) -> None:
+        if isinstance(found, SavedState):
+            self._tell_state(time, found)
+        elif isinstance(found, Event):
+            self._bag.log(found.level, found.text)
+        elif isinstance(found[1], np.ndarray):
+            self._tell_row(time, *found)
+        else:
+            key, readings, i = found
+            self._tell_reading(time, key, readings[i])
+
+    def _tell_row(self, time: float, number: int, row: FloatArray) -> None:
+        told = self._told(self._alike[self._recorded.companies[number].layout])
+        told.moment.show(row[told.moment.columns])
+        for output in told.moving:
+            self._output(output, time)
+        for boat, topic in told.places.items():
+            if self._is_due(topic, ODOMETRY_RATE, time):
+                self._write(topic, ODOMETRY, odometry(told.bodies, boat, time), time)
+        for boat in told.moment.boats:
+            for name, value in told.moment.commands(boat):
+                self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
+
+    def _tell_state(self, time: float, saved: SavedState) -> None:
+        world = State.from_bytes(saved.blob).world
+        company = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
+        if company is None:
+            raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s is of another world")
+        told = self._told(company)
+        told.moment.resume(saved)
+        before, told.moment.time = told.moment.time, time
+        for output in told.saved:
+            self._output(output, time)
+        told.moment.time = before
+
+    def _tell_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
+        told = next((told for told in reversed(self._known.values()) if key in told.measured), None)
+        for output in told.measured[key] if told else ():
+            message = output.make(reading)
+            if message is not None:
+                self._write(output.name, output.type, message, time, latched=output.latched)
+
+    def _output(self, output: Output, time: float) -> None:
+        """Write an output if it is due; one without a rate, if it is new."""
+        if output.rate > 0.0 and not self._is_due(output.name, output.rate, time):
+            return
+        message = output.make()
+        if message is None:
+            return
+        if output.rate == 0.0:
+            raw = encode(message, output.type)
+            if self._last.get(output.name) == raw:
+                return
+            self._last[output.name] = raw
+        self._write(output.name, output.type, message, time, latched=output.latched)
+
+    def _is_due(self, topic: str, rate: float, time: float) -> bool:
+        number = math.floor((time + EARLY) * rate)
+        if number <= self._numbers.get(topic, -1):
+            return False
+        self._numbers[topic] = number
+        return True
+
+    def _write(self, topic: str, kind: str, message: Message, time: float, *, latched: bool = False) -> None:
+        self._bag.write(topic, kind, message, time, latched=latched)
+        self._count += 1
+
+    def _told(self, company: Company) -> SegmentOutputs:
+        """What is told while this company sails."""
+        name = company.world_sha256
+        told = self._known.pop(name, None) or outputs_of(self._recorded, company)
+        self._known[name] = told
+        while len(self._known) > KEPT:
+            del self._known[next(iter(self._known))]
+        return told
+
+
+def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
+    """The topics of a company, by where their messages come from."""
+    moment = Moment(recorded, company)
+    sim = cast("Simulation", moment)
+    bodies = Bodies(sim)
+    outputs = make_table(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE).outputs.values()
+    there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
+    recorded_ones = [(one.boat, one.name) for one in recorded.sensors]
+    measured: dict[tuple[str, str], list[Output]] = {key: [] for key in recorded_ones if key in there}
+    places = {boat: f"/{boat}/{P3D}" for boat in sim.boats}
+    moving: list[Output] = []
+    saved: list[Output] = []
+    for output in outputs:
+        if output.sensor is not None:
+            boat = output.sensor[0]
+            if output.sensor in measured:
+                measured[output.sensor].append(output)
+            if output.type == ODOMETRY:
+                places[boat] = output.name
+        elif output.name not in UNKNOWN:
+            is_moving = output.name.startswith(MOVING) or output.name.endswith("/joint_states")
+            (moving if is_moving else saved).append(output)
+    own = {output.name for several in measured.values() for output in several}
+    places = {boat: topic for boat, topic in places.items() if topic not in own}
+    return SegmentOutputs(moment, bodies, moving, saved, measured, places)
+
+
+def odometry(bodies: Bodies, boat: str, time: float) -> Message:
+    """nav_msgs/Odometry as VRX's P3D tells it: of `base_link` in `map`, velocities in the axes of the world."""
+    placed = bodies.model(boat)
+    return new(
+        ODOMETRY,
+        header=header(time, "map"),
+        child_frame_id=f"{boat}/base_link",
+        pose={"pose": {"position": vector(placed.position), "orientation": turned(placed.quaternion)}},
+        twist={"twist": {"linear": vector(placed.velocity), "angular": vector(placed.spin)}},
+    )

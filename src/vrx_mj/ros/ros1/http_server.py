@@ -1,0 +1,245 @@
+"""The answering end of XML-RPC over HTTP."""
+
+import asyncio
+import contextlib
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from typing import Any
+
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.access import Names
+from vrx_mj.ros.intake import SMALL, Intake, Place
+from vrx_mj.ros.ros1.connection_limit import ConnectionLimit
+from vrx_mj.ros.ros1.http import LARGEST_HEAD, read_head
+from vrx_mj.ros.ros1.notices import Notices
+from vrx_mj.ros.ros1.pace import Pace
+from vrx_mj.ros.ros1.parameters import value_size
+from vrx_mj.ros.ros1.request import checked_size
+from vrx_mj.ros.ros1.xmlrpc import Fault, answer_bytes, fault_bytes, read
+
+__all__ = ["Answerer", "HttpServer"]
+
+Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
+"""Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
+
+HANDSHAKE = 10.0
+"""Wall time in which a first request must begin to come [s]."""
+IDLE = 60.0
+"""Wall time that a connection is kept for another request [s]."""
+STALL = 5.0
+"""Wall time in which a head that has begun, and each portion of a body or an answer, must be through [s]."""
+PORTION = 1 << 16
+"""[bytes]"""
+ALL_BODIES = 1 << 27
+"""Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
+MOST_CALLS = 1000
+"""Of one system.multicall."""
+LARGEST_ANSWER = 1 << 26
+"""Bytes of the values that a system.multicall gives, about."""
+
+
+class Lane:
+    """Calls that are done one after the other, in the order in which they came, within a share of the time."""
+
+    def __init__(self) -> None:
+        self._lock = asyncio.Lock()
+        self._pace = Pace(time.monotonic)
+        self._next = 0.0
+
+    @contextlib.asynccontextmanager
+    async def turn(self, is_gone: Callable[[], bool]) -> AsyncIterator[None]:
+        """Wait until it is one's turn; ConnectionError: nobody waits for the answer any more."""
+        async with self._lock:
+            await asyncio.sleep(self._next - time.monotonic())
+            if is_gone():
+                raise ConnectionAbortedError
+            began = time.thread_time()
+            try:
+                yield
+            finally:
+                self._next = time.monotonic() + self._pace.wait(time.thread_time() - began)
+
+
+class HttpServer:
+    """Answers calls of programs, those of a connection one after the other.
+
+    Calls are answered in the order in which they are whole; those that are large, or have large answers, in a lane of
+    their own. Who sends or takes slowly holds up nobody, and who calls often waits for as many as others do.
+    """
+
+    def __init__(
+        self, title: str, answer: Answerer, connection_limit: ConnectionLimit, notices: Notices,
+        names: Names | None = None,
+    ) -> None:  # fmt: skip
+        self.title = title
+        self._answer, self._connection_limit, self._notices = answer, connection_limit, notices
+        self._names = names or Names()
+        self._intake = Intake(ALL_BODIES)
+        self._lane, self._lane_of_large = Lane(), Lane()
+        self._servers: list[asyncio.Server] = []
+        self._is_open = True
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def start(self, hosts: Sequence[str], port: int) -> int:
+        """Listen; returns the port, a free one where 0 is given. OSError: that cannot be done."""
+        for host in hosts:
+            server = await asyncio.start_server(self._serve, host, port, limit=LARGEST_HEAD, backlog=256)
+            self._servers.append(server)
+            port = server.sockets[0].getsockname()[1]
+        return port
+
+    async def close(self) -> None:
+        """Close all connections."""
+        self._is_open = False
+        for server in self._servers:
+            server.close()
+        for _ in range(8):  # what asyncio has accepted begins in the loop's next turns, and finds it closed
+            await asyncio.sleep(0)
+        own = asyncio.current_task()
+        tasks = [task for task in self._tasks if task is not own]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._servers.clear()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        place = Place(str((writer.get_extra_info("peername") or ("?",))[0]), writer.transport.abort)
+        if not self._is_open:
+            writer.transport.abort()
+            return
+        if not self._connection_limit.enter(place):
+            text = f"{self.title}: too many connections; one of {place.host} refused"
+            self._notices.tell("WARN", "crowd", place.host, text)
+            writer.transport.abort()
+            return
+        self._tasks.add(task)
+        writer.transport.set_write_buffer_limits(0)  # so that to drain is to have sent all
+        try:
+            await self._requests(reader, writer, place)
+        except (CommandError, Fault) as error:
+            kind = getattr(error, "status", "http")
+            text = f"{self.title}: refused a request of {place.host}: {error}"
+            self._notices.tell("WARN", kind, place.host, text)
+        except (OSError, EOFError, TimeoutError, asyncio.CancelledError):
+            pass  # it has gone, was too slow, or all is closed
+        finally:
+            self._tasks.discard(task)
+            self._connection_limit.leave(place)
+            self._intake.hold(place, 0)
+            writer.transport.abort()
+
+    async def _requests(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, place: Place) -> None:
+        patience, goes_on = HANDSHAKE, True
+        reached = str((writer.get_extra_info("sockname") or ("",))[0])
+        while goes_on:
+            words, fields = await self._head(reader, place, patience)
+            try:
+                size = checked_size(words, fields, lambda host: self._names.has(host, reached))
+            except CommandError as error:
+                status = getattr(error, "status", "400 Bad Request")
+                await self._send(writer, status, str(error).encode("utf-8", "replace"), place, keep=False)
+                raise
+            goes_on = _keeps(words[2], fields)
+            if fields.get("expect", "").lower() == "100-continue":
+                writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
+            body = await self._body(reader, place, size)
+            answer = await self._answered(body, place, lambda: writer.transport.is_closing() or reader.at_eof())
+            await self._send(writer, "200 OK", answer, place, keep=goes_on)
+            patience = IDLE
+
+    async def _head(
+        self, reader: asyncio.StreamReader, place: Place, patience: float
+    ) -> tuple[list[str], dict[str, str]]:  # fmt: skip
+        self._connection_limit.wait(place)
+        async with asyncio.timeout(patience):
+            first = await reader.readexactly(1)
+        async with asyncio.timeout(STALL):
+            return await read_head(reader, first)
+
+    async def _body(self, reader: asyncio.StreamReader, place: Place, size: int) -> bytearray:
+        self._connection_limit.wait(place)
+        body = bytearray()
+        while len(body) < size:
+            goal = min(size, len(body) + PORTION)
+            async with asyncio.timeout(STALL):
+                while len(body) < goal:
+                    part = await reader.read(goal - len(body))
+                    if not part:
+                        raise EOFError
+                    body += part
+                    self._intake.hold(place, len(body))
+        return body
+
+    async def _answered(self, body: bytearray, place: Place, is_gone: Callable[[], bool]) -> bytes:
+        """The answer to a call, when it is its turn; ConnectionError: nobody waits for it any more."""
+        lane = self._lane if len(body) <= SMALL else self._lane_of_large
+        try:
+            async with lane.turn(is_gone):
+                values, method = await read(body)
+                value = await self._called(method, values, place.host)
+                if lane is self._lane_of_large or value_size(value) <= SMALL:
+                    return answer_bytes(value)
+            async with self._lane_of_large.turn(is_gone):
+                return answer_bytes(value)
+        except CommandError as error:
+            text = f"{self.title}: refused a call of {place.host}: {error}"
+            self._notices.tell("WARN", "xmlrpc", place.host, text)
+            return fault_bytes(str(error))
+        except Fault as fault:
+            return fault_bytes(fault.faultString)
+
+    async def _called(self, method: str | None, values: Sequence[Any], host: str) -> Any:
+        if method is None:
+            raise CommandError("an answer instead of a call")
+        if method != "system.multicall":
+            return await self._answer(method, values, host)
+        answers, size = [], 0
+        for call in _calls(values):
+            answers.append(await self._one_of_many(call, host))
+            size += value_size(answers[-1])
+            if size > LARGEST_ANSWER:
+                raise CommandError(f"system.multicall: answers of more than {LARGEST_ANSWER} bytes")
+            await asyncio.sleep(0)
+        return answers
+
+    async def _one_of_many(self, call: Any, host: str) -> Any:
+        """A call in a `system.multicall`: its value in a list, or a fault."""
+        try:
+            method, values = call["methodName"], call["params"]
+            if not isinstance(method, str) or not isinstance(values, list):
+                raise CommandError("a call needs a name and a list of values")
+            return [await self._answer(method, values, host)]
+        except (CommandError, Fault, LookupError, TypeError) as error:
+            return {"faultCode": 1, "faultString": getattr(error, "faultString", str(error))}
+
+    async def _send(
+        self, writer: asyncio.StreamWriter, status: str, body: bytes, place: Place, *, keep: bool
+    ) -> None:  # fmt: skip
+        """Send an answer, as fast as it is taken."""
+        head = (
+            f"HTTP/1.1 {status}\r\nServer: vrx_mj\r\nContent-Type: text/xml\r\nContent-Length: {len(body)}\r\n"
+            f"Connection: {'keep-alive' if keep else 'close'}\r\n"
+        )
+        if status.startswith("405"):
+            head += "Allow: POST\r\n"
+        data = memoryview(f"{head}\r\n".encode() + body)
+        self._connection_limit.wait(place)
+        for at in range(0, len(data), PORTION):
+            self._intake.hold(place, len(data) - at)
+            writer.write(data[at : at + PORTION])
+            async with asyncio.timeout(STALL):
+                await writer.drain()
+        self._intake.hold(place, 0)
+
+
+def _calls(values: Sequence[Any]) -> list[Any]:
+    if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
+        raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
+    return values[0]
+
+
+def _keeps(version: str, fields: Mapping[str, str]) -> bool:
+    wish = fields.get("connection", "").lower()
+    return wish != "close" if version == "HTTP/1.1" else wish == "keep-alive"

@@ -1,0 +1,239 @@
+"""A topic that we listen to over TCPROS: a connection to each publisher, made anew while it is registered."""
+
+import asyncio
+import socket
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.intake import Intake, Place
+from vrx_mj.ros.messages import Message, decode, definition, md5sum
+from vrx_mj.ros.ros1.frames import Splitter
+from vrx_mj.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
+from vrx_mj.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
+from vrx_mj.ros.ros1.incoming import keep_alive
+from vrx_mj.ros.ros1.names import LONGEST
+from vrx_mj.ros.ros1.notices import Notices
+from vrx_mj.ros.ros1.stall import Stall
+from vrx_mj.ros.ros1.xmlrpc import Fault
+
+__all__ = ["MOST_PUBLISHERS", "Subscription"]
+
+MOST_PUBLISHERS = 64
+LARGEST_MESSAGE = 1 << 22
+"""Bytes, at most: commands are small."""
+MOST_AT_ONCE = 64
+"""Messages of one piece of a stream that are read; only the newest ones."""
+MOST_PER_SECOND = 5000
+"""Messages of one publisher; if there are more, it has to wait."""
+HANDSHAKE = 10.0
+"""Wall time in which a connection must stand [s]."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
+"""Wall time until a connection is tried again [s]."""
+
+
+class Subscription:
+    """One topic."""
+
+    def __init__(
+        self,
+        node: str,
+        name: str,
+        type_name: str,
+        take: Callable[[str, Message, str], None],
+        intake: Intake,
+        notices: Notices,
+    ) -> None:
+        self.node, self.name, self.type = node, name, type_name
+        self.take = take
+        """Takes the topic, a message, and who sent it."""
+        self.intake, self.notices = intake, notices
+        self.sources: dict[str, Source] = {}
+        """By the publisher's URI."""
+        self.last_number = 0
+
+    def update(self, uris: Iterable[str]) -> None:
+        """These are the publishers now."""
+        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST))[:MOST_PUBLISHERS]
+        for uri in set(self.sources) - set(wanted):
+            self.sources.pop(uri).close()
+        for uri in wanted:
+            if uri not in self.sources:
+                self.last_number += 1
+                self.sources[uri] = Source(self, uri, self.last_number)
+
+    def header(self) -> dict[str, str]:
+        """Our own header."""
+        return {
+            "callerid": self.node,
+            "md5sum": md5sum(self.type),
+            "message_definition": definition(self.type),
+            "tcp_nodelay": "1",
+            "topic": self.name,
+            "type": self.type,
+        }
+
+    async def close(self) -> None:
+        """Close all connections."""
+        tasks = [source.close() for source in self.sources.values()]
+        self.sources.clear()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+class Source:
+    """One publisher."""
+
+    def __init__(self, topic: Subscription, uri: str, number: int) -> None:
+        self.topic, self.uri, self.number = topic, uri, number
+        self.received = self.messages = 0
+        self.receiver: Receiver | None = None
+        self._task = asyncio.get_running_loop().create_task(self._run())
+
+    def close(self) -> asyncio.Task[None]:
+        """Leave it; the task ends soon."""
+        self._task.cancel()
+        return self._task
+
+    def info(self) -> list[Any]:
+        """As `getBusInfo` has it."""
+        name = self.topic.name
+        there = here = ("?", 0)
+        if self.receiver is not None and self.receiver.transport is not None:
+            there = self.receiver.transport.get_extra_info("peername") or there
+            here = self.receiver.transport.get_extra_info("sockname") or here
+        about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.number}]"
+        return [self.number, self.uri, "i", "TCPROS", name, self.receiver is not None, about]
+
+    async def _run(self) -> None:
+        pause = FIRST_PAUSE
+        while True:
+            before = self.messages
+            try:
+                await self._listen()
+            except (*BROKEN, Fault) as error:
+                why = str(error) or "it does not answer"
+                text = f"{self.topic.name}: no messages from its publisher at {self.uri}: {why}"
+                self.topic.notices.tell("WARN", "publisher", f"{self.topic.name} {self.uri}", text)
+            pause = FIRST_PAUSE if self.messages > before else min(2.0 * pause, LONGEST_PAUSE)
+            await asyncio.sleep(pause)
+
+    async def _listen(self) -> None:
+        """Connect, and stay until the connection ends."""
+        host, port = await self._where()
+        loop = asyncio.get_running_loop()
+        async with asyncio.timeout(HANDSHAKE):
+            transport, receiver = await loop.create_connection(
+                lambda: Receiver(self), host, port, family=socket.AF_INET
+            )
+        self.receiver = receiver
+        try:
+            await receiver.ended
+        finally:
+            self.receiver = None
+            transport.abort()
+            if receiver.ended.done() and not receiver.ended.cancelled():
+                receiver.ended.exception()  # seen, even if nobody waits for it any more
+
+    async def _where(self) -> tuple[str, int]:
+        """Where the publisher sends this topic."""
+        proxy = Proxy(self.uri, LARGEST_REPLY)
+        try:
+            answer = await proxy.ros("requestTopic", self.topic.node, self.topic.name, [["TCPROS"]])
+        finally:
+            proxy.close()
+        match answer:
+            case ["TCPROS", str(host), int(port), *_]:
+                return address(f"tcpros://{host}:{port}", "tcpros")
+        raise CommandError(f"it answers {str(answer)[:60]!r} instead of the address where it sends")
+
+
+class Receiver(asyncio.Protocol):
+    """The connection to a publisher."""
+
+    def __init__(self, source: Source) -> None:
+        loop = asyncio.get_running_loop()
+        self.transport: asyncio.Transport | None = None
+        self.ended: asyncio.Future[None] = loop.create_future()
+        """Done when the connection is closed; CommandError: the publisher sends what it should not."""
+        self._source, self._topic = source, source.topic
+        self._loop = loop
+        self._sender: str | None = None
+        self._place = Place("?", self._abort)
+        self._splitter = Splitter(LARGEST_HEADER, self._topic.intake, self._place)
+        self._stall = Stall(self._abort)
+        self._timer: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Say what is wanted."""
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+        self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
+        keep_alive(transport)
+        transport.write(encode_header(self._topic.header()))
+        self._timer = self._loop.call_later(HANDSHAKE, transport.abort)
+
+    def data_received(self, data: bytes) -> None:
+        """A piece of what it sends."""
+        if self.ended.done():
+            return
+        try:
+            self._splitter.feed(data)
+            if self._sender is None:
+                self._greeted()
+            if self._sender is not None:
+                self._messages(self._sender)
+        except CommandError as error:
+            self.ended.set_exception(error)
+            assert self.transport is not None
+            self.transport.abort()
+
+    def connection_lost(self, _: Exception | None) -> None:
+        """It has ended."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._stall.stop()
+        self._splitter.rest()
+        if not self.ended.done():
+            self.ended.set_result(None)
+
+    def _greeted(self) -> None:
+        """The publisher's header, if it has come."""
+        frame = self._splitter.take()
+        if frame is None:
+            return
+        header = decode_header(frame)
+        self._check(header)
+        self._sender = header.get("callerid", "")[:LONGEST] or self._source.uri
+        self._splitter.largest = LARGEST_MESSAGE
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _check(self, header: Mapping[str, str]) -> None:
+        if "error" in header:
+            raise CommandError(f"it reports: {header['error'][:300]}")
+        sent, own = header.get("md5sum", ""), md5sum(self._topic.type)
+        if sent not in {"*", own}:
+            kind = header.get("type", "?")
+            raise CommandError(f"it sends [{kind}/{sent}], but expected is [{self._topic.type}/{own}]")
+
+    def _messages(self, sender: str) -> None:
+        frames = []
+        while (frame := self._splitter.take()) is not None:
+            frames.append(frame)
+        self._source.messages += len(frames)
+        for frame in frames[-MOST_AT_ONCE:]:
+            self._source.received += len(frame)
+            self._topic.take(self._topic.name, decode(frame, self._topic.type), sender)
+        self._stall.holds(len(self._splitter))
+        if len(frames) > MOST_AT_ONCE:
+            assert self.transport is not None
+            self.transport.pause_reading()
+            self._timer = self._loop.call_later(len(frames) / MOST_PER_SECOND, self._resume)
+
+    def _abort(self) -> None:
+        if self.transport is not None:
+            self.transport.abort()
+
+    def _resume(self) -> None:
+        if self.transport is not None and not self.transport.is_closing():
+            self.transport.resume_reading()

@@ -1,0 +1,331 @@
+"""A simulation that is served: it takes what networks bring, advances, and gives them what they listen to.
+
+Only this touches the simulation, and only between two calls of `advance`.
+"""
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from vrx_mj.config.urdf.namespaces import in_namespace
+from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.ros.autopilot import Autopilot
+from vrx_mj.ros.diagnosis import Diagnosis
+from vrx_mj.ros.held_thrust import HeldThrust
+from vrx_mj.ros.inbox import Call, Command, Inbox
+from vrx_mj.ros.initial_poses import InitialPoses
+from vrx_mj.ros.lockstep import Lockstep
+from vrx_mj.ros.offer import Dialect, Table, Transport, dialect_of
+from vrx_mj.ros.publisher import Publisher
+from vrx_mj.ros.table import make_table
+from vrx_mj.ros.table.boats import description
+from vrx_mj.ros.table.bodies import Bodies
+from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.ros.table.vrx3 import make_vrx3_table
+from vrx_mj.runtime.observation import Observation
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.tasks.frame import EARLY
+
+__all__ = ["CLOCK_RATE", "Level", "RosServer", "Tell"]
+
+Level = Literal["INFO", "WARN", "ERROR"]
+Tell = Callable[[str, str], None]
+"""Takes a level and a line for people."""
+CLOCK_RATE = 100.0
+"""[Hz] of simulated time: how often the clock is told, and commands are taken."""
+TASK_INFO = "/vrx/task/info"
+"""Whose last message is a trial's score."""
+ALL = 1 << 62
+"""Steps."""
+LONGEST_STEP = 3600.0
+"""Of the service that steps [s]."""
+LARGEST_URDF = 1 << 24
+"""Characters of a URDF that joins, at most."""
+
+
+class RosServer:
+    """A simulation, its table, and the transports on which that is offered."""
+
+    def __init__(
+        self,
+        sim: Simulation,
+        transports: Sequence[Transport],
+        inbox: Inbox,
+        *,
+        tell: Tell,
+        cmd_vel: CmdVel = "thrust",
+        truth: bool = False,
+        clock_rate: float = CLOCK_RATE,
+        lockstep: Lockstep | None = None,
+    ) -> None:
+        """Serve a simulation from its present moment on.
+
+        Args:
+            sim: the simulation; nothing else may touch it from now on.
+            transports: the networks, opened.
+            inbox: what they fill.
+            tell: is given lines for people.
+            cmd_vel: what `cmd_vel` commands.
+            truth: whether `/tf` tells where boats really are.
+            clock_rate: of `/clock`, per simulated second.
+            lockstep: which topics time waits for; None: it waits for nobody.
+
+        Raises:
+            CommandError: the clock's rate is not above 0, or above that of the physics.
+        """
+        if not 0.0 < clock_rate <= 1.0 / sim.timestep + EARLY:
+            raise CommandError(
+                f"invalid clock rate {clock_rate:g} Hz: above 0 and at most {1.0 / sim.timestep:g} Hz is needed"
+            )
+        self.sim, self.cmd_vel, self.truth, self.paused, self.pace = sim, cmd_vel, truth, False, 0.0
+        self.sensor_load: Mapping[tuple[str, str], float] = {}
+        self.lockstep = lockstep
+        self.bodies = Bodies(sim)
+        self.diagnosis = Diagnosis(sim, tell)
+        self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
+        self._autopilot, self._initial_poses, self._held = Autopilot(sim, tell), InitialPoses(sim), HeldThrust(sim)
+        self._joined: dict[str, tuple[str, Sequence[float]]] = {}
+        self._left: set[str] = set()
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._seen: tuple[float, Observation] | None = None
+        dialects = dict.fromkeys(dialect_of(transport) for transport in transports) or {"vrx": None}
+        self._publishers: dict[Dialect, Publisher] = {
+            dialect: Publisher(sim, [one for one in transports if dialect_of(one) == dialect], tell)
+            for dialect in dialects
+        }
+        self._offer()
+
+    @property
+    def table(self) -> Table:
+        """All that is offered now, on the first of the transports."""
+        return next(iter(self._tables.values()))
+
+    @property
+    def tables(self) -> Mapping[Dialect, Table]:
+        """All that is offered now, by whose names it is."""
+        return self._tables
+
+    @property
+    def seen(self) -> Observation:
+        """What boats see at the present moment."""
+        if self._seen is None or self._seen[0] != self.sim.time:
+            self._seen = self.sim.time, self.sim.observe()
+        return self._seen[1]
+
+    # Time
+
+    def receive(self) -> None:
+        """Do what networks asked for since the last time."""
+        commands, calls, unknown_publishers = self._inbox.drain()
+        for command in commands:
+            if self.lockstep is None or not self.lockstep.keep(command):
+                self._take(command)
+        for call in calls:
+            self._answer(call)
+        for unknown_publisher in unknown_publishers:
+            if unknown_publisher.dialect in self._tables:
+                self.diagnosis.unknown_publisher(unknown_publisher, self._tables[unknown_publisher.dialect])
+
+    def announce(self) -> None:
+        """Publish the present moment, before time goes on."""
+        for post in self._publishers.values():
+            post.deliver()
+
+    def tick(self) -> int:
+        """Advance to the clock's next moment, and publish; the steps made. Lockstep: only if all have answered."""
+        if self.lockstep is not None:
+            answers = self.lockstep.answers()
+            if answers is None:
+                return 0
+            for command in answers:
+                self._take(command)
+        return self._advance()
+
+    def _advance(self, most: int = ALL) -> int:
+        sim = self.sim
+        then = (math.floor((sim.time + EARLY) * self._clock_rate) + 1) / self._clock_rate
+        steps = min(most, max(1, math.ceil((then - sim.time) / sim.timestep - EARLY)))
+        self._autopilot.steer()
+        self._held.renew()
+        sim.advance(steps)
+        self.announce()
+        self.diagnosis.look()
+        return steps
+
+    def step(self, duration: float) -> None:
+        """Advance by a duration [s] under the commands that stand; 0: to the clock's next moment.
+
+        Raises:
+            CommandError: it is negative, no multiple of the physics' step, or an hour and more.
+        """
+        if not 0.0 <= duration < LONGEST_STEP:
+            raise CommandError(f"invalid step {duration:g} s: at least 0 and below {LONGEST_STEP:g} s is needed")
+        if duration == 0.0:
+            self._advance()
+            return
+        self.advance(self.sim.steps_in(duration))
+
+    def advance(self, steps: int) -> None:
+        """Advance by a number of physics steps, and publish what is due on the way."""
+        while steps > 0:
+            steps -= self._advance(steps)
+
+    # What networks ask for
+
+    def _take(self, command: Command) -> None:
+        table = self._tables.get(command.dialect)
+        entry = table.inputs.get(command.topic) if table is not None else None
+        if entry is None:
+            return  # its boat has left
+        try:
+            entry.take(command.message)
+        except VrxError as error:
+            self.diagnosis.refused(command, str(error))
+        else:
+            self.diagnosis.taken(command)
+
+    def _answer(self, call: Call) -> None:
+        service = self._services.get(call.service)
+        if service is None:
+            call.answer(None, f"the service {call.service} no longer exists")
+            return
+        try:
+            response = service.answer(call.request)
+        except VrxError as error:
+            self._tell("WARN", f"{call.service}, called by {call.caller}: {error}")
+            call.answer(None, str(error))
+        else:
+            call.answer(response, "")
+
+    def command(self, boat: str, commands: Mapping[str, float]) -> None:
+        """Command thrusters, as `Simulation.command`."""
+        self._autopilot.let_go(boat)
+        self.sim.command_all({boat: commands})
+        for name in commands:
+            self._held.let_go(boat, name)
+        self.diagnosis.commanded(boat, commands)
+
+    def push(self, boat: str, thruster: str, force: float) -> None:
+        """Have a thruster push with a force [N] until it is told otherwise, or as near to it as it can.
+
+        Raises:
+            CommandError: the force is not a finite number.
+        """
+        if not math.isfinite(force):
+            raise CommandError(f"invalid thrust {force} N for {thruster} of {boat}: a finite number is needed")
+        newtons = self.sim.world.parameters["profile"] == "vrx3"
+        command = force if newtons else self.seen[boat].thrusters[thruster].command(force)
+        self.command(boat, {thruster: command})
+        self._held.hold(boat, thruster, command)
+        if not newtons:
+            self.diagnosis.pushed(boat, self.seen[boat].thrusters[thruster], force)
+
+    def steer(self, boat: str, surge: float, turn: float) -> None:
+        """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
+        self._held.let_go(boat)
+        self._autopilot.steer_boat(boat, surge, turn)
+
+    def form(self, text: str) -> None:
+        """Have the fleet keep a formation, or go to another one; errors are `Autopilot.form`'s."""
+        self._tell("INFO", self._autopilot.form(text))
+        self._held.begin()
+
+    # Who is there
+
+    def description(self, boat: str) -> str:
+        """A boat's URDF; a VrxError where the files that it was made of are not here."""
+        if boat in self._joined:
+            return in_namespace(self._joined[boat][0], boat)
+        return description(self.sim.world, boat)
+
+    def spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
+        """Put a boat of this URDF into the world, at (x, y, z, roll, pitch, yaw) [m, rad, ENU].
+
+        Raises:
+            VrxError: as `Simulation.spawn`.
+        """
+        if len(urdf) > LARGEST_URDF:
+            raise CommandError(f"{name}: the URDF has {len(urdf)} characters; at most {LARGEST_URDF} are allowed")
+        if "<robot" not in urdf:
+            raise CommandError(f"{name}: invalid URDF: a <robot> element is needed")
+        self._spawn(name, urdf, pose)
+        self._left.discard(name)
+        self._changed()
+        self._tell("INFO", f"{name} joins at ({pose[0]:g}, {pose[1]:g}): /{name}/...")
+
+    def remove(self, name: str) -> None:
+        """Take a boat out of the world; errors are those of `Simulation.remove`."""
+        self.sim.remove(name)
+        if self._joined.pop(name, None) is None:
+            self._left.add(name)
+        self._changed()
+        self._tell("INFO", f"{name} leaves")
+
+    def moved(self) -> None:
+        """Something was put somewhere."""
+        self._seen = None
+        self.diagnosis.moved()
+
+    def reset_world(self) -> None:
+        """Put boats and floating objects back where they started; time goes on."""
+        self._initial_poses.put_back()
+        self._seen = None
+        self._tell("INFO", "the simulation is reset")
+
+    def reset_simulation(self) -> None:
+        """Begin again at time 0 with the same seed, and with the boats that there are now.
+
+        Raises:
+            CommandError: the run is being recorded: a recording is of one run.
+        """
+        self.sim.reset(self.sim.seed)
+        for name in self._left:
+            self.sim.remove(name)
+        for name, (urdf, pose) in self._joined.items():
+            self._spawn(name, urdf, pose)
+        self._held.begin()
+        self._changed()
+        for post in self._publishers.values():
+            post.begin()
+        if self.lockstep is not None:
+            self.lockstep.begin()
+            self.announce()  # the clock that is to be answered now
+        self._tell("INFO", "time restarts at 0")
+
+    def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
+        self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
+        file = Path(self._folder.name) / f"{len(self._joined)}.urdf"
+        file.write_text(urdf, encoding="utf-8")
+        self.sim.spawn(name, pose=pose, robot=file)
+        self._joined[name] = urdf, pose
+
+    def _changed(self) -> None:
+        """Boats came or went, or time began anew."""
+        self._seen = None
+        self.bodies.bind()
+        self._autopilot.bind()
+        self._held.bind()
+        self._initial_poses.bind()
+        self.diagnosis.changed()
+        self._offer()
+        self.announce()  # what is latched, even while time stands still
+
+    def _offer(self) -> None:
+        table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
+        self._services = table.services
+        self._tables: dict[Dialect, Table] = {
+            dialect: table if dialect == "vrx" else make_vrx3_table(self, table) for dialect in self._publishers
+        }
+        for transport in self._transports:
+            transport.offer(self._tables[dialect_of(transport)])
+        for dialect, post in self._publishers.items():
+            post.offer(self._tables[dialect])
+
+    def close(self) -> None:
+        """Publish the task's last word, and throw away what it keeps; the transports stay open."""
+        for post in self._publishers.values():
+            post.repeat(TASK_INFO)
+        if self._folder is not None:
+            self._folder.cleanup()

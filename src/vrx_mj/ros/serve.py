@@ -1,0 +1,267 @@
+"""A world that is served: its time keeps pace with the wall's, or goes as fast as it can, until somebody ends it."""
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from vrx_mj.drive.view.pacer import Pacer
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.lockstep import Lockstep
+from vrx_mj.ros.meter import Meter
+from vrx_mj.ros.network import Network
+from vrx_mj.ros.offer import Transport
+from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer, Tell
+from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import handled
+
+__all__ = ["ROSBRIDGE_PORT", "Wanted", "serve"]
+
+ROSBRIDGE_PORT = 9090
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+BUDGET = 0.05
+"""Wall time [s] of physics after which what came in is looked at again."""
+PATIENCE = 0.02
+"""Wall time [s] that is waited at most before the clock on the wall is looked at again."""
+STATUS_PERIOD = 1.0
+"""Wall time between two lines of status [s]."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How a world is to be served."""
+
+    ros1: bool = False
+    rosbridge: int | None = None
+    """Its port."""
+    ros2: bool = False
+    host: str = "127.0.0.1"
+    """Address that is listened on."""
+    origins: Sequence[str] = ()
+    """Origins of web pages that rosbridge accepts besides those of this machine."""
+    rate: float | None = 1.0
+    """Simulated seconds per second; None: as fast as it can."""
+    duration: float | None = None
+    """Simulated time after which it ends [s]."""
+    lockstep: Sequence[str] | None = None
+    """Topics that time waits for; None: it waits for nobody."""
+    cmd_vel: CmdVel = "thrust"
+    truth: bool = False
+    clock_rate: float = CLOCK_RATE
+    exit_on_completion: bool = False
+    """Whether it ends with the world's task."""
+
+
+def serve(
+    sim: Simulation,
+    wanted: Wanted,
+    *,
+    tell: Tell,
+    status: Callable[[str], None] = lambda _line: None,
+    extra: Sequence[Transport] = (),
+    ready: Callable[[Sequence[Transport]], None] = lambda _transports: None,
+    over: Callable[[], bool] = lambda: False,
+) -> None:
+    """Serve a simulation until Ctrl-C, SIGTERM, a peer, its duration or its task ends it.
+
+    Args:
+        sim: the simulation, at its start; nothing else may touch it meanwhile.
+        wanted: on which networks, and how fast.
+        tell: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
+        status: is given the line of status, once a second.
+        extra: transports that are open already, as a bag.
+        ready: is called before time begins, when all is offered; what the transports still have to tell a master may
+            be under way.
+        over: is asked at every tick of the clock, and again and again while time stands, whether this is the end.
+
+    Raises:
+        NetworkError: a network cannot be opened.
+        CommandError: the rate is not above 0; no network is wanted.
+        DivergedError: the state became NaN or huge.
+    """
+    if wanted.rate is not None and not wanted.rate > 0.0:
+        raise CommandError(f"invalid --rate {wanted.rate:g}: a number above 0 (1 for real time) or max is needed")
+    sim.prepare_sensors()  # compiling holds the clock up for seconds: now, and not when somebody subscribes
+    network, inbox, ending = Network(), Inbox(), threading.Event()
+    try:
+        transports = [*_transports(network, inbox, wanted, ending), *extra]
+        with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+            loud = _Loud(sim, transports, tell)
+            station = RosServer(
+                sim,
+                transports,
+                inbox,
+                tell=loud,
+                cmd_vel=wanted.cmd_vel,
+                truth=wanted.truth,
+                clock_rate=wanted.clock_rate,
+                lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
+            )
+            for line in lines:
+                tell("INFO", line)
+            _greet(station, wanted, tell)
+            try:
+                ready(transports)
+                _Loop(station, inbox, wanted, transports, over).run(ending, status, loud)
+            finally:
+                station.close()
+    finally:
+        network.close()
+
+
+class _Loud:
+    """Tells people here, those on the networks, and who looks at the recording."""
+
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Tell) -> None:
+        self._sim, self._transports, self._tell = sim, transports, tell
+
+    def __call__(self, level: str, text: str) -> None:
+        self._tell(level, text)
+        self._sim.event(text, level)
+        for transport in self._transports:
+            transport.log(level, text)
+
+
+class _Loop:
+    """Time, and what it waits for."""
+
+    def __init__(
+        self,
+        station: RosServer,
+        inbox: Inbox,
+        wanted: Wanted,
+        transports: Sequence[Transport],
+        over: Callable[[], bool],
+    ) -> None:
+        self._station, self._inbox, self._wanted, self._over = station, inbox, wanted, over
+        now = time.perf_counter()
+        self._pacer = Pacer(station.sim.timestep, wanted.rate or 1.0, now)
+        self._free = wanted.rate is None or wanted.lockstep is not None
+        self._meter = Meter(station, transports, now)
+        self._owed = 0
+
+    def run(self, ending: threading.Event, status: Callable[[str], None], tell: Tell) -> None:
+        """Until the end."""
+        station = self._station
+        station.announce()
+        due = time.perf_counter() + STATUS_PERIOD
+        while not (ending.is_set() or self._is_over()):
+            station.receive()
+            if station.paused:
+                self._pacer.restart(time.perf_counter())
+                self._inbox.wait(PATIENCE)
+            else:
+                self._go()
+            if time.perf_counter() > due:
+                due += STATUS_PERIOD
+                status(self._meter.line())
+                station.pace, station.sensor_load = self._meter.pace, self._meter.load
+        tell("INFO", self._meter.summary())
+
+    def _go(self) -> None:
+        begun = time.perf_counter()
+        if self._free:
+            while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
+                if not self._station.tick():
+                    self._inbox.wait(PATIENCE)
+                    return
+            return
+        self._owed += self._pacer.due(begun)
+        while self._owed > 0 and time.perf_counter() - begun < BUDGET and not self._is_over():
+            steps = self._station.tick()
+            self._owed -= steps
+            self._pacer.did(steps, time.perf_counter())
+        if self._owed <= 0:
+            ahead = (1 - self._owed) * self._station.sim.timestep / self._pacer.pace
+            self._inbox.wait(min(PATIENCE, max(0.0, ahead - (time.perf_counter() - begun))))
+
+    def _is_over(self) -> bool:
+        wanted, sim = self._wanted, self._station.sim
+        if wanted.duration is not None and sim.time >= wanted.duration - 1e-6:
+            return True
+        return (wanted.exit_on_completion and sim.task_is_over) or self._over()
+
+
+def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
+    if not (wanted.ros1 or wanted.ros2 or wanted.rosbridge is not None):
+        raise CommandError("no transport is given: --ros1, --rosbridge or --ros2 is needed")
+    if wanted.ros1:
+        from vrx_mj.ros.ros1 import Ros1
+
+        ros1 = Ros1(network, inbox, host=wanted.host)
+        ros1.on_shutdown = lambda _why: ending.set()
+        yield ros1
+    if wanted.rosbridge is not None:
+        from vrx_mj.ros.rosbridge import Rosbridge
+
+        yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host, origins=wanted.origins)
+    if wanted.ros2:
+        from vrx_mj.ros.ros2 import Ros2
+
+        yield Ros2(inbox, host=wanted.host)
+
+
+@contextlib.contextmanager
+def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
+    """All of them, or none."""
+    with contextlib.ExitStack() as stack:
+        lines: list[str] = []
+        for transport in transports:
+            stack.callback(transport.close)
+            lines += transport.start()
+        yield lines
+
+
+def _greet(station: RosServer, wanted: Wanted, tell: Tell) -> None:
+    sim, tables = station.sim, station.tables
+    boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
+    tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
+    for dialect, table in tables.items():
+        names = " by VRX 3's names" if dialect == "vrx3" else ""
+        counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
+        tell("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
+    if wanted.cmd_vel == "thrust":
+        tell("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
+    else:
+        tell("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
+    if wanted.lockstep is not None:
+        topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
+        tell("INFO", f"lockstep: time waits for {topics}")
+    for topic in wanted.lockstep or ():
+        if not any(topic in table.inputs for table in tables.values()):
+            tell("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
+    if wanted.host not in LOOPBACK:
+        tell("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
+        _tell_others(wanted, tell)
+    if os.environ.get("VRX_DEBUG") == "false":
+        tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
+
+
+def _tell_others(wanted: Wanted, tell: Tell) -> None:
+    """Tell what to type on other machines, or why they cannot reach this one."""
+    from vrx_mj.ros.ros1.address import announced, unreachable
+
+    if not wanted.ros1 and wanted.rosbridge is None:
+        return
+    why = unreachable(wanted.host, "localhost")
+    if why is not None:
+        tell("WARN", why)
+        return
+    for line in _to_paste(wanted, announced(wanted.host, "localhost")):
+        tell("INFO", line)
+
+
+def _to_paste(wanted: Wanted, here: str) -> Iterator[str]:
+    """What to type on other machines, to which this one is `here`."""
+    if wanted.ros1:
+        port = urlsplit(os.environ.get("ROS_MASTER_URI", "")).port or 11311
+        uri = f"http://{here}:{port}"
+        yield f"on the other machine, in a shell: export ROS_MASTER_URI={uri} ROS_IP=ADDRESS_OF_THAT_MACHINE"
+        yield f"in MATLAB: setenv('ROS_IP', 'ADDRESS_OF_THAT_MACHINE'); rosinit('{uri}')"
+    if wanted.rosbridge is not None:
+        yield f"roslibpy: roslibpy.Ros('{here}', {wanted.rosbridge})"

@@ -1,0 +1,254 @@
+"""Gazebo's own topics and services, as far as VRX's users use them."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.config.poses import angles, rotation
+from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.offer import Input, Output, Service
+from vrx_mj.ros.table.bodies import Placed, header, pose_message, twist_message
+from vrx_mj.ros.table.host import Host
+from vrx_mj.sensors.places import conjugate, product
+
+__all__ = ["gazebo_inputs", "gazebo_outputs", "gazebo_services"]
+
+STATE_RATE = 100.0
+"""[Hz]; Gazebo's is that of its physics, at most 1000."""
+METRICS_RATE = 5.0
+"""[Hz], as Gazebo's."""
+
+
+def gazebo_outputs(host: Host) -> Iterator[Output]:
+    """`model_states`, `link_states` and `performance_metrics`."""
+
+    def models() -> Message:
+        return _states("gazebo_msgs/ModelStates", dict(host.bodies.all_models()))
+
+    def links() -> Message:
+        return _states("gazebo_msgs/LinkStates", dict(host.bodies.all_links()))
+
+    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, STATE_RATE)
+    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, STATE_RATE)
+    yield Output("/gazebo/performance_metrics", "gazebo_msgs/PerformanceMetrics", lambda: _metrics(host), METRICS_RATE)
+
+
+def gazebo_inputs(host: Host) -> Iterator[Input]:
+    """`set_model_state` and `set_link_state`."""
+    yield Input("/gazebo/set_model_state", "gazebo_msgs/ModelState", lambda state: _set_model(host, state))
+    yield Input("/gazebo/set_link_state", "gazebo_msgs/LinkState", lambda state: _set_link(host, state))
+
+
+def gazebo_services(host: Host) -> Iterator[Service]:
+    """Those of which the tutorials speak, and their likes."""
+    for name, do in (
+        ("reset_world", host.reset_world),
+        ("reset_simulation", host.reset_simulation),
+        ("pause_physics", lambda: _pause(host, paused=True)),
+        ("unpause_physics", lambda: _pause(host, paused=False)),
+    ):
+        yield Service(f"/gazebo/{name}", "std_srvs/Empty", _emptily(do))
+    for name, kind, answer in (
+        ("spawn_urdf_model", "SpawnModel", _spawn),
+        ("spawn_sdf_model", "SpawnModel", _spawn_sdf),
+        ("delete_model", "DeleteModel", _delete),
+        ("get_model_state", "GetModelState", _get_model),
+        ("set_model_state", "SetModelState", lambda host, asked: _set_model(host, asked.model_state)),
+        ("get_link_state", "GetLinkState", _get_link),
+        ("set_link_state", "SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
+        ("get_world_properties", "GetWorldProperties", _world_properties),
+        ("get_model_properties", "GetModelProperties", _model_properties),
+    ):
+        yield _told(host, name, kind, answer)
+
+
+def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
+    poses, twists = [pose_message(one) for one in placed.values()], [twist_message(one) for one in placed.values()]
+    return new(kind, name=list(placed), pose=poses, twist=twists)
+
+
+def _metrics(host: Host) -> Message:
+    sensors = [
+        new(
+            "gazebo_msgs/SensorPerformanceMetric",
+            name=f"{sensor.boat}::{sensor.name}",
+            sim_update_rate=sensor.config.rate,
+            real_update_rate=sensor.config.rate * host.pace,
+            fps=sensor.config.rate * host.pace if sensor.config.type == "camera" else -1.0,
+        )
+        for boat in host.sim.boats
+        for sensor in host.sim.mounted(boat)
+        if (boat, sensor.name) in host.sensor_load
+    ]
+    return new(
+        "gazebo_msgs/PerformanceMetrics", header=header(host.sim.time), real_time_factor=host.pace, sensors=sensors
+    )
+
+
+def _pause(host: Host, *, paused: bool) -> None:
+    host.paused = paused
+
+
+def _emptily(do: Callable[[], None]) -> Callable[[Message], Message]:
+    def answer(_request: Message) -> Message:
+        do()
+        return new("std_srvs/EmptyResponse")
+
+    return answer
+
+
+def _told(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, Any] | None]) -> Service:
+    """A service that says in its response whether it went well, and why not."""
+
+    def answer(request: Message) -> Message:
+        response = f"gazebo_msgs/{kind}Response"
+        try:
+            return new(response, **{"success": True, "status_message": f"{name}: done", **(do(host, request) or {})})
+        except VrxError as error:
+            return new(response, success=False, status_message=f"{name}: {error}")
+
+    return Service(f"/gazebo/{name}", f"gazebo_msgs/{kind}", answer)
+
+
+# Boats that come and go
+
+
+def _spawn(host: Host, asked: Message) -> Mapping[str, Any]:
+    name = asked.model_name or asked.robot_namespace.strip("/")
+    own = asked.robot_namespace.strip("/")
+    if own and own != name:
+        raise CommandError(
+            f"model '{name}' in the namespace '{own}': a boat's name is its namespace; make both the same, or "
+            "leave the namespace empty"
+        )
+    host.spawn(name, asked.model_xml, _pose(host, asked.initial_pose, asked.reference_frame))
+    return {"status_message": f"{name} joins; its topics begin with /{name}/"}
+
+
+def _spawn_sdf(_host: Host, asked: Message) -> Mapping[str, Any]:
+    raise CommandError(
+        f"'{asked.model_name}' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); "
+        "buoys, docks and other objects belong in the world's file"
+    )
+
+
+def _delete(host: Host, asked: Message) -> Mapping[str, Any]:
+    host.remove(asked.model_name)
+    return {"status_message": f"{asked.model_name} leaves"}
+
+
+# Where things are
+
+
+def _get_model(host: Host, asked: Message) -> Mapping[str, Any]:
+    placed = _relative(host, host.bodies.model(asked.model_name), asked.relative_entity_name)
+    frame = asked.relative_entity_name or "world"
+    return {"header": header(host.sim.time, frame), "pose": pose_message(placed), "twist": twist_message(placed)}
+
+
+def _get_link(host: Host, asked: Message) -> Mapping[str, Any]:
+    placed = _relative(host, host.bodies.link(asked.link_name), asked.reference_frame)
+    state = new(
+        "gazebo_msgs/LinkState",
+        link_name=asked.link_name,
+        pose=pose_message(placed),
+        twist=twist_message(placed),
+        reference_frame=asked.reference_frame or "world",
+    )
+    return {"link_state": state}
+
+
+def _relative(host: Host, placed: Placed, frame: str) -> Placed:
+    """Seen from another model or link."""
+    base = host.bodies.frame(frame)
+    if base is None:
+        return placed
+    turn = rotation_matrix(base.quaternion).T
+    away = placed.position - base.position
+    velocity = placed.velocity - base.velocity - np.cross(base.spin, away)
+    return Placed(
+        turn @ away,
+        product(conjugate(base.quaternion), placed.quaternion),
+        turn @ velocity,
+        turn @ (placed.spin - base.spin),
+    )
+
+
+def _set_link(host: Host, state: Message) -> None:
+    model = host.bodies.model_of_link(state.link_name)
+    _put(host, model, state.pose, state.twist, state.reference_frame)
+
+
+def _set_model(host: Host, state: Message) -> None:
+    _put(host, host.bodies.named_model(state.model_name), state.pose, state.twist, state.reference_frame)
+
+
+def _put(host: Host, name: str, pose: Message, twist: Message, frame: str) -> None:
+    """As Gazebo: the twist is set too, so that one that was not given stops the body."""
+    where = _pose(host, pose, frame)
+    linear, angular = _three("twist.linear", twist.linear), _three("twist.angular", twist.angular)
+    base = host.bodies.frame(frame)
+    if base is not None:
+        to_world = rotation_matrix(base.quaternion)
+        linear, angular = to_world @ linear, to_world @ angular
+    to_body = np.array(rotation(*where[3:])).T
+    velocity = (*(to_body @ linear).tolist(), *(to_body @ angular).tolist())
+    if name in host.sim.boats:
+        host.sim.set_boat(name, pose=where, velocity=velocity)
+    else:
+        host.sim.set_object(name, pose=where, velocity=velocity)
+    host.moved()
+
+
+def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
+    """x, y, z [m], roll, pitch, yaw [rad] in the world; a quaternion of zeros means no rotation, as in Gazebo."""
+    position = _three("pose.position", pose.position)
+    given = pose.orientation
+    quaternion = np.array([given.w, given.x, given.y, given.z], np.float64)
+    size = float(np.linalg.norm(quaternion))
+    if not math.isfinite(size):
+        raise CommandError(f"invalid pose.orientation {quaternion.tolist()} (w, x, y, z): finite numbers are needed")
+    quaternion = quaternion / size if size > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
+    base = host.bodies.frame(frame)
+    if base is not None:
+        position = base.position + rotation_matrix(base.quaternion) @ position
+        quaternion = product(base.quaternion, quaternion)
+    return (*position.tolist(), *angles(rotation_matrix(quaternion).tolist()))
+
+
+def _three(what: str, given: Message) -> Any:
+    values = np.array([given.x, given.y, given.z], np.float64)
+    if not np.isfinite(values).all():
+        raise CommandError(f"invalid {what} {values.tolist()}: finite numbers are needed")
+    return values
+
+
+# What there is
+
+
+def _world_properties(host: Host, _asked: Message) -> Mapping[str, Any]:
+    return {"sim_time": host.sim.time, "model_names": list(host.bodies.models), "rendering_enabled": True}
+
+
+def _model_properties(host: Host, asked: Message) -> Mapping[str, Any]:
+    name, parts = asked.model_name, host.bodies.parts(asked.model_name)
+    models = parts if parts and name not in host.bodies.models else [host.bodies.named_model(name)]
+    scope = f"{name.replace('/', '::')}::"
+    links = [link.removeprefix(scope) for link in host.bodies.links if link.startswith(scope)]
+    return {
+        "canonical_body_name": links[0] if links else "",
+        "body_names": links,
+        "is_static": not any(one in host.sim.boats or _floats(host, one) for one in models),
+    }
+
+
+def _floats(host: Host, name: str) -> bool:
+    try:
+        host.sim.observe_object(name)
+    except VrxError:
+        return False
+    return True

@@ -1,0 +1,303 @@
+"""What sensors tell, as ROS's messages: VRX's topics, types, rates and frames."""
+
+import io
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.offer import Input, Output
+from vrx_mj.ros.table.bodies import header, turned, vector
+from vrx_mj.ros.table.host import Host
+from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.sensors.intrinsics import intrinsics
+from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
+
+__all__ = ["scan_message", "sensor_inputs", "sensor_outputs"]
+
+JPEG_QUALITY = 80
+"""As image_transport's default."""
+FLOAT32, UINT16 = 7, 4
+"""Of sensor_msgs/PointField."""
+KNOWN_DIAGONAL, KNOWN = 2, 3
+"""COVARIANCE_TYPE_DIAGONAL_KNOWN and COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix."""
+ROUNDING = 1e-9
+"""Share of a variance that is nothing in a covariance."""
+MARKER_PERIOD = 10.0
+"""Between two markers of where a beacon really is [s]."""
+
+POINT = np.dtype(
+    {
+        "names": ["x", "y", "z", "intensity", "ring"],
+        "formats": ["<f4", "<f4", "<f4", "<f4", "<u2"],
+        "offsets": [0, 4, 8, 12, 16],
+        "itemsize": 18,
+    }
+)
+"""velodyne's layout."""
+
+Made = tuple[str, str, Callable[[Reading], Message | None]]
+"""What follows the stem of a topic, type, and how a reading becomes a message."""
+
+
+def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
+    """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
+    taken: set[str] = set()
+    for sensor in host.sim.mounted(boat):
+        config, key = sensor.config, (boat, sensor.name)
+        stem = _stem(boat, config.topic, config.name, taken)
+        if config.type == "gps" and host.sim.world.parameters["georeference"] is None:
+            continue
+        for tail, kind, make in _made(config):
+            yield Output(stem + tail, kind, make, config.rate, key)
+        if config.type == "p3d":
+            truth = partial(_odometry, f"{boat}/{config.link}", config.noise**2)
+            yield Output(stem, "nav_msgs/Odometry", truth, config.rate, key)
+        if config.type == "camera":
+            yield _info(host, sensor, f"{stem}/camera_info")
+        if config.type == "pinger":
+            yield Output(f"{stem}/marker/signal", "visualization_msgs/Marker", _signal, config.rate, key)
+            yield _beacon(host, boat, sensor.name, f"{stem}/marker/ground_truth")
+
+
+def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
+    """The topics by which a boat's sensors are told something."""
+    taken: set[str] = set()
+    for sensor in host.sim.mounted(boat):
+        config, name = sensor.config, sensor.name
+        stem = _stem(boat, config.topic, name, taken)
+        if config.type == "pinger":
+            topic = f"{stem}/set_pinger_position"
+
+            def place(message: Message, name: str = name) -> None:
+                host.sim.set_pinger(boat, name, (message.x, message.y, message.z))
+
+            yield Input(topic, "geometry_msgs/Vector3", place, boat)
+        elif config.type == "ball_shooter":
+
+            def shoot(_message: Message, name: str = name) -> None:
+                host.sim.fire(boat, name)
+
+            yield Input(f"{stem}/fire", "std_msgs/Empty", shoot, boat)
+
+
+def _stem(boat: str, topic: str, name: str, taken: set[str]) -> str:
+    """A sensor's own stem of topics. VRX gives all GPS of a boat the same: a second one has its name in it here."""
+    stem = f"/{boat}/{topic.strip('/') or f'sensors/{name}'}"
+    if stem in taken:
+        stem = f"{stem.rpartition('/')[0]}/{name}"
+    taken.add(stem)
+    return stem
+
+
+def _made(config: Any) -> tuple[Made, ...]:
+    return _MADE.get(config.output if config.type == "lidar" else config.type, ())
+
+
+def _head(reading: Reading) -> Message:
+    return header(reading.time, reading.frame)
+
+
+def _image(reading: Reading) -> Message:
+    image: Image = reading.data
+    height, width, _ = image.rgb.shape
+    return new(
+        "sensor_msgs/Image",
+        header=_head(reading),
+        height=height,
+        width=width,
+        encoding="rgb8",
+        step=3 * width,
+        data=image.rgb.reshape(-1),
+    )
+
+
+def _compressed(reading: Reading) -> Message:
+    from PIL import Image as Pillow
+
+    file = io.BytesIO()
+    Pillow.fromarray(reading.data.rgb).save(file, "JPEG", quality=JPEG_QUALITY)
+    data = np.frombuffer(file.getvalue(), np.uint8)
+    return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
+
+
+def _info(host: Host, sensor: Mounted, name: str) -> Output:
+    """What a camera says of itself, with the picture's time where one is taken."""
+    info = intrinsics(sensor.config)
+
+    def with_picture(reading: Reading) -> Message:
+        return _camera_info(info, reading.time, sensor.frame)
+
+    def alone() -> Message:
+        return _camera_info(info, host.sim.time, sensor.frame)
+
+    key = (sensor.boat, sensor.name)
+    return Output(name, "sensor_msgs/CameraInfo", with_picture, sensor.config.rate, key, alone)
+
+
+def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:
+    return new(
+        "sensor_msgs/CameraInfo",
+        header=header(time, frame),
+        height=info.height,
+        width=info.width,
+        distortion_model=info.distortion_model,
+        D=np.array(info.D),
+        K=np.array(info.K),
+        R=np.array(info.R),
+        P=np.array(info.P),
+    )
+
+
+def _points(reading: Reading) -> Message:
+    cloud: PointCloud = reading.data
+    rows = np.empty(len(cloud.points), POINT)
+    for axis, name in enumerate("xyz"):
+        rows[name] = cloud.points[:, axis]
+    rows["intensity"], rows["ring"] = cloud.intensity, cloud.ring
+    fields = [
+        new("sensor_msgs/PointField", name=name, offset=offset, datatype=UINT16 if name == "ring" else FLOAT32, count=1)
+        for name, offset in zip(POINT.names or (), (0, 4, 8, 12, 16), strict=True)
+    ]
+    return new(
+        "sensor_msgs/PointCloud2",
+        header=_head(reading),
+        height=1,
+        width=len(rows),
+        fields=fields,
+        point_step=POINT.itemsize,
+        row_step=POINT.itemsize * len(rows),
+        data=rows.view(np.uint8).reshape(-1),
+        is_dense=True,
+    )
+
+
+def scan_message(reading: Reading) -> Message:
+    """sensor_msgs/LaserScan."""
+    scan: Scan = reading.data
+    return new(
+        "sensor_msgs/LaserScan",
+        header=_head(reading),
+        angle_min=scan.angle_min,
+        angle_max=scan.angle_max,
+        angle_increment=scan.angle_increment,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        ranges=scan.ranges,
+    )
+
+
+def _fix(reading: Reading) -> Message:
+    fix: Fix = reading.data
+    covariance = np.array(fix.position_covariance)
+    mixed = covariance.reshape(3, 3) - np.diag(covariance[::4])
+    diagonal = np.abs(mixed).max() <= ROUNDING * covariance.max()
+    return new(
+        "sensor_msgs/NavSatFix",
+        header=_head(reading),
+        latitude=fix.latitude,
+        longitude=fix.longitude,
+        altitude=fix.altitude,
+        position_covariance=covariance,
+        position_covariance_type=KNOWN_DIAGONAL if diagonal else KNOWN,
+    )
+
+
+def _fix_velocity(reading: Reading) -> Message:
+    return new("geometry_msgs/Vector3Stamped", header=_head(reading), vector=vector(reading.data.velocity))
+
+
+def _imu(reading: Reading) -> Message:
+    told: Inertia = reading.data
+    return new(
+        "sensor_msgs/Imu",
+        header=_head(reading),
+        orientation=turned(told.orientation),
+        orientation_covariance=np.array(told.orientation_covariance),
+        angular_velocity=vector(told.angular_velocity),
+        angular_velocity_covariance=np.array(told.angular_velocity_covariance),
+        linear_acceleration=vector(told.linear_acceleration),
+        linear_acceleration_covariance=np.array(told.linear_acceleration_covariance),
+    )
+
+
+def _odometry(child: str, variance: float, reading: Reading) -> Message:
+    """The pose and twist of the frame `child` in `map`, with noise of a `variance` on the twist [m2/s2, rad2/s2]."""
+    truth: Truth = reading.data
+    return new(
+        "nav_msgs/Odometry",
+        header=header(reading.time, "map"),
+        child_frame_id=child,
+        pose={"pose": {"position": vector(truth.position), "orientation": turned(truth.orientation)}},
+        twist={
+            "twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)},
+            "covariance": variance * np.eye(6).reshape(-1),
+        },
+    )
+
+
+def _heard(reading: Reading) -> Message:
+    sound: Sound = reading.data
+    return new(
+        "usv_msgs/RangeBearing",
+        header=_head(reading),
+        range=sound.range,
+        bearing=sound.bearing,
+        elevation=sound.elevation,
+    )
+
+
+def _signal(reading: Reading) -> Message:
+    """VRX's blue arrow from the boat toward where the beacon sounds from."""
+    sound: Sound = reading.data
+    yaw, pitch = 0.5 * sound.bearing, -0.5 * sound.elevation
+    turn = (
+        math.cos(yaw) * math.cos(pitch),
+        -math.sin(yaw) * math.sin(pitch),
+        math.cos(yaw) * math.sin(pitch),
+        math.sin(yaw) * math.cos(pitch),
+    )
+    return new(
+        "visualization_msgs/Marker",
+        header=_head(reading),
+        ns="pinger",
+        pose={"orientation": turned(turn)},
+        scale={"x": max(sound.range, 0.1), "y": 0.5, "z": 0.5},
+        color={"b": 1.0, "a": 1.0},
+    )
+
+
+def _beacon(host: Host, boat: str, sensor: str, name: str) -> Output:
+    """VRX's red ball where the beacon really is."""
+
+    def ball() -> Message:
+        return new(
+            "visualization_msgs/Marker",
+            header=header(host.sim.time, "/map"),
+            ns="pinger",
+            type=2,
+            pose={"position": vector(host.sim.pinger(boat, sensor)), "orientation": {"w": 1.0}},
+            scale={"x": 1.0, "y": 1.0, "z": 1.0},
+            color={"r": 1.0, "a": 1.0},
+        )
+
+    return Output(name, "visualization_msgs/Marker", ball, 1.0 / MARKER_PERIOD, latched=True)
+
+
+_MADE: dict[str, tuple[Made, ...]] = {
+    "camera": (
+        ("/image_raw", "sensor_msgs/Image", _image),
+        ("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
+    ),
+    "points": (("/points", "sensor_msgs/PointCloud2", _points),),
+    "scan": (("/scan", "sensor_msgs/LaserScan", scan_message),),
+    "gps": (
+        ("/fix", "sensor_msgs/NavSatFix", _fix),
+        ("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
+    ),
+    "imu": (("/data", "sensor_msgs/Imu", _imu),),
+    "pinger": (("/range_bearing", "usv_msgs/RangeBearing", _heard),),
+}

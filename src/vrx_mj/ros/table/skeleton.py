@@ -1,0 +1,207 @@
+"""A boat's joints and the frames of its links: `joint_states`, and what a robot_state_publisher would make of them."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.errors import VrxError
+from vrx_mj.physics.tables import RUDDER
+from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.offer import Output
+from vrx_mj.ros.table.bodies import header, turned, vector
+from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.urdf_tree import BASE, Bone, bones
+
+__all__ = ["Skeleton"]
+
+FloatArray = npt.NDArray[np.float64]
+JOINT_RATE = 100.0
+"""[Hz], as VRX's."""
+NEAR = 1e-6
+"""Places that are this near are one [m]."""
+
+
+class Spin(NamedTuple):
+    """How a propeller turns."""
+
+    angle: float = 0.0
+    """[rad], within +-pi."""
+    rate: float = 0.0
+    """[rad/s]."""
+    torque: float = 0.0
+    """[N m]."""
+
+    def after(self, time: float, command: float) -> "Spin":
+        """After some time [s] under a share of full power.
+
+        VRX drives the shaft by 2 N m at full power, beyond a tenth of it; its joint has a damping of 0.05 N m s, a
+        friction of 0.05 N m and at most 100 rad/s, and the propeller 0.008545 kg m2. Nothing is pushed by that.
+        """
+        torque = 2.0 * command if abs(command) > 0.1 else 0.0
+        inertia = 0.008545 + 0.05 * time  # with the damping of the whole time: an implicit step
+        rate = (0.008545 * self.rate + torque * time) / inertia
+        rate = math.copysign(min(max(abs(rate) - 0.05 * time / inertia, 0.0), 100.0), rate)
+        return Spin(math.remainder(self.angle + rate * time, math.tau), rate, torque)
+
+
+class ThrusterJoints(NamedTuple):
+    """What of a thruster moves, where its description has it."""
+
+    name: str
+    engine: Bone | None
+    """Steers."""
+    shaft: Bone | None
+    """Turns the propeller."""
+
+
+class Skeleton:
+    """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
+
+    def __init__(self, host: Host, boat: str) -> None:
+        self._host, self._boat = host, boat
+        self._spins: dict[str, Spin] = {}
+        self._time = host.sim.time
+
+    def outputs(self) -> Iterator[Output]:
+        """`joint_states`: of each thruster the joint that steers it and its propeller's."""
+        yield Output(f"/{self._boat}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
+
+    def joints(self) -> Message:
+        """sensor_msgs/JointState."""
+        spins, angles = self._spun(), self._host.sim.steering(self._boat)
+        rows: list[tuple[str, Spin]] = []
+        for limb in self._thruster_joints:
+            if limb.engine is not None:
+                rows.append((limb.engine.joint, Spin(angles[limb.name])))
+            if limb.shaft is not None:
+                rows.append((limb.shaft.joint, spins[limb.name]))
+        return new(
+            "sensor_msgs/JointState",
+            header=header(self._host.sim.time),
+            name=[name for name, _ in rows],
+            position=np.array([spin.angle for _, spin in rows]),
+            velocity=np.array([spin.rate for _, spin in rows]),
+            effort=np.array([spin.torque for _, spin in rows]),
+        )
+
+    def still(self) -> list[Message]:
+        """geometry_msgs/TransformStamped of what does not move in the boat: its sensors and the links of its URDF."""
+        boat, frames = self._boat, dict[str, Message]()
+        for sensor in self._host.sim.mounted(boat):
+            link, mount = f"{boat}/{sensor.config.link}", sensor.mount
+            if sensor.config.link != BASE:
+                frames[link] = _transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
+            if sensor.frame != link:
+                optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
+                frames[sensor.frame] = _transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
+        moving = {
+            bone.child for limb in self._thruster_joints for bone in (limb.engine, limb.shaft) if bone is not None
+        }
+        for bone in self._bones:
+            if bone.child not in frames and bone.child not in moving:
+                frames[bone.child] = _transform(0.0, bone.parent, bone.child, bone.position, bone.quaternion)
+        return list(frames.values())
+
+    def moving(self) -> list[Message]:
+        """Of its engines, as they are steered, and its propellers; and of the boat in `map`, if the truth is told."""
+        host, boat = self._host, self._boat
+        spins, angles = self._spun(), host.sim.steering(boat)
+        frames = []
+        for limb in self._thruster_joints:
+            if limb.engine is not None:
+                frames.append(_bent(host.sim.time, limb.engine, angles[limb.name]))
+            if limb.shaft is not None:
+                frames.append(_bent(host.sim.time, limb.shaft, spins[limb.name].angle))
+        if host.truth:
+            placed = host.bodies.model(boat)
+            frames.append(_transform(host.sim.time, "map", f"{boat}/{BASE}", placed.position, placed.quaternion))
+        return frames
+
+    # Inside
+
+    @cached_property
+    def _rows(self) -> Sequence[Mapping[str, Any]]:
+        hull = self._host.sim.boats.index(self._boat)
+        return [row for row in self._host.sim.world.parameters["thrusters"] if row["hull"] == hull]
+
+    @cached_property
+    def _bones(self) -> Sequence[Bone]:
+        try:
+            described = bones(self._host.description(self._boat), self._boat)
+        except VrxError:  # made elsewhere, of files that are not here
+            described = ()
+        return described or [bone for row in self._rows for bone in _stand_ins(row, self._boat)]
+
+    @cached_property
+    def _thruster_joints(self) -> Sequence[ThrusterJoints]:
+        """The joints that are where the thrusters are."""
+        moving = [bone for bone in self._bones if bone.moves]
+        return [_joints_of(row, moving) for row in self._rows]
+
+    @cached_property
+    def _drives(self) -> Mapping[str, Any]:
+        return self._host.sim.observe()[self._boat].thrusters
+
+    def _spun(self) -> Mapping[str, Spin]:
+        """How the propellers turn now."""
+        time = self._host.sim.time
+        passed, self._time = time - self._time, time
+        if passed < 0.0:  # time began anew
+            self._spins = {}
+        thrust = self._host.sim.thrust(self._boat)
+        for name, drive in self._drives.items():
+            share = drive.command(thrust[name]) / drive.max_command
+            self._spins[name] = self._spins.get(name, Spin()).after(max(passed, 0.0), share)
+        return self._spins
+
+
+def _joints_of(row: Mapping[str, Any], moving: Sequence[Bone]) -> ThrusterJoints:
+    shaft = None if row["mapping"] == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
+    engine = _at(np.array(row["position"]), [bone for bone in moving if bone is not shaft])
+    return ThrusterJoints(row["name"], engine, shaft)
+
+
+def _at(place: FloatArray, moving: Sequence[Bone]) -> Bone | None:
+    return next((bone for bone in moving if np.abs(bone.place - place).max() < NEAR), None)
+
+
+def _propeller(row: Mapping[str, Any]) -> FloatArray:
+    """(3,): where a thruster pushes at zero steering [m], in the boat's frame."""
+    hinge, turn, propeller = (np.array(row[key], np.float64) for key in ("position", "rotation", "propeller"))
+    return hinge + turn @ propeller
+
+
+def _stand_ins(row: Mapping[str, Any], boat: str) -> Iterator[Bone]:
+    """The joints that a thruster has in VRX, for a boat whose description is not here."""
+    stem, hinge, turn = f"{boat}/{row['name']}", np.array(row["position"]), np.empty(4)
+    mujoco.mju_mat2Quat(turn, np.array(row["rotation"], np.float64).reshape(9))
+    yield Bone(
+        f"{stem}_chasis_engine_joint", f"{boat}/{BASE}", f"{stem}_engine_link", hinge, turn,
+        np.array([0.0, 0.0, 1.0]), True, hinge,
+    )  # fmt: skip
+    yield Bone(
+        f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row["propeller"]),
+        np.array([1.0, 0.0, 0.0, 0.0]), np.array(row["direction"]), True, _propeller(row),
+    )  # fmt: skip
+
+
+def _bent(time: float, bone: Bone, angle: float) -> Message:
+    """The frame of a joint at an angle [rad]."""
+    turn, result = np.empty(4), np.empty(4)
+    mujoco.mju_axisAngle2Quat(turn, bone.axis, angle)
+    mujoco.mju_mulQuat(result, bone.quaternion, turn)
+    return _transform(time, bone.parent, bone.child, bone.position, result)
+
+
+def _transform(time: float, parent: str, child: str, position: Sequence[float] | Any, turn: Any) -> Message:
+    return new(
+        "geometry_msgs/TransformStamped",
+        header=header(time, parent),
+        child_frame_id=child,
+        transform={"translation": vector(position), "rotation": turned(turn)},
+    )

@@ -1,0 +1,204 @@
+"""A task's topics and services, by VRX's names: what a team may see, and what it may say."""
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from vrx_mj.ros.messages import Message, duration, new, stamp
+from vrx_mj.ros.offer import Input, Output, Service
+from vrx_mj.ros.table.bodies import header, link_name, turned
+from vrx_mj.ros.table.host import Host
+
+__all__ = ["collision_name", "task_inputs", "task_outputs", "task_services"]
+
+RATE = 1.0
+"""Of a task's info and errors [Hz]."""
+CONTACT_RATE = 10.0
+ERRORS = ("pose_error", "mean_pose_error")
+DOCKING = ("dock", "scan_and_dock", "scan_dock_deliver")
+STEMS = {
+    "stationkeeping": "/vrx/station_keeping",
+    "wayfinding": "/vrx/wayfinding",
+    "gymkhana": "/vrx/gymkhana_blackbox",
+    "acoustic_tracking": "/vrx/acoustic_tracking",
+}
+"""Of the topics of errors and goals, by type of task."""
+
+
+def task_outputs(host: Host) -> Iterator[Output]:
+    """What the world's task tells; nothing where there is none."""
+    task = host.sim.task
+    if task is None:
+        return
+    yield Output("/vrx/task/info", "vrx_gazebo/Task", lambda: _info(_told(host)), RATE)
+    yield from _contacts(host, "/vrx")
+    if "channel" in task:
+        yield from _gymkhana(host)
+    stem = STEMS.get(task["type"])
+    if task["type"] == "wayfinding":
+        yield from _waypoints(host, f"{stem}")
+    elif stem:
+        if task["type"] != "acoustic_tracking":
+            yield Output(f"{stem}/goal", "geographic_msgs/GeoPoseStamped", lambda: _goal(host), latched=True)
+        for key in ERRORS:
+            yield Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), RATE)
+    if task["type"] == "wildlife":
+        yield Output("/vrx/wildlife/animals/poses", "geographic_msgs/GeoPath", lambda: _animals(host), 10.0)
+    if task["type"] in DOCKING:
+        yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", lambda: _symbol(host), latched=True)
+
+
+def task_inputs(host: Host) -> Iterator[Input]:
+    """Perception's landmarks."""
+    task = host.sim.task
+    if task is not None and task["type"] == "perception":
+
+        def landmark(message: Message) -> None:
+            place = message.pose.position
+            content = {"type": message.header.frame_id, "latitude": place.latitude, "longitude": place.longitude}
+            host.sim.send("landmark", content)
+
+        yield Input("/vrx/perception/landmark", "geographic_msgs/GeoPoseStamped", landmark)
+
+
+def task_services(host: Host) -> Iterator[Service]:
+    """The colours of the light buoy, by the names of 2019 and of 2022."""
+    task = host.sim.task
+    if task is None or task["type"] not in DOCKING:
+        return
+
+    def colors(request: Message) -> Message:
+        told = host.sim.task or {}
+        if not told.get("color_sequence_open"):
+            return new("vrx_gazebo/ColorSequenceResponse", success=False)
+        host.sim.send("color_sequence", [request.color1, request.color2, request.color3])
+        return new("vrx_gazebo/ColorSequenceResponse", success=True)  # as VRX's: even for wrong ones
+
+    for name in ("scan_dock", "scan_dock_deliver"):
+        yield Service(f"/vrx/{name}/color_sequence", "vrx_gazebo/ColorSequence", colors)
+
+
+def _contacts(host: Host, stem: str) -> Iterator[Output]:
+    """What the boat touches, unless VRX_DEBUG=false silences it."""
+    if os.environ.get("VRX_DEBUG") != "false":
+        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", lambda: _contact(host), CONTACT_RATE)
+
+
+def _gymkhana(host: Host) -> Iterator[Output]:
+    """Its two parts, each with a task of its own as in VRX; the black box's score is its mean error."""
+
+    def blackbox() -> Message:
+        task = _told(host)
+        return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
+
+    channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
+    yield Output(f"{channel}/task/info", "vrx_gazebo/Task", lambda: _info(_told(host)["channel"]), RATE)
+    yield Output(f"{box}/task/info", "vrx_gazebo/Task", blackbox, RATE)
+    yield from _contacts(host, channel)
+    yield from _contacts(host, box)
+
+
+def _told(host: Host) -> Mapping[str, Any]:
+    return host.sim.task or {}
+
+
+def _info(task: Mapping[str, Any]) -> Message:
+    return new(
+        "vrx_gazebo/Task",
+        name=task["name"],
+        state=task["state"],
+        ready_time=stamp(task["ready_time"]),
+        running_time=stamp(task["running_time"]),
+        elapsed_time=duration(task["elapsed_time"]),
+        remaining_time=duration(task["remaining_time"]),
+        timed_out=task["timed_out"],
+        num_collisions=task["num_collisions"],
+        score=task["score"],
+    )
+
+
+def _number(host: Host, key: str) -> Message | None:
+    value = _told(host).get(key)
+    return None if value is None else new("std_msgs/Float64", data=float(value))
+
+
+def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
+    """geographic_msgs/GeoPoseStamped; in a world without georeference, x and y [m] stand for latitude and longitude."""
+    on_earth = place.get("latitude") is not None
+    half = 0.5 * float(place.get("yaw", 0.0))
+    return new(
+        "geographic_msgs/GeoPoseStamped",
+        header=header(time, frame),
+        pose={
+            "position": {
+                "latitude": float(place["latitude"] if on_earth else place["x"]),
+                "longitude": float(place["longitude"] if on_earth else place["y"]),
+                "altitude": float(place.get("altitude", place.get("z", 0.0)) or 0.0),
+            },
+            "orientation": turned((math.cos(half), 0.0, 0.0, math.sin(half))),
+        },
+    )
+
+
+def _goal(host: Host) -> Message | None:
+    """Sent once, when the task becomes ready."""
+    task = _told(host)
+    return _place(task["ready_time"], "", task["goal"]) if task.get("goal") else None
+
+
+def _path(host: Host, time: float, places: list[Message]) -> Message:
+    return new("geographic_msgs/GeoPath", header=header(time), poses=places)
+
+
+def _waypoints(host: Host, stem: str) -> Iterator[Output]:
+    def route() -> Message | None:
+        task = _told(host)
+        ready = task["ready_time"]
+        places = task.get("waypoints")
+        return None if places is None else _path(host, ready, [_place(ready, "", place) for place in places])
+
+    def least() -> Message | None:
+        errors = _told(host).get("min_errors")
+        if errors is None:
+            return None
+        size = len(errors)
+        side = new("std_msgs/MultiArrayDimension", label="minimum errors", size=size, stride=size)
+        layout = new("std_msgs/MultiArrayLayout", dim=[side])
+        return new("std_msgs/Float64MultiArray", layout=layout, data=np.array(errors, np.float64))
+
+    yield Output(f"{stem}/waypoints", "geographic_msgs/GeoPath", route, latched=True)
+    yield Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, RATE)
+    yield Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), RATE)
+
+
+def _animals(host: Host) -> Message | None:
+    animals, time = _told(host).get("animals"), host.sim.time
+    if animals is None:
+        return None
+    return _path(host, time, [_place(time, animal["name"], animal) for animal in animals])
+
+
+def _symbol(host: Host) -> Message | None:
+    symbol = _told(host).get("symbol")
+    return None if symbol is None else new("std_msgs/String", data=symbol)
+
+
+def _contact(host: Host) -> Message | None:
+    """The first contact of the boat that has the task, by Gazebo's names of collisions; None where there is none."""
+    boat, model = str(_told(host)["boat"]), host.sim.model
+    for contact in host.sim.data.contact:
+        names = [collision_name(model, int(geom), host.sim.boats) for geom in contact.geom]
+        if contact.dist < 0.0 and any(name.startswith(f"{boat}::") for name in names):
+            return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=names[0], collision2=names[1])
+    return None
+
+
+def collision_name(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
+    """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
+    link = link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
+    return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"

@@ -1,0 +1,111 @@
+from dataclasses import replace
+from itertools import product
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from campaigns import campaign_of, failed, scored
+from vrx_mj.campaign.compare import Test as PairedTest
+from vrx_mj.campaign.compare import _adjusted, compare, paired_test
+
+SEEDS = range(8)
+
+
+def signed_ranks(gains):
+    """The exact two-sided p-value by trying every choice of signs, for gains without ties."""
+    ranks = {size: rank for rank, size in enumerate(sorted(map(abs, gains)), start=1)}
+    middle = sum(ranks.values()) / 2.0
+    seen = abs(sum(ranks[abs(gain)] for gain in gains if gain > 0.0) - middle)
+    sums = [sum(rank for rank, up in zip(ranks.values(), signs, strict=True) if up) for signs in
+            product((False, True), repeat=len(gains))]  # fmt: skip
+    return sum(abs(total - middle) >= seen - 1e-9 for total in sums) / len(sums)
+
+
+@given(st.lists(st.integers(1, 1000), min_size=6, max_size=9, unique=True), st.data())
+def test_the_p_value_is_that_of_all_choices_of_signs(sizes, data):
+    gains = [size * data.draw(st.sampled_from((-1.0, 1.0))) for size in sizes]
+    assert paired_test(gains) == pytest.approx(signed_ranks(gains), rel=1e-9)
+
+
+def test_the_p_value_of_a_textbook():
+    """Siegel and Castellan's way: eight pairs, all one way but the smallest: T = 1, p = 2 * 2 / 2^8."""
+    assert paired_test([-1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]) == pytest.approx(4.0 / 256.0)
+
+
+@pytest.mark.parametrize("gains", [[], [0.0] * 20, [1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0]])
+def test_too_few_pairs_give_no_p_value(gains):
+    assert paired_test(gains) is None
+
+
+def both(tmp_path, before, after, **how):
+    return compare(campaign_of(tmp_path / "new", after, **how), campaign_of(tmp_path / "old", before))
+
+
+def test_lower_errors_and_more_points_are_gains(tmp_path):
+    before = [scored("a:f", "hold", seed, 5.0 + seed) for seed in SEEDS]
+    before += [scored("a:f", "bay", seed, 5.0 + seed, kind="dock") for seed in SEEDS]
+    after = [scored("a:f", "hold", seed, 4.0 + 0.9 * seed) for seed in SEEDS]
+    after += [scored("a:f", "bay", seed, 4.0 + 0.9 * seed, kind="dock") for seed in SEEDS]
+    dock, hold = both(tmp_path, before, after).tests
+    assert (hold.better, hold.worse, hold.gain) == (8, 0, pytest.approx(1.35))
+    assert (dock.better, dock.worse, dock.gain) == (0, 8, pytest.approx(-1.35))
+    assert (hold.p, hold.adjusted) == (pytest.approx(2.0 / 256.0), pytest.approx(4.0 / 256.0))  # Holm: times two
+    assert (hold.verdict, dock.verdict) == ("significantly better", "significantly worse")
+
+
+def test_cells_that_changed_are_told_and_others_counted(tmp_path):
+    before = [scored("a:f", "hold", seed, 5.0) for seed in range(3)] + [
+        failed("a:f", "hold", 3),
+        failed("a:f", "hold", 4),
+    ]
+    after = [
+        scored("a:f", "hold", 0, 5.0), scored("a:f", "hold", 1, 9.0), failed("a:f", "hold", 2),
+        scored("a:f", "hold", 3, 1.0), failed("a:f", "hold", 4), scored("a:f", "hold", 5, 1.0),
+    ]  # fmt: skip
+    result = both(tmp_path, before, after)
+    assert (result.common, result.same) == (5, 2)
+    assert [(change.cell.seed, change.kind) for change in result.changes] == [
+        (2, "fails now"), (1, "worse"), (3, "works now"),
+    ]  # fmt: skip
+    assert result.tests[0].verdict == "too few pairs: 1 differ, at least 6 are needed"
+
+
+def test_the_same_results_show_no_change(tmp_path):
+    same = [scored("a:f", "hold", seed, 5.0) for seed in SEEDS]
+    result = both(tmp_path, same, same)
+    assert (result.same, result.changes, result.tests[0].verdict) == (8, (), "no score has changed")
+
+
+def test_two_single_controllers_are_compared_whatever_their_names(tmp_path):
+    before, after = [scored("old:f", "hold", 0, 5.0)], [scored("new:f", "hold", 0, 4.0)]
+    result = both(tmp_path, before, after)
+    assert (result.common, result.notes) == (1, ("new:f is compared with old:f",))
+    assert both(tmp_path, before, [*after, scored("b:f", "hold", 0, 1.0)]).common == 0
+
+
+def test_worlds_that_are_not_the_same_are_noted(tmp_path):
+    names = ["cove", "bay", "lake", "pond", "open"]
+    before = [replace(scored("a:f", world, 0, 5.0), world_sha256="1") for world in names]
+    after = [replace(scored("a:f", world, 0, 4.0), world_sha256="2" if world != "open" else "1") for world in names]
+    assert both(tmp_path, before, after).notes == ("worlds whose files have changed: cove, bay, lake and 1 more",)
+    assert both(tmp_path, before, [replace(after[0], world_sha256="")]).notes == ()
+
+
+def test_what_else_differs_is_noted(tmp_path):
+    before, after = [scored("a:f", "hold", 0, 5.0)], [scored("a:f", "hold", 0, 4.0)]
+    result = both(tmp_path, before, after, code="0.2.0 def", platform="there", hashes={"a:f": "2"}, duration=9.0)
+    assert result.notes == (
+        "vrx_mj was 0.1.0 abc, now 0.2.0 def",
+        "the controller a:f has changed",
+        "--duration was None, now 9.0",
+        "platform was here, now there: equal runs may differ in their last bits",
+    )
+
+
+def test_p_values_are_adjusted_step_by_step():
+    """Holm (1979): the smallest of three times three, the next times two, and none smaller than the one before."""
+    tests = [PairedTest("a", "dock", "points", 9, 8, 1, 1.0, p) for p in (0.03, 0.01, None, 0.04)]
+    assert [test.adjusted for test in _adjusted(tests)] == [
+        pytest.approx(0.06), pytest.approx(0.03), None, pytest.approx(0.06)
+    ]  # fmt: skip

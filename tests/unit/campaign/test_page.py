@@ -1,0 +1,134 @@
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from campaigns import campaign_of, failed, scored
+from vrx_mj.campaign.compare import compare
+from vrx_mj.campaign.page import page
+from vrx_mj.campaign.results import Result
+
+EVIL = "<script>alert('no')</script> & \"more\""
+VOID = {"meta", "input", "br", "link"}
+
+
+def sketch(name="w", task="stationkeeping"):
+    return {
+        "name": name, "description": EVIL, "task": {"type": task, "name": task},
+        "shore": [[[-500.0, -500.0], [500.0, -500.0], [500.0, -1.0], [-500.0, -1.0]]],
+        "docks": [{"name": EVIL, "cells": [[10.0, 10.0], [12.0, 10.0]], "yaw": 0.5, "cell": 2.0}],
+        "objects": [{"name": EVIL, "spot": [5.0, 5.0], "color": "#ff0000", "size": 1.0}],
+        "boats": [{"name": "wamv", "x": 0.0, "y": 0.0, "yaw": 1.0}], "waypoints": [[20.0, 5.0, 0.0]],
+        "gates": [{"left": [1.0, 2.0], "right": [3.0, 4.0], "yaw": 0.0}],
+        "circles": [{"x": 9.0, "y": 9.0, "radius": 10.0, "told": EVIL}],
+        "bays": [{"corners": [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]], "allowed": True, "told": EVIL}],
+        "beacons": [[3.0, 3.0]], "paths": [[[0.0, 0.0], [1.0, 1.0]]],
+    }  # fmt: skip
+
+
+class Parsed(HTMLParser):
+    """The elements of a page, checked to be well nested."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self._open, self.words = [], [], []
+        self.feed(text)
+        assert not self._open
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+    def of(self, tag, kind=None):
+        return [
+            at for name, at in self.elements if name == tag and (kind is None or kind in at.get("class", "").split())
+        ]
+
+
+TRACKS = {"wamv": [[0.0, 0.0], [3.0, 4.0], [20.0, 5.0]]}
+RESULTS = [
+    scored("a:f", "w", 0, 1.0, tracks=TRACKS),
+    scored("a:f", "w", 1, 3.0, tracks=TRACKS),
+    scored("b:f", "w", 0, 2.0, tracks=TRACKS),
+    failed("b:f", "w", 1, EVIL),
+]
+
+
+@pytest.fixture(scope="module")
+def parsed():
+    return Parsed(page(campaign_of("results", RESULTS), {"w": sketch()}))
+
+
+def test_every_cell_is_there_with_its_colour(parsed):
+    cells = [at for at in parsed.of("td") if "data-s" in at]
+    assert [(at["class"], at["data-s"], at["data-v"]) for at in cells] == [
+        ("score", "0", "1"), ("score", "1", "3"), ("score", "0", "2"), ("failed", "1", ""),
+    ]  # fmt: skip
+    assert [at.get("style") for at in cells[:3]] == [
+        "background:#5eb5a6", "background:#e78762", "background:#f6eccd",
+    ]  # fmt: skip
+    assert cells[0]["title"] == "seed 0: 1 m after 300.0 s, finished, timed out"
+
+
+def test_nothing_of_a_name_or_message_becomes_part_of_the_page(parsed):
+    assert len(parsed.of("script")) == 1
+    assert EVIL in parsed.words  # the failure's message, as text
+    assert not [at for _, at in parsed.elements if any(name.startswith("on") for name in at)]
+
+
+def test_the_page_needs_no_network(parsed):
+    links = [at[key] for _, at in parsed.elements for key in ("href", "src", "action") if at.get(key)]
+    assert links
+    assert not [link for link in links if re.match(r"[a-z]+:|//", link)]
+    assert not parsed.of("link")
+    assert not re.search(r"url\(|@import|fetch\(|XMLHttp", "".join(parsed.words))
+
+
+def test_maps_show_the_tracks_of_each_controller_and_seed(parsed):
+    tracks = [(at["data-c"], at["data-s"]) for at in parsed.of("g", "track")]
+    assert tracks == [("0", "0"), ("0", "1"), ("1", "0")]
+    for kind in ("land", "dock", "bay", "gate", "beacon", "swim", "boat"):
+        assert len(parsed.of("path", kind)) == 1, kind
+    assert (
+        len(parsed.of("circle", "goal")) == len(parsed.of("circle", "ring")) == len(parsed.of("circle", "thing")) == 1
+    )
+    west, north, width, height = map(float, parsed.of("svg")[0]["viewbox"].split())
+    assert west < -1.0 < 20.0 < west + width
+    assert north < -19.0 < 1.0 < north + height  # y points south: the circle reaches 19 m north
+
+
+def test_what_changed_is_on_the_page():
+    before = [scored("a:f", "w", seed, 9.0 + seed) for seed in range(8)]
+    after = [scored("a:f", "w", seed, 1.0) for seed in range(7)] + [failed("a:f", "w", 7)]
+    now = campaign_of("new", after)
+    words = Parsed(page(now, {}, compare(now, campaign_of("old", before)))).words
+    assert "Changes since old" in words
+    assert "significantly better" in words
+    assert "fails now" in words
+
+
+def test_trials_without_a_task_and_those_not_sailed_have_cells_too():
+    done = scored("a:f", "v", 0, 1.0)
+    campaign = campaign_of("results", [done, Result(done.cell.__class__("a:f", "w", 1), sim_time=60.0)])
+    cells = [at["class"] for at in Parsed(page(campaign, {"w": sketch()})).of("td") if "data-s" in at]
+    assert cells == ["score", "missing", "missing", "none"]
+
+
+@pytest.mark.slow
+def test_a_large_campaign_makes_a_page_of_bounded_size():
+    long = {"wamv": [[0.1 * i, 0.2 * i] for i in range(400)]}
+    worlds, seeds = [f"vrx2022/phase2/world{i}" for i in range(100)], range(10)
+    results = [scored("a:f", world, seed, float(seed), tracks=long) for world in worlds for seed in seeds]
+    text = page(campaign_of("results", results), {world: sketch() for world in worlds})
+    assert text.count('class="track') == 1000
+    assert len(text) < 4_000_000

@@ -1,0 +1,119 @@
+"""Pictures of verdicts: what is drawn where. How it looks is for a person to see."""
+
+import numpy as np
+import pytest
+
+from vrx_mj.config.parts.compliance import judge
+from vrx_mj.config.parts.read import load_parts
+from vrx_mj.draw import compliance_picture
+from vrx_mj.draw.compliance_picture import BAD, GOOD, draw_verdict
+from vrx_mj.errors import VrxError
+
+COMPONENTS = """
+wamv_camera: [{name: front, x: 0.75, y: 0.25}, {name: back, x: -0.3}]
+wamv_gps: [{name: gps, x: -0.85}]
+wamv_pinger: [{name: pinger}]
+"""
+THRUSTERS = "engine: [{prefix: left, position: -2.373776 1.027135 0.318237}, {prefix: far, position: 40 0 0}]\n"
+
+
+@pytest.fixture
+def verdict(tmp_path):
+    return verdict_of(tmp_path, COMPONENTS, THRUSTERS)
+
+
+def verdict_of(folder, components, thrusters):
+    (folder / "c.yaml").write_text(components, encoding="utf-8")
+    (folder / "t.yaml").write_text(thrusters, encoding="utf-8")
+    return judge(load_parts(folder / "c.yaml", "components"), load_parts(folder / "t.yaml", "thrusters"))
+
+
+def dots(axes, color):
+    """Places of the markers of a colour."""
+    lines = [line for line in axes.lines if line.get_marker() in {"o", "X"} and line.get_markerfacecolor() == color]
+    return {tuple(np.round(line.get_xydata()[0], 3).tolist()) for line in lines}
+
+
+def test_dots_are_where_the_parts_are(verdict):
+    top, side, front, _ = compliance_picture._figure(verdict).axes
+    assert dots(top, GOOD) == {(0.75, 0.25), (-0.85, 0.0), (-2.374, 1.027)}
+    assert dots(side, GOOD) == {(0.75, 1.5), (-0.85, 1.3), (-2.374, 0.318)}
+    assert dots(front, GOOD) == {(0.25, 1.5), (0.0, 1.3), (1.027, 0.318)}
+    assert (-0.3, 0.0) in dots(top, BAD)
+
+
+def test_a_line_leads_to_the_nearest_legal_place(verdict):
+    top = compliance_picture._figure(verdict).axes[0]
+    lines = [line.get_xydata().tolist() for line in top.lines if line.get_linestyle() == "--"]
+    assert [[-0.3, 0.0], [-0.65, 0.0]] in [np.round(line, 9).tolist() for line in lines]
+
+
+def test_a_part_that_is_far_away_is_drawn_at_the_edge(verdict):
+    top = compliance_picture._figure(verdict).axes[0]
+    right = top.get_xlim()[1]
+    assert right == pytest.approx(compliance_picture.BOAT[1][0] + compliance_picture.REACH)
+    assert max(x for x, _ in dots(top, BAD)) == pytest.approx(right)
+
+
+def test_boxes_are_drawn_and_named(verdict):
+    top, side, *_ = compliance_picture._figure(verdict).axes
+    edges = {
+        tuple(np.round([patch.get_x(), patch.get_y(), patch.get_width(), patch.get_height()], 9).tolist())
+        for patch in top.patches
+        if not patch.get_fill()
+    }
+    assert {(0.3, -0.5, 1.0, 1.0), (-1.15, -0.5, 0.5, 1.0), (-1.0, -0.5, 2.5, 1.0)} <= edges
+    assert len(edges) == 7
+    names = {text.get_text() for text in side.texts}
+    assert {"for", "aft", "middle (room for 1)", "port_for (room for 1)\nstar_for (room for 1)"} <= names
+
+
+def test_the_views_have_one_scale(verdict):
+    figure = compliance_picture._figure(verdict)
+    scales = []
+    for axes in figure.axes[:3]:
+        frame = axes.get_window_extent()
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        scales += [frame.width / abs(right - left), frame.height / abs(high - low)]
+    assert scales == pytest.approx([scales[0]] * 6)
+
+
+def test_parts_are_listed_with_what_they_break(verdict):
+    listed = [text.get_text() for text in compliance_picture._figure(verdict).axes[3].texts]
+    assert "1  front  (wamv_camera, in for)" in listed
+    assert "4  pinger  (wamv_pinger, needs no box)" in listed
+    assert "      outside every box; it misses component_compliance_aft by 0.35 m: 0.35 m too far forward" in listed
+
+
+def test_numbers_of_parts_do_not_cover_each_other(verdict):
+    figure = compliance_picture._figure(verdict)
+    for axes in figure.axes[:3]:
+        numbers = [text for text in axes.texts if text.get_text().replace(",", "").isdigit()]
+        frames = [text.get_window_extent() for text in numbers]
+        assert frames
+        assert not [(a, b) for i, a in enumerate(frames) for b in frames[i + 1 :] if a.overlaps(b)]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
+def test_it_is_written_as_its_suffix_says(verdict, tmp_path, suffix):
+    draw_verdict(verdict, tmp_path / f"boat{suffix}")
+    start = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[suffix]
+    assert (tmp_path / f"boat{suffix}").read_bytes().startswith(start)
+
+
+def test_the_same_verdict_gives_the_same_bytes(verdict, tmp_path):
+    for name in ("a.png", "b.png"):
+        draw_verdict(verdict, tmp_path / name)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_no_parts_and_very_many(tmp_path):
+    draw_verdict(verdict_of(tmp_path, "", ""), tmp_path / "none.png")
+    rows = "".join(f"  - {{name: camera_{i}, x: {0.01 * i}, y: {0.3 - 0.01 * i}}}\n" for i in range(40))
+    draw_verdict(verdict_of(tmp_path, f"wamv_camera:\n{rows}", ""), tmp_path / "many.png")
+
+
+def test_no_other_kind_of_picture(verdict, tmp_path):
+    with pytest.raises(VrxError) as caught:
+        draw_verdict(verdict, tmp_path / "boat.gif")
+    assert str(caught.value) == "invalid file name 'boat.gif' for a picture: it must end in .png, .pdf, .svg"

@@ -1,0 +1,199 @@
+import logging
+import math
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from vrx_mj.draw.chart import chart
+from vrx_mj.draw.chart.ground import nice_length
+from vrx_mj.draw.chart.labels import quiet_fonts
+from vrx_mj.draw.chart.plan import view_of
+from vrx_mj.draw.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
+from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.world import World
+
+SHORE = (
+    np.array([[-80.0, -60.0], [120.0, -60.0], [120.0, 90.0], [-80.0, 90.0]]),
+    np.array([[-50.0, -40.0], [-50.0, 70.0], [100.0, 70.0], [100.0, -40.0]]),
+)
+SCENE = MapScene(
+    title="课程 with 三艘船, $5",
+    shore=SHORE,
+    docks=(MapDock("码头", np.array([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]]), 0.3),),
+    objects=tuple(MapObject(f"浮标_{i}", "buoy", 3.0 * i, 12.0, (0.8, 0.1, 0.1), 0.6) for i in range(12)),
+    boats=(
+        MapBoat("wamv1", 10.0, -10.0, 1.0, "#d1495b"),
+        MapBoat("wamv2", -20.0, 20.0, 3.0, (0.1, 0.5, 0.6)),
+    ),
+    waypoints=((30.0, 30.0, 0.0), (40.0, 5.0, 1.5)),
+    wind=MapWind(120.0, 5.0),
+    wave=MapWave((1.0, 0.0), 7.0, 0.35),
+)
+WORLD = World(
+    mjcf="""<mujoco><worldbody><body name="buoy/link" pos="3 4 0"><freejoint/>
+    <geom type="cylinder" size="0.5 1" rgba="0.9 0.1 0.1 1" group="2"/>
+    <geom type="sphere" size="0.2" pos="0 0 1" rgba="1 1 1 1" group="2"/>
+    <geom type="box" size="9 9 9" rgba="0 0 1 1" group="3"/></body></worldbody></mujoco>""",
+    assets=MappingProxyType({}),
+    parameters=MappingProxyType(
+        {
+            "name": "bay",
+            "fleet": "duo",
+            "shoreline": [[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]],
+            "wind": {"direction": [0.0, 1.0], "mean": 3.0},
+            "sea": {"direction": [1.0, 0.0], "period": 5.0, "significant_height": 0.2, "waves": [{}]},
+            "waypoints": [[1.0, 2.0, 0.5]],
+            "objects": [
+                {
+                    "name": "buoy",
+                    "model": "round",
+                    "kind": "floating",
+                    "body": "buoy/link",
+                    "pose": [3.0, 4.0, 0, 0, 0, 0],
+                }
+            ],
+            "docks": [
+                {"name": "pier", "cells": [[0, 0], [1, 0]], "block": 2.0, "pose": [10.0, 0.0, 0, 0, 0, math.pi / 2]}
+            ],
+            "boats": [
+                {"name": "wamv1", "pose": [1.0, 2.0, 0.1, 0, 0, 0.5], "color": None},
+                {"name": "wamv2", "pose": [5.0, 2.0, 0.1, 0, 0, 1.5], "color": [0.1, 0.2, 0.3, 1.0]},
+            ],
+        }
+    ),
+)
+
+
+def pixels(path):
+    from matplotlib.image import imread
+
+    return imread(path)[..., :3]
+
+
+def test_a_map_is_a_picture_of_the_size_asked_for(tmp_path):
+    draw_map(SCENE, tmp_path / "图" / "地图.png", size=(1200, 800))
+    picture = pixels(tmp_path / "图" / "地图.png")
+    assert picture.shape == (800, 1200, 3)
+    for color in ("#dbe9f0", "#e9e2cd", "#d1495b", "#9aa3ab"):  # water, land, boat, dock
+        wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+        assert np.any(np.all(np.abs(picture - wanted) < 0.01, axis=2)), color
+
+
+def test_the_same_scene_gives_the_same_bytes(tmp_path):
+    draw_map(SCENE, tmp_path / "a.png")
+    draw_map(SCENE, tmp_path / "b.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        MapScene("nothing"),
+        MapScene("land only", shore=SHORE),
+        MapScene("one boat", boats=(MapBoat("wamv", 0.0, 0.0, 0.0, "red"),)),
+        replace(SCENE, boats=tuple(MapBoat(f"wamv{i}", 9.0 * i, 0.0, 0.0, "red") for i in range(100))),
+        replace(SCENE, objects=tuple(MapObject("x", f"kind{i}", 0.0, 0.0, (0, 0, 0), 1) for i in range(40))),
+    ],
+)
+def test_every_scene_can_be_drawn(tmp_path, scene):
+    draw_map(scene, tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 5_000
+
+
+def test_small_courses_are_named_once_and_wide_ones_part_by_part(tmp_path, monkeypatch):
+    names = []
+
+    def noted(axes, things, pixel):
+        names.extend(thing.name for thing in things if thing.name)
+
+    monkeypatch.setattr("vrx_mj.draw.chart.plan.label", noted)
+    parts = [
+        ("tent/chair", 0.0),
+        ("tent/table", 1.0),
+        ("course/a/gate", 0.0),
+        ("course/b", 300.0),
+        ("pier/sign", 9.0),
+    ]
+    objects = tuple(MapObject(name, "x", x, 5.0, (0, 0, 0), 1.0) for name, x in parts)
+    dock = MapDock("pier/base", np.zeros((1, 2)), 0.0)
+    draw_map(MapScene("names", objects=objects, docks=(dock,)), tmp_path / "map.png")
+    assert names == ["pier", "tent", "gate", "b", "sign"]
+
+
+@pytest.mark.parametrize("suffix", ["svg", "pdf"])
+def test_a_map_can_be_a_drawing(tmp_path, suffix):
+    draw_map(SCENE, tmp_path / f"map.{suffix}")
+    assert (tmp_path / f"map.{suffix}").stat().st_size > 5_000
+
+
+def test_other_formats_are_refused(tmp_path):
+    with pytest.raises(VrxError, match=r"^invalid file name 'map\.doc' for a map: it must end in \.png, \.pdf, \.svg$"):
+        draw_map(SCENE, tmp_path / "map.doc")
+
+
+def test_a_world_becomes_a_scene():
+    scene = map_of(WORLD)
+    assert scene.title == "bay with duo"
+    assert scene.wind == MapWind(pytest.approx(90.0), 3.0)
+    assert scene.wave == MapWave((1.0, 0.0), 5.0, 0.2)
+    assert scene.waypoints == ((1.0, 2.0, 0.5),)
+    assert scene.objects == (MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),)
+    assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2", 1.5)]
+    assert scene.boats[1].color == (0.1, 0.2, 0.3)
+    np.testing.assert_allclose(scene.docks[0].cells, [[10.0, 0.0], [10.0, 2.0]], atol=1e-12)
+    np.testing.assert_array_equal(scene.shore[0], [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])
+
+
+@pytest.mark.parametrize("name", ["blue_projectile", "wamv1/ball_shooter"])  # the regatta's own, and a shooter's
+def test_parked_balls_are_not_on_the_map(name):
+    ball = {**WORLD.parameters["objects"][0], "name": name, "model": "blue_projectile"}
+    values = {**WORLD.parameters, "objects": [*WORLD.parameters["objects"], ball]}
+    assert map_of(World(WORLD.mjcf, WORLD.assets, values)).objects == map_of(WORLD).objects
+
+
+def test_still_air_and_a_calm_sea_have_no_arrows():
+    values = {**WORLD.parameters, "wind": {"direction": [1.0, 0.0], "mean": 0.0}}
+    values["sea"] = {**values["sea"], "waves": []}
+    scene = map_of(World(WORLD.mjcf, WORLD.assets, values))
+    assert scene.wind is None
+    assert scene.wave is None
+
+
+@pytest.mark.parametrize(("most", "length"), [(1.0, 1.0), (1.99, 1.0), (4.9, 2.0), (70.0, 50.0), (0.3, 0.2)])
+def test_scale_bars_have_round_lengths(most, length):
+    assert nice_length(most) == pytest.approx(length)
+
+
+def test_an_object_far_from_everything_does_not_widen_the_plan():
+    near, far = (
+        MapObject("near", "x", 20.0, 0.0, (0, 0, 0), 1.0),
+        MapObject("far", "x", 500.0, 0.0, (0, 0, 0), 1.0),
+    )
+    boat = MapBoat("wamv", 0.0, 0.0, 0.0, "red")
+    west, east = chart(MapScene("s", objects=(near, far), boats=(boat,)), (800, 600)).axes[0].get_xlim()
+    assert west < 0.0
+    assert 20.0 < east < 100.0
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 1.45])
+@pytest.mark.parametrize("place", [(400.0, 0.0), (0.0, 400.0), (3.0, 4.0)])
+def test_a_plan_has_the_shape_of_its_picture_and_all_boats_in_it(aspect, place):
+    boats = (MapBoat("one", 0.0, 0.0, 0.0, "red"), MapBoat("other", *place, 0.0, "blue"))
+    west, south, east, north = view_of(MapScene(title="bay", boats=boats), aspect)
+    assert (east - west) / (north - south) == pytest.approx(aspect)
+    assert all(west < boat.x < east and south < boat.y < north for boat in boats)
+    assert (west + east, south + north) == pytest.approx(place)
+
+
+def test_fonts_without_a_weight_are_no_news(caplog):
+    fonts = logging.getLogger("matplotlib.font_manager")
+    with quiet_fonts():
+        fonts.warning("findfont: Failed to find font weight bold for WenQuanYi Zen Hei, now using 500.")
+        fonts.warning("findfont: something else")
+    fonts.warning("findfont: Failed to find font weight %s", "bold")
+    assert [record.getMessage() for record in caplog.records] == [
+        "findfont: something else",
+        "findfont: Failed to find font weight bold",
+    ]

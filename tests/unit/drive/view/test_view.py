@@ -1,0 +1,309 @@
+import io
+import os
+import re
+import signal
+import socket
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+from vrx_mj import Simulation, compile_world
+from vrx_mj.drive import view as package
+from vrx_mj.drive.helm.terminal import Terminal
+from vrx_mj.drive.view import display, sea, server, view
+from vrx_mj.drive.view.session import Session, watch
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError
+
+WAVES = {"extends": "ocean", "sea": {"model": "pms", "gain": 1.0, "period": 5.0, "tau": 0.01}}
+
+
+class Clock:
+    """Wall time that passes when somebody sleeps."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+class Screen:
+    url, ports = None, ()
+
+    def __init__(self, frames, keys=()):
+        self.frames, self.script = frames, dict(keys)
+        self.times, self.restarts, self.closed = [], 0, False
+
+    def is_open(self):
+        return len(self.times) < self.frames
+
+    def pressed(self):
+        return self.script.pop(len(self.times), ())
+
+    def show(self, session):
+        self.times.append(session.sim.time)
+
+    def restart(self):
+        self.restarts += 1
+
+    def close(self):
+        self.closed = True
+
+
+@pytest.fixture(scope="module")
+def trio():
+    return compile_world("ocean", fleet="trio")
+
+
+def watched(world, frames, keys=(), **options):
+    clock, screen = Clock(), Screen(frames, keys)
+    session = Session(Simulation(world), clock=clock, **options)
+    watch(session, screen, sleep=clock.sleep, clock=clock)
+    return session, screen
+
+
+def test_simulated_time_follows_the_clock(trio):
+    session, screen = watched(trio, 91)
+    assert session.sim.time == pytest.approx(3.0, abs=0.011)  # 90 frames of 1/30 s, to a step
+    assert np.diff(screen.times).max() == pytest.approx(0.04)
+    assert session.pacer.kept == pytest.approx(1.0, abs=0.02)
+
+
+def test_pace_and_pause_act_at_once(trio):
+    session, screen = watched(trio, 91, {30: "+", 60: "p"})
+    assert screen.times[30] == pytest.approx(1.0, abs=0.04)
+    assert screen.times[90] == screen.times[60] == pytest.approx(3.0, abs=0.08)
+    assert dict(session.status())["pace"] == "paused of 2"
+
+
+def test_keys_move_the_chosen_boat_alone(trio):
+    session, _ = watched(trio, 61, {0: "i"}, boat="wamv2")
+    speeds = {name: seen.velocity[0] for name, seen in session.sim.observe().items()}
+    assert speeds["wamv2"] > 0.3 > 3 * max(abs(speeds["wamv1"]), abs(speeds["wamv3"]))  # waves push these
+    assert dict(session.status())["power"] == "+0.50"
+
+
+def test_watching_is_the_same_run_as_not_watching(trio):
+    session, _ = watched(trio, 61, {0: "i"})
+    alone = Simulation(trio)
+    alone.step({"wamv1": {"left": 0.5, "right": 0.5}}, duration=session.sim.time)
+    assert alone.get_state().mujoco.tobytes() == session.sim.get_state().mujoco.tobytes()
+
+
+def test_a_controller_steers_until_a_key_takes_over(trio):
+    def controller(_seen, _time):
+        return {boat: {"left": -0.5, "right": -0.5} for boat in trio.boats}
+
+    session, _ = watched(trio, 91, {1: "i"}, controller=controller)
+    speeds = [seen.velocity[0] for seen in session.sim.observe().values()]
+    assert speeds[0] > 0.2
+    assert speeds[1] < -0.1 > speeds[2]
+
+
+def test_a_view_keeps_to_its_boats(trio):
+    clock = Clock()
+    sim = Simulation(trio)
+    session = Session(sim, clock=clock, controller=lambda _obs, t: sim.remove("wamv2") if t > 0.15 else None)
+    with pytest.raises(CommandError) as caught:
+        watch(session, Screen(20), clock=clock, sleep=clock.sleep)
+    assert str(caught.value) == (
+        "the boats changed from wamv1, wamv2, wamv3 to wamv1, wamv3: a view needs the boats with which it began"
+    )
+    again = Session(sim, clock=clock)  # which is of the boats of now
+    with pytest.raises(CommandError, match=r"^the boats changed from wamv1, wamv3 to wamv1, wamv2, wamv3: "):
+        again.press("backspace")
+
+
+def test_starting_again_repeats_the_run(trio):
+    session, screen = watched(trio, 121, {0: "i", 60: ["backspace"]})
+    fresh = Simulation(trio)
+    fresh.advance(round(session.sim.time / fresh.timestep))
+    assert (screen.restarts, session.pilot.commands()) == (1, {})
+    assert screen.times[60] < 0.1 < screen.times[59]
+    assert fresh.get_state().mujoco.tobytes() == session.sim.get_state().mujoco.tobytes()
+
+
+@pytest.mark.parametrize("pace", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_pace_is_above_zero(trio, pace):
+    with pytest.raises(CommandError, match=f"^invalid pace {pace:g}: a number above 0 is needed, 1 for real time$"):
+        Session(Simulation(trio), pace=pace)
+
+
+def test_the_boat_must_exist(trio):
+    with pytest.raises(UnknownNameError, match=r"^no boat named 'wamv9'; did you mean 'wamv3'\?$"):
+        Session(Simulation(trio), boat="wamv9")
+
+
+# The sea of the window
+
+
+@pytest.fixture(scope="module")
+def waves():
+    """A simulation in waves, the model and data of its window, and the sea there."""
+    sim = Simulation(compile_world(WAVES))
+    model = sea.window_model(sim.world)
+    return sim, model, mujoco.MjData(model), sea.sea_of(model, sim.sea.height)
+
+
+def drawn(model, data):
+    """The mesh's vertices in the world."""
+    geom, mesh = model.geom("vrx_mj/sea").id, model.mesh("vrx_mj/sea").id
+    start = model.mesh_vertadr[mesh]
+    points = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
+    return points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+
+
+def test_before_anything_moves_the_mesh_is_flat_water(waves):
+    model = sea.window_model(waves[0].world)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    points = drawn(model, data)
+    assert np.abs(points[:, 2]).max() < 1e-3
+    assert np.ptp(points[:, 0]) == pytest.approx(2 * sea.HORIZON)
+
+
+def test_the_mesh_lies_on_the_sea_near_the_boat_and_flat_at_the_horizon(waves):
+    sim, model, data, mesh = waves
+    mesh.follow(data, (140.3, -507.1), 20.0)
+    mujoco.mj_kinematics(model, data)
+    points = drawn(model, data)
+    away = np.hypot(points[:, 0] - 140.3, points[:, 1] + 507.1)
+    near = away < 50.0
+    heights = sim.sea.height(points[near, 0], points[near, 1], 20.0)
+    assert np.abs(heights).max() > 0.2
+    np.testing.assert_allclose(points[near, 2], heights, atol=1e-4)  # float32 of some 50 m
+    assert away.min() < sea.CELL
+    assert not points[away > 200.0, 2].any()
+
+
+def test_the_mesh_is_lit_from_above_and_moves(waves):
+    _, model, data, mesh = waves
+    mesh.follow(data, (0.0, 0.0), 20.0)
+    before, normals = model.mesh_vert.copy(), model.mesh_normal[-(sea.SIDE**2) :].copy()
+    mesh.follow(data, (0.0, 0.0), 21.0)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-6)
+    assert normals[:, 2].min() > 0.0
+    assert np.abs(model.mesh_vert - before).max() > 0.1
+
+
+def test_the_window_draws_the_same_state(trio):
+    model = sea.window_model(trio)
+    assert model.nq == Simulation(trio).model.nq
+    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "water") == -1
+
+
+def test_lines_grow_toward_the_horizon():
+    lines = sea.sea_lines()
+    gaps = np.diff(lines)
+    assert gaps[sea.SIDE // 2] == pytest.approx(sea.CELL, rel=0.01)
+    np.testing.assert_allclose(lines, -lines[::-1], atol=1e-9)
+    assert (np.diff(gaps[sea.SIDE // 2 :]) > 0.0).all()
+
+
+# Where it is shown
+
+
+@pytest.mark.parametrize("variables", [{}, {"DISPLAY": "", "WAYLAND_DISPLAY": ""}])
+def test_without_a_display_there_is_no_window(variables):
+    assert display.no_window(variables, "linux") == "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
+
+
+def test_macos_wants_its_own_python():
+    told = display.no_window({}, "darwin", main_thread=False)
+    assert told == "on macOS MuJoCo's window needs mjpython: mjpython -m vrx_mj view ..."
+
+
+def test_a_display_that_cannot_draw_is_no_display(monkeypatch):
+    monkeypatch.setattr(display, "try_backend", lambda *_: display.Attempt(False, "no pixels"))
+    assert display.no_window({"DISPLAY": ":7"}, "linux") == "the display cannot draw: no pixels"
+    monkeypatch.setattr(display, "try_backend", lambda *_: display.Attempt(True, "a card"))
+    assert display.no_window({"DISPLAY": ":7"}, "linux") is None
+
+
+def test_a_way_to_draw_that_fails_says_why():
+    attempt = display.try_backend("glfw", {**os.environ, "DISPLAY": ":99999", "WAYLAND_DISPLAY": ""})
+    assert (attempt.works, bool(attempt.said)) == (False, True)
+
+
+def addresses(port):
+    """The addresses on which this machine listens on a port, by the kernel's tables."""
+    found = []
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        with open(table, encoding="ascii") as file:  # noqa: PTH123
+            rows = [line.split() for line in file.readlines()[1:]]
+        found += [row[1].split(":")[0] for row in rows if row[3] == "0A" and int(row[1].split(":")[1], 16) == port]
+    return found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's tables")
+def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
+    told, shown = [], []
+
+    def few_frames(session, screen, _consoles):
+        clock = Clock()
+        monkeypatch.setattr(screen, "_clock", clock)
+        for _ in range(30):
+            clock.sleep(0.05)
+            session.sim.advance(5)
+            screen.show(session)
+        screen.restart()
+        screen.show(session)
+        shown.extend((screen.ports, [addresses(port) for port in screen.ports], screen.is_open()))
+        os.kill(os.getpid(), signal.SIGTERM)  # ends as Ctrl-C does
+
+    monkeypatch.setattr(package, "watch", few_frames)
+    before = signal.getsignal(signal.SIGTERM)
+    view(Simulation(trio), browser=True, tell=told.append)
+    ports, listening, running = shown
+    assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
+    page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy"
+    assert told[:2] == ["In the browser: as asked.", f"Open {page}"]
+    assert told[-1] == "stopped at 1.5 s of simulated time"
+    assert [addresses(port) for port in ports] == [[], []]
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_a_server_that_does_not_start_says_what_rerun_said(monkeypatch):
+    monkeypatch.setattr(server, "viewer_binary", lambda: sys.executable)  # knows none of rerun's options
+    with pytest.raises(RecordError, match=r"^rerun's browser viewer does not start: ") as error:
+        server.Server()
+    assert re.search(r"-c|-h", str(error.value))
+
+
+def test_a_port_that_is_taken_gives_way_to_a_free_one():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert server.free_port(port) not in {port, 0}
+
+
+# The terminal
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a pseudo-terminal")
+def test_keys_come_from_a_terminal_and_its_settings_are_put_back(trio, monkeypatch):
+    import termios
+
+    ours, theirs = os.openpty()
+    with open(theirs, encoding="utf-8") as stdin:  # noqa: PTH123
+        monkeypatch.setattr(os, "tcgetpgrp", lambda _: os.getpgrp())
+        before = termios.tcgetattr(stdin)
+        with Terminal(stdin, io.StringIO()) as terminal:
+            assert terminal.reads
+            os.write(ours, b"i\x1b[A2")
+            assert list(terminal.pressed()) == ["i", "up", "2"]
+            assert list(terminal.pressed()) == []
+            terminal.show(Session(Simulation(trio)))
+        assert termios.tcgetattr(stdin) == before
+    os.close(ours)
+
+
+def test_what_is_no_terminal_gives_no_keys():
+    with Terminal(io.StringIO("iii"), io.StringIO()) as terminal:
+        assert (terminal.reads, list(terminal.pressed())) == (False, [])

@@ -1,0 +1,264 @@
+"""Saved worlds that somebody else may have written: all of one is checked before anything of it runs."""
+
+import copy
+import hashlib
+import json
+import os
+import random
+import re
+
+import pytest
+
+from vrx_mj.errors import StateError
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.mjcf_form import ATTRIBUTES, contents_of
+from vrx_mj.mjcf.world import World, world_of
+from vrx_mj.resources import root
+
+RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
+WORLDS = {
+    "docking": ("scan_dock_deliver", None),
+    "swimmers": ("wildlife_task", None),
+    "rafts": ({"extends": "ocean_buoys", "docks": [RAFT]}, {"usv_count": 2, "engines": "hinged", "thrusters": "X"}),
+    "gates": ("gymkhana", None),
+}
+SPANS = ("station", "thruster", "element", "waypoint")
+NUMBERS = {f"{kind}_{end}" for kind in SPANS for end in ("start", "count")}
+NUMBERS |= {"follower", "hull", "race", "block", "parent", "depth", "profile", "mapping", "shape"}
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    return {name: compile_world(world, fleet=fleet) for name, (world, fleet) in WORLDS.items()}
+
+
+def loaded(world, tree=None, mjcf=None, assets=None):
+    """The world again, through its saved form, of which a part is another."""
+    text = json.dumps(dict(world.parameters) if tree is None else tree).encode()
+    files = dict(world.assets) if assets is None else assets
+    return world_of((world.mjcf if mjcf is None else mjcf).encode(), text, lambda name: files[name], "scene.json")
+
+
+def refusal(*args, **kwargs):
+    with pytest.raises(StateError) as refused:
+        loaded(*args, **kwargs)
+    return str(refused.value)
+
+
+def changed(world, *path, to):
+    """The parameters of a world with another value at a path."""
+    tree = copy.deepcopy(dict(world.parameters))
+    owner = tree
+    for step in path[:-1]:
+        owner = owner[step]
+    owner[path[-1]] = to
+    return tree
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_world_that_we_wrote_is_accepted_whole(worlds, name):
+    world = worlds[name]
+    again = loaded(world)
+    assert (again.sha256, again.mjcf, again.assets) == (world.sha256, world.mjcf, world.assets)
+
+
+def numbers_of(tree, path=()):
+    """Paths of all whole numbers by which rows point at others."""
+    for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
+        if isinstance(value, dict | list):
+            yield from numbers_of(value, (*path, key))
+        elif key in NUMBERS and isinstance(value, int):
+            yield (*path, key), value
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
+    paths = list(numbers_of(dict(worlds[name].parameters)))
+    chance = random.Random(1)
+    seen = {path[-1] for path, _ in paths}
+    assert seen >= {"station_start", "thruster_count", "element_start", "hull", "race"}
+    for path, value in chance.sample(paths, min(40, len(paths))):
+        for wrong in (-2, -1, value + 1000, 1_000_000, 2**31, 2**63):
+            if wrong != value and (path[-1], wrong) != ("race", -1):  # that is none
+                assert "scene.json is damaged: " in refusal(worlds[name], changed(worlds[name], *path, to=wrong)), path
+
+
+@pytest.mark.parametrize(
+    ("path", "to", "message"),
+    [
+        (("hulls", 0, "thruster_count"), 1_000_000, "hulls: they have 1000000 thrusters of 2"),
+        (("hulls", 0, "thruster_start"), 5, "hulls: thruster_start is 5 where thrusters were left at 0"),
+        (("thrusters", 1, "hull"), 7, "thrusters[1].hull: 7 is not the hull whose thruster it is"),
+        (("thrusters", 0, "race"), 2, "thrusters[0].race: there is no thruster 2"),
+        (("thrusters", 0, "body"), "world", "thrusters[0].body: 'world' is not the hull or a body on its own hinge"),
+        (("floats", 0, "element_start"), 10**6, "floats and blocks: elements 1000000 to 1000000 of 4"),
+        (("floats", 0, "mass"), -1.0, "floats[0].mass: must be above 0, got -1"),
+        (("floats", 0, "body"), "wamv/base_link",
+         "floats[0].body: 'wamv/base_link' is not 'blue_projectile/link', the body of the object 'blue_projectile'"),
+        (("sea", "waves", 0, "amplitude"), "high",
+         "sea.waves[0].amplitude: expected a number, got 'high'"),
+        (("sea", "waves"), {}, "sea.waves: expected a list, got no keys"),
+        (("task", "boat"), "nobody", "task.boat: there is no boat 'nobody'"),
+        (("task", "anchor"), "pier", "task.anchor: there is no object or dock 'pier'"),
+        (("task", "type"), "regatta", "task: type: expected stationkeeping, wayfinding, "),
+        (("task", "rivals", 0), "sun", "task.rivals: they are not those of the contact sensors in the MJCF"),
+        (("boats", 0, "name"), "../wamv", "boats[0].name: string should match pattern "),
+        (("sensors", 0, "config", "rate"), 1e9, "sensors[0].config: camera.rate: must be at most 10000, got "),
+        (("sensors", 0, "body"), "world", "sensors[0].body: 'world' is not the hull of wamv"),
+        (("sensors", 0, "rotation", 0), [0.0, 0.0, 0.0], "sensors[0].rotation: expected the rows of a rotation, got "),
+        (("thrusters", 0, "rotation", 2, 2), -1.0, "thrusters[0].rotation: expected the rows of a rotation, got "),
+        (("lights", 0, "pattern", 0), "pink", "lights[0].pattern: no colour 'pink'"),
+        (("placards", 0, "symbol"), "red_heart", "placards[0].symbol: no symbol 'red_heart'"),
+        (("timestep",), 0.005, "timestep: 0.005 s, and 0.01 s in the MJCF"),
+        (("seed",), -1, "seed: must be at least 0, got -1"),
+        (("extra",), 1, "extra: unknown key"),
+    ],
+)  # fmt: skip
+def test_the_message_names_the_place_and_the_value(worlds, path, to, message):
+    said = refusal(worlds["docking"], changed(worlds["docking"], *path, to=to))
+    assert said.startswith(f"scene.json is damaged: {message}")
+    assert len(said) < 400
+
+
+def test_a_block_cannot_hang_on_one_that_comes_later(worlds):
+    tree = changed(worlds["rafts"], "blocks", 1, "parent", to=2)
+    said = refusal(worlds["rafts"], tree)
+    assert said == "scene.json is damaged: blocks[1].parent: 2 is not a block of its dock that comes before"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"", "scene.json is damaged: not JSON: EOF while parsing a value at line 1 column 0"),
+        (b"[]", "scene.json is damaged: expected keys and values, got []"),
+        (b'{"format": true}', "scene.json has format true; this version reads 3"),
+        (b'{"format": 3, "format": 3}', "scene.json is damaged: name: required, but missing"),
+        (b"[" * 100_000, "scene.json is damaged: not JSON: recursion limit exceeded at line 1 column 202"),
+    ],
+)
+def test_what_is_no_world_at_all_is_said_in_one_line(worlds, text, message):
+    world = worlds["gates"]
+    with pytest.raises(StateError) as refused:
+        world_of(world.mjcf.encode(), text, lambda name: world.assets[name], "scene.json")
+    assert str(refused.value) == message
+
+
+def test_an_engine_turns_on_its_own_hinge(worlds):
+    first, second = worlds["rafts"].parameters["thrusters"][:2]
+    said = refusal(worlds["rafts"], changed(worlds["rafts"], "thrusters", 0, "joint", to=second["joint"]))
+    place = f"thrusters[0].body: '{first['body']}'"
+    assert said == f"scene.json is damaged: {place} is not the hull or a body on its own hinge"
+
+
+# The MJCF
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('<mesh name="', '<mesh file="/etc/passwd" content_type="x" name="', "invalid file '/etc/passwd' of <mesh>"),
+        ('file="mesh_', 'file="../../mesh_', "invalid file '../../mesh_"),
+        ('meshdir="assets"', 'meshdir="/etc"', "invalid meshdir '/etc' of <compiler>"),
+        ("<asset>", '<include file="/etc/passwd"/><asset>', "invalid element <include>: no world has one"),
+        ("<asset>", '<extension><plugin plugin="x"/></extension><asset>', "invalid element <extension>: no world has"),
+        ("<asset>", '<size memory="900G"/><asset>', "invalid element <size>: no world has one"),
+        ("<asset>", "<!-- <mesh/> --><asset>", "line "),
+        ("<asset>", "<![CDATA[<mesh/>]]><asset>", "line "),
+        ("<mujoco", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco', "line 1: a tag is needed, got '<!DOCTYPE x "),
+        ('width="256"', 'width="99999"', "invalid width '99999' of <texture>"),
+        ('timestep="0.01"', 'timestep="1e-300"', "invalid timestep '1e-300' of <option>"),
+        ('znear="0.005"', 'znear="nan"', "invalid znear 'nan' of <map>"),
+        ('gravity="0 0 -9.8"', 'gravity="0 0 1e308"', "invalid gravity '0 0 1e308' of <option>"),
+        ('gravity="0 0 -9.8"', 'gravity="0 0 -1e308"', "invalid gravity '0 0 -1e308' of <option>"),
+        ('<flag warmstart="disable"', '<flag warmstart="disable" multiccd="enable"', "invalid attribute multiccd"),
+        ('autoreset="disable"', 'autoreset="enable"', "invalid autoreset 'enable' of <flag>"),
+        ("</mujoco>", "", "no element found: "),
+    ],
+)
+def test_an_mjcf_that_we_did_not_write_is_refused(worlds, old, new, message):
+    world = worlds["docking"]
+    assert old in world.mjcf
+    said = refusal(world, mjcf=world.mjcf.replace(old, new, 1))
+    assert said.startswith(f"scene.xml is damaged: {message}")
+    assert "\n" not in said
+
+
+def test_nesting_is_limited(worlds):
+    world = worlds["gates"]
+    deep = "".join(f'<body name="d{number}">' for number in range(600)) + "</body>" * 600
+    said = refusal(world, mjcf=world.mjcf.replace("<worldbody>", f"<worldbody>{deep}", 1))
+    assert said == "scene.xml is damaged: elements are nested too deeply; at most 500"
+
+
+def test_a_body_of_a_table_has_to_be_in_the_mjcf(worlds):
+    world = worlds["docking"]
+    said = refusal(world, mjcf=world.mjcf.replace('<freejoint name="wamv/free" align="false"/>', "", 1))
+    assert said == "scene.json is damaged: hulls[0].body: 'wamv/base_link' is no free body of wamv"
+
+
+def test_the_templates_write_nothing_that_is_not_accepted():
+    """Not one element or attribute more than the templates write is accepted, nor less."""
+    written = {}
+    for file in (root() / "templates").glob("*.xml.j2"):
+        text = re.sub(r"{#.*?#}|<!--.*?-->", "", file.read_text("utf-8"), flags=re.DOTALL)
+        text = re.sub(r"""{{[^}]*'subtree2' if [^}]*}}=""", 'subtree2="" body2=', text)
+        for tag, rest in re.findall(r"<([a-z]+)((?:[^<>]|{[{%][^}]*[%}]})*)", re.sub(r"{{.*?}}", "@", text)):
+            written.setdefault(tag, set()).update(re.findall(r"([a-z_0-9]+)=\"", rest))
+    assert {tag: set(checks) for tag, checks in ATTRIBUTES.items()} == written
+
+
+def test_a_long_list_of_digits_takes_no_time_to_refuse():
+    contents_of(f'<mujoco><asset><mesh name="a" vertex="{"1 " * 100_000}"/></asset></mujoco>', "scene.xml")
+    with pytest.raises(StateError):
+        contents_of(f'<mujoco><asset><mesh name="a" vertex="{"1" * 100_000}x"/></asset></mujoco>', "scene.xml")
+
+
+# Files
+
+
+def test_an_asset_has_the_content_that_its_name_says(worlds):
+    world = worlds["docking"]
+    name = sorted(world.assets)[0]
+    said = refusal(world, assets={**world.assets, name: b"v 0 0 0\n"})
+    assert said == f"scene.xml is damaged: '{name}' has another content than its name says"
+    digits = name.rpartition("_")[2].partition(".")[0]
+    assert hashlib.sha256(world.assets[name]).hexdigest().startswith(digits)
+
+
+def test_a_mesh_is_as_large_as_its_header_says(worlds):
+    """An STL file of 84 bytes that says it has four thousand million triangles."""
+    world = worlds["docking"]
+    name = next(name for name in sorted(world.assets) if name.endswith(".stl"))
+    content = b"\0" * 80 + b"\xff" * 4
+    evil = f"land_sand_{hashlib.sha256(content).hexdigest()[:12]}.stl"
+    said = refusal(world, mjcf=world.mjcf.replace(name, evil), assets={**world.assets, evil: content})
+    assert said.startswith(f"scene.xml is damaged: mesh {evil} cannot be read: its header says 4,294,967,295 triangles")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names on this system")
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(worlds, tmp_path):
+    worlds["gates"].save(tmp_path)
+    name = sorted(worlds["gates"].assets)[0]
+    (tmp_path / "assets" / name).unlink()
+    os.mkfifo(tmp_path / "assets" / name)
+    with pytest.raises(StateError) as refused:
+        World.load(tmp_path)
+    assert str(refused.value) == f"{tmp_path / 'assets' / name} cannot be read: it is a pipe, not a file"
+
+
+def test_a_missing_asset_is_named(worlds, tmp_path):
+    worlds["gates"].save(tmp_path)
+    name = sorted(worlds["gates"].assets)[0]
+    (tmp_path / "assets" / name).unlink()
+    with pytest.raises(StateError) as refused:
+        World.load(tmp_path)
+    assert str(refused.value) == f"{tmp_path / 'assets' / name} cannot be read: No such file or directory"
+
+
+def test_a_world_made_by_hand_is_not_written_outside_its_folder(worlds, tmp_path):
+    world = worlds["gates"]
+    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.parameters)
+    with pytest.raises(StateError) as refused:
+        evil.save(tmp_path / "a" / "b")
+    assert str(refused.value) == "invalid asset name '../../evil.obj': a file name without folders is needed"
+    assert list(tmp_path.rglob("*.obj")) == []

@@ -1,0 +1,80 @@
+"""Rows of companies in the columns of all of them."""
+
+import numpy as np
+import pytest
+
+from vrx_mj.recording.companies import all_rows, joint_layout
+from vrx_mj.recording.parsed import Part
+from vrx_mj.recording.rows import pack_rows
+from vrx_mj.recording.scene import MovingBody, RowLayout
+
+FIRST = RowLayout(
+    nq=15,  # a, its engine on a hinge, b
+    nv=13,
+    thrusters=(("a", "left"),),
+    bodies=(MovingBody("a", "boat", 0, 0), MovingBody("b", "boat", 8, 7)),
+    display_marks=1,
+)
+SECOND = RowLayout(
+    nq=14,  # b, c
+    nv=12,
+    thrusters=(("c", "left"),),
+    bodies=(MovingBody("b", "boat", 0, 0), MovingBody("c", "boat", 7, 6)),
+    display_marks=1,
+)
+
+
+MOST = 1 << 20
+
+
+def part(rows, company=None):
+    numbers = {} if company is None else {"company": [np.array([company])]}
+    return Part("/record/rows", static=False, columns={"block": [pack_rows(rows)], **numbers})
+
+
+def numbered(layout, start):
+    """Two rows in which every number is another."""
+    rows = start + np.arange(2.0 * layout.width).reshape(2, -1)
+    rows[:, 0] = start, start + 1.0
+    return rows
+
+
+def test_one_company_has_its_own_columns():
+    rows = numbered(FIRST, 0.0)
+    assert joint_layout([FIRST]) is FIRST
+    assert np.array_equal(all_rows([part(rows)], [FIRST], MOST)[0], rows)
+
+
+def test_who_joins_later_comes_last():
+    joint = joint_layout([FIRST, SECOND])
+    assert (joint.nq, joint.nv) == (22, 19)
+    assert joint.thrusters == (("a", "left"), ("c", "left"))
+    assert joint.bodies == (*FIRST.bodies, MovingBody("c", "boat", 15, 13))
+
+
+def test_numbers_stay_those_of_their_body():
+    joint = joint_layout([FIRST, SECOND])
+    blocks = {FIRST: numbered(FIRST, 0.0), SECOND: numbered(SECOND, 1000.0)}
+    wide, numbers = all_rows([part(blocks[SECOND], 1), part(blocks[FIRST], 0)], [FIRST, SECOND], MOST)
+    assert numbers.tolist() == [0, 0, 1, 1]
+    assert wide[:, 0].tolist() == [0.0, 1.0, 1000.0, 1001.0]
+    for layout, lines in ((FIRST, wide[:2]), (SECOND, wide[2:])):
+        rows = blocks[layout]
+        own = {body.name: body for body in layout.bodies}
+        for body in joint.bodies:
+            found = np.hstack([lines[:, joint.pose(body)], lines[:, joint.velocity(body)]])
+            if body.name in own:
+                there = [rows[:, layout.pose(own[body.name])], rows[:, layout.velocity(own[body.name])]]
+                assert np.array_equal(found, np.hstack(there))
+            else:
+                assert np.isnan(found).all()
+        assert np.array_equal(lines[:, joint.marks], rows[:, layout.marks])
+        for thruster in joint.thrusters:
+            column = lines[:, joint.thrust.start + joint.thrusters.index(thruster)]
+            assert np.isnan(column).all() == (thruster not in layout.thrusters)
+        assert np.count_nonzero(np.isfinite(lines)) == rows.size
+
+
+@pytest.mark.parametrize("layouts", [[FIRST], [FIRST, SECOND]])
+def test_nothing_recorded_has_no_rows(layouts):
+    assert all_rows([], layouts, MOST)[0].shape == (0, joint_layout(layouts).width)

@@ -1,0 +1,350 @@
+"""Recordings that are damaged, or made to do harm: an error of one line, and no more."""
+
+import io
+import json
+import random
+import struct
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+import recorded_run
+from fuzz import recordings
+from vrx_mj.errors import RecordError, StateError
+from vrx_mj.recording import parsed
+from vrx_mj.recording.archive import FILES, archive, unpacked
+from vrx_mj.recording.compare import compare
+from vrx_mj.recording.heads import company_head, head_of, sent_messages
+from vrx_mj.recording.officiated import rescore
+from vrx_mj.recording.parsed import Part, parsed_file
+from vrx_mj.recording.reader import read_readings, read_record
+from vrx_mj.recording.readings import RecordedReadings, decoded
+from vrx_mj.recording.rows import pack_rows, unpack_rows
+from vrx_mj.recording.scene import RecordedSensor
+
+MOST = 1 << 20
+ABORTS = "import os; os.abort()"
+ENDLESS = "while True: pass"
+FLOOD = "import sys\nwhile True: sys.stdout.write('x' * 99999)"
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return recorded_run.record_run(tmp_path_factory.mktemp("damage") / "run.rrd", 1.0)
+
+
+def refusal(function, *arguments):
+    with pytest.raises(RecordError) as refused:
+        function(*arguments)
+    return str(refused.value)
+
+
+def trouble(use):
+    """What is wrong, in one line."""
+    try:
+        use()
+    except (RecordError, StateError) as error:
+        return str(error)
+    return "none"
+
+
+# The parser
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        (ABORTS, "rerun's reader was ended by SIGABRT"),
+        ("raise SystemExit(3)", "rerun's reader ended with exit code 3"),
+        ("pass", "rerun's reader came to no end"),
+        (ENDLESS, "rerun's reader was ended by SIGKILL"),
+        (FLOOD, "it holds more than 64 MiB"),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+def test_a_parser_that_does_not_end_well_is_damage_of_the_file(program, reason, recording, tmp_path, monkeypatch):
+    """As a panic of rerun's is, at some flipped bytes."""
+    stub = tmp_path / "stub.py"
+    stub.write_text(program, encoding="utf-8")
+    monkeypatch.setattr(parsed.parsing, "__file__", str(stub))
+    monkeypatch.setattr(parsed, "PATIENCE", 0.2 if program is ENDLESS else 12)
+    monkeypatch.setattr(parsed, "RATIO", 0)
+    assert refusal(read_record, recording) == f"'{recording}' is damaged: {reason}"
+
+
+@pytest.mark.parametrize("said", [b"\x05", b"\xff" * 8, struct.pack("<Q", 2) + b"{}", struct.pack("<Q", 2) + b"[["])
+def test_what_the_parser_says_is_checked(said, recording):
+    assert refusal(parsed.blocks_of, said, recording, recording).startswith(f"'{recording}' is damaged: ")
+
+
+def test_a_file_that_grew_a_bad_message_keeps_what_was_whole(recording, tmp_path):
+    """Which rerun's reader takes for an end."""
+    cut = tmp_path / "cut.rrd"
+    cut.write_bytes(recording.read_bytes()[:-500])
+    record = read_record(cut)
+    assert not record.complete
+    assert not record.has_views
+    assert len(record.rows) == len(read_record(recording).rows)
+
+
+def test_a_folder_is_no_recording(tmp_path):
+    assert refusal(read_record, tmp_path) == f"no recording '{tmp_path}'"
+
+
+# The archive
+
+
+def zipped(*files, kind=zipfile.ZIP_DEFLATED):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", kind) as out:
+        for name, content in files:
+            out.writestr(zipfile.ZipInfo(name), content, kind)
+    return buffer.getvalue()
+
+
+def test_an_archive_comes_back():
+    files = {"scene.xml": b"<mujoco/>", "assets/a.obj": b"", "../x": b"a name, and no path"}
+    assert unpacked(archive(files), MOST) == files
+
+
+def test_what_comes_out_of_an_archive_is_counted_whatever_it_says():
+    """A bomb whose table of contents says that it is small."""
+    bomb = zipped(("assets/bomb", bytes(64 << 20)))
+    honest, small = struct.pack("<I", 64 << 20), struct.pack("<I", 9)
+    assert refusal(unpacked, bomb, MOST) == "files: more than 1 MiB"
+    assert refusal(unpacked, bomb.replace(honest, small), MOST).startswith("files: the archive is damaged: ")
+    several = zipped(*((f"assets/{k}", bytes(400_000)) for k in range(3)))
+    assert refusal(unpacked, several, MOST) == "files: more than 1 MiB"
+
+
+def test_an_archive_of_too_many_files_is_refused_before_they_are_listed():
+    many = zipped(*((str(k), b"") for k in range(FILES + 1)))
+    assert refusal(unpacked, many, MOST) == f"files: {FILES + 1} files: at most {FILES}"
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_archive_that_we_do_not_write_is_refused():
+    assert refusal(unpacked, zipped(("a", b"1"), ("a", b"2")), MOST) == "files: two of one name"
+    other = "files: the archive is damaged: it is compressed in another way, or encrypted"
+    for kind in (zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA):
+        assert refusal(unpacked, zipped(("a", b"1"), kind=kind), MOST) == other
+
+
+def test_an_archive_with_other_bytes_is_refused_or_read():
+    chance, whole = random.Random(1), archive({"scene.json": b"{}" * 50, "scene.xml": b"<mujoco/>"})
+    for _ in range(1000):
+        data = bytearray(whole)
+        for _ in range(chance.randint(1, 3)):
+            data[chance.randrange(len(data))] = chance.randrange(256)
+        assert trouble(lambda data=data: unpacked(bytes(data), MOST)).startswith(("files: ", "none"))
+
+
+# The texts
+
+HEAD = {
+    "format": 1,
+    "properties": {"world": "bay"},
+    "timestep": 0.01,
+    "wind_direction": [1.0, 0.0],
+    "layout": {
+        "nq": 7,
+        "nv": 6,
+        "thrusters": [["a", "left"]],
+        "bodies": [{"name": "a", "kind": "boat", "qpos": 0, "dof": 0}],
+    },
+}
+SENSOR = {
+    "boat": "a", "name": "gps", "type": "gps", "frame": "a/gps", "rate": 15.0, "position": [0.0, 0.0, 0.0],
+    "rotation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    "config": {"type": "gps", "name": "gps", "link": "l"},
+}  # fmt: skip
+
+
+def body(**other):
+    return {"name": "a", "kind": "boat", "qpos": 0, "dof": 0} | other
+
+
+def layout(**other):
+    return {"layout": HEAD["layout"] | other}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"format": "new"}, "format: expected a whole number, got 'new'"),
+        ({"format": 9}, "format 9; this version reads 1"),
+        ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
+        ({"timestep": None}, "timestep: expected a number, got nothing"),
+        ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),
+        ({"properties": []}, "properties: expected keys and values, got []"),
+        (layout(nq=1 << 40), "layout.nq: must be at most 1000000, got 1099511627776"),
+        (layout(nq=-1), "layout.nq: must be at least 0, got -1"),
+        (layout(nv=True), "layout.nv: expected a whole number, got true"),
+        (layout(thrusters=[["a", "left"]] * 2), "layout.thrusters: two of one name"),
+        (layout(bodies=[body(), body()]), "layout.bodies: two of one name"),
+        (layout(bodies=[body(qpos=1)]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
+        (layout(nv=5), "layout.bodies: their places in qpos and qvel are not those of free joints"),
+        (layout(bodies=[]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
+        ({"sensors": [SENSOR, SENSOR]}, "sensors: two of one name"),
+        ({"sensors": [SENSOR | {"type": "imu"}]}, "sensors: a gps: of type imu, configured as gps"),
+        ({"sensors": [SENSOR | {"config": {}}]}, "sensors: a gps: type is required, but missing"),
+        ({"sensors": [SENSOR | {"rate": float("nan")}]}, "sensors[0].rate: must be finite, got nan"),
+    ],
+)
+def test_a_wrong_kind_in_the_head_is_named(change, reason):
+    assert refusal(head_of, json.dumps(HEAD | change)) == f"head: {reason}"
+
+
+def test_a_head_is_read():
+    head = head_of(json.dumps(HEAD | {"sensors": [SENSOR]}))
+    assert (head.timestep, head.wind_direction, head.layout.width, head.sensors[0].name) == (
+        0.01,
+        (1.0, 0.0),
+        17,
+        "gps",
+    )
+
+
+@pytest.mark.parametrize("read", [head_of, company_head, sent_messages])
+@pytest.mark.parametrize("text", ["", "[" * 100_000, '{"a":' * 100_000, "NaN", "1" * 5000, "\ud800"])
+def test_a_text_that_is_no_json_is_refused(read, text):
+    assert "\n" not in refusal(read, text)
+
+
+# Rows, and what is beside them
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        b"",
+        b"\0" * 7,
+        struct.pack("<II", 1, 0),
+        struct.pack("<II", 2**32 - 1, 2**32 - 1),
+        pack_rows(np.ones((2, 3)))[:-1],
+    ],
+)
+def test_rows_of_another_size_than_they_say_are_refused(block):
+    assert refusal(unpack_rows, block).startswith(f"block: {len(block)} bytes are not ")
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ({}, "time: missing"),
+        ({"time": ["1"]}, "time: expected a number"),
+        ({"time": [np.array([1.0, 2.0])]}, "time: expected one number"),
+        ({"time": [np.array([1])]}, "time: expected one number"),
+        ({"time": [np.array([np.nan])]}, "time: expected one number"),
+        ({"time": [np.array([-1.0])]}, "time: a time from 0 to 1e+09 s is needed"),
+        ({"time": [None]}, "time: expected a number"),
+    ],
+)
+def test_a_column_of_another_kind_is_named(columns, reason):
+    part = Part("/record/states", static=False, columns=columns)
+    assert refusal(part.times, "time") == f"/record/states: {reason}"
+
+
+def shooter(numbers):
+    sensor = RecordedSensor(**SENSOR | {"type": "ball_shooter", "config": {"type": "ball_shooter"}})
+    stamps = {"time": [np.array([1.0])], "sequence": [np.array([0])]}
+    return RecordedReadings.of(sensor, [Part("/x", static=False, columns={**stamps, "numbers": [numbers.tobytes()]})])
+
+
+def test_readings_of_another_size_or_range_are_refused():
+    assert shooter(np.array([3.0]))[0].data.shots_left == 3
+    assert refusal(shooter, np.array([3.0, 1.0])) == "/record/readings/a/gps: numbers: 16 bytes instead of 8"
+    for wild in (np.nan, -1.0, 1e300):
+        assert refusal(shooter, np.array([wild])) == f"/record/readings/a/gps: numbers: {wild:g} shots"
+
+
+def test_a_picture_of_another_size_is_refused_before_its_pixels_are_made():
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.new("RGB", (8, 4)).save(buffer, "JPEG")
+    blob = np.frombuffer(buffer.getvalue(), np.uint8)
+    assert decoded(blob, (8, 4)).shape == (4, 8, 3)
+    assert refusal(decoded, blob, (8, 5)) == "a picture of 8x4 instead of 8x5"
+    assert refusal(decoded, blob[:60], (8, 4)).startswith("a picture is damaged: ")
+
+
+# All of it
+
+
+def used(file):
+    """Use a recording as the commands do but for sailing on; whether it was read."""
+    try:
+        record = read_record(file)
+    except RecordError:
+        return False
+    for use in (
+        lambda: [list(readings) for readings in read_readings(file, record.sensors)],
+        lambda: str(compare(record, record)),
+        lambda: rescore(record),
+        lambda: [company.world for company in record.companies],
+    ):
+        assert "\n" not in trouble(use)
+    return True
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    return recordings.taken_apart(recordings.sample(tmp_path_factory.mktemp("sample") / "run.rrd"))
+
+
+@pytest.mark.slow
+def test_a_recording_that_is_taken_apart_and_put_together_is_the_same(sample, tmp_path):
+    file = tmp_path / "again.rrd"
+    file.write_bytes(recordings.put_together(sample))
+    assert used(file)
+    assert len(read_record(file).companies) == 3
+
+
+@pytest.mark.slow
+def test_recordings_in_which_something_is_wrong_are_refused_or_read(sample, tmp_path):
+    read = 0
+    for seed in range(20):
+        file = tmp_path / f"{seed}.rrd"
+        file.write_bytes(recordings.mutated(sample, random.Random(seed)))
+        read += used(file)
+        file.unlink()
+    assert 1 < read < 19
+
+
+@pytest.mark.slow
+def test_recordings_with_other_bytes_are_refused_or_read(recording, tmp_path):
+    """With panics of rerun's among them: 1 of 75 flipped bytes ended the reading process."""
+    whole, file = recording.read_bytes(), tmp_path / "flipped.rrd"
+    for seed in range(20):
+        chance, data = random.Random(seed), bytearray(whole)
+        for _ in range(chance.choice([1, 1, 4, 16])):
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+        file.write_bytes(data)
+        used(file)
+
+
+def test_a_few_recordings_in_which_something_is_wrong(recording, tmp_path):
+    parts = recordings.taken_apart(recording)
+    for seed in range(3):
+        file = tmp_path / f"{seed}.rrd"
+        file.write_bytes(recordings.mutated(parts, random.Random(seed)))
+        used(file)
+
+
+def test_a_damaged_recording_ends_a_command_with_one_line(recording, tmp_path):
+    file = tmp_path / "flipped.rrd"
+    file.write_bytes(recording.read_bytes()[:200] + b"\xff" * 50 + recording.read_bytes()[250:])
+    done = subprocess.run([sys.executable, "-m", "vrx_mj", "replay", str(file)], capture_output=True, check=False)
+    assert done.returncode == 2
+    assert len(done.stderr.decode().strip().splitlines()) == 1
+
+
+def test_what_is_asked_for_is_all_that_is_handed_back(recording):
+    found = parsed_file(recording, ["head"], ["/record/run"], whole=True)
+    assert [(part.entity, list(part.columns)) for part in found.parts] == [("/record/run", ["head"])]
+    assert found.footer
+    assert found.views

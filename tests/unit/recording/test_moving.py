@@ -1,0 +1,74 @@
+"""What moves in a recording: when it is shown, and where arrows and engines point."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vrx_mj
+from integration.sailing import boats, water
+from vrx_mj.config.poses import quaternion
+from vrx_mj.recording.moving import MovingChunks, Ticker, engine, motion, thrust_arrows, transforms
+from vrx_mj.recording.scene import RecordedThruster
+from vrx_mj.recording.session import scene_of
+
+STERN = RecordedThruster("stern", "a", (-2.0, 0.0, 0.1))
+BACKWARD = RecordedThruster("back", "a", (2.0, 1.0, 0.1), mount=quaternion(0.0, 0.0, math.pi))
+
+
+def column(chunk, name):
+    """The values of a component of a chunk."""
+    batch = chunk.to_record_batch()
+    return next(batch.column(found) for found in batch.schema.names if name in found).to_pylist()
+
+
+def added_up(step, count):
+    """Times as a loop adds them up, with its rounding."""
+    return np.cumsum(np.full(count, step)) - step
+
+
+@pytest.mark.parametrize("block", [1, 7, 100])
+def test_ticks_come_at_their_rate_whatever_the_blocks_and_the_rounding_of_time(block):
+    time, ticker = added_up(0.01, 300), Ticker(10.0)
+    taken = np.concatenate([ticker(time[start : start + block]) for start in range(0, 300, block)])
+    assert np.flatnonzero(taken).tolist() == list(range(0, 300, 10))
+
+
+def test_quaternions_are_turned_into_reruns_order():
+    turn = np.array([quaternion(0.1, 0.2, 0.3)])
+    chunk = transforms("/x", np.zeros(1), np.ones((1, 3)), turn[:, [1, 2, 3, 0]])
+    x, y, z, w = np.ravel(column(chunk, "quaternion"))
+    assert (w, x, y, z) == pytest.approx(turn[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("angle", [-0.7, 0.0, 0.4])
+def test_a_thrust_arrow_points_where_the_engine_pushes(angle):
+    """Steered to port, an engine pushes ahead and to port; one mounted backward, astern and to starboard."""
+    steering, thrust = np.full((1, 2), angle), np.array([[55.0, 110.0]])
+    chunk = thrust_arrows("/a", np.zeros(1), (STERN, BACKWARD), thrust, steering)
+    one, other = np.reshape(column(chunk, "vectors"), (2, 3))
+    assert one == pytest.approx((math.cos(angle), math.sin(angle), 0.0), abs=1e-6)
+    assert other == pytest.approx((-2.0 * math.cos(angle), -2.0 * math.sin(angle), 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("thruster", [STERN, BACKWARD])
+def test_an_engine_turns_about_its_mount(thruster):
+    x, y, z, w = np.ravel(column(engine("/a", np.zeros(1), thruster, np.array([0.4])), "quaternion"))
+    yaw = 0.4 if thruster is STERN else math.pi + 0.4
+    assert abs(np.dot((w, x, y, z), quaternion(0.0, 0.0, yaw))) == pytest.approx(1.0)
+
+
+def test_plots_are_of_speed_over_ground_and_of_the_angles_of_the_orientation():
+    pose = np.array([[0.0, 0.0, 0.0, *quaternion(0.1, -0.2, 2.5)]])
+    speed, heading, roll, pitch = motion(pose, np.array([[3.0, -4.0, 9.0, 0.0, 0.0, 0.0]]))
+    assert (speed[0], heading[0], roll[0], pitch[0]) == pytest.approx((5.0, 2.5, 0.1, -0.2))
+
+
+def test_the_poses_of_boats_are_those_of_the_rows():
+    """A whole scene of one boat: its place and its orientation, as rerun writes them."""
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(water(sea={"model": "none"}), fleet=boats((3.0, -2.0, 0.3))))
+    sim.set_boat("a", pose=(3.0, -2.0, 0.5, 0.1, 0.2, 2.5))
+    chunks = {chunk.entity_path: chunk for chunk in MovingChunks(scene_of(sim))(sim.row()[None])}
+    x, y, z, w = np.ravel(column(chunks["/world/boats/a"], "quaternion"))
+    assert (w, x, y, z) == pytest.approx(quaternion(0.1, 0.2, 2.5), abs=1e-6)
+    assert np.ravel(column(chunks["/world/boats/a"], "translation")) == pytest.approx([3.0, -2.0, 0.5], abs=1e-6)

@@ -1,0 +1,60 @@
+"""Scores from recordings: also of one that began in a run."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from unit.tasks.streams import task
+from vrx_mj.recording.officiated import rescore
+from vrx_mj.recording.reader import Record, SavedState
+from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.registry import make_referee
+
+TASK = task("stationkeeping", goal={"x": 0.0, "y": 0.0, "yaw": 0.0}, heading=False)
+TIMES = [0.05 * number for number in range(60)]
+
+
+class Boats:
+    """The boats that sailed together: what a rescoring reads of them."""
+
+    parameters = {"task": TASK}  # noqa: RUF012
+
+
+def row(time):
+    """A boat that moves away ever faster, so that no frame is like another."""
+    return np.array([time, time**2, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def watched(until=None):
+    """A referee that saw the frames from the first on, and its state after the one at `until`."""
+    referee, kept = make_referee(TASK), None
+    layout = FrameLayout.of(TASK, referee.watched)
+    for time in TIMES:
+        referee.look(layout.frame(row(time)))
+        if time == until:
+            kept = json.dumps({"seen": 0, "sent": [], "lines": [], **referee.dump()})
+    return referee, kept
+
+
+def record(times, states=()):
+    fields = dict.fromkeys((field.name for field in dataclasses.fields(Record)), None)
+    frames = tuple((0, row(time), ()) for time in times)
+    return Record(**{**fields, "path": Path("run.rrd"), "companies": (Boats(),), "frames": frames, "states": states})
+
+
+def test_the_score_of_a_recording_is_that_of_the_run():
+    assert rescore(record(TIMES)).sheet == watched()[0].sheet
+
+
+@pytest.mark.parametrize("first", [10, 33])
+def test_a_recording_that_begins_in_a_run_goes_on_and_counts_no_frame_twice(first):
+    begun = TIMES[first]
+    referee, kept = watched(begun)
+    blob = State(STATE_VERSION, "", 0, begun, np.zeros(1), b"", 0, kept).to_bytes()
+    scored = rescore(record(TIMES[first:], (SavedState(begun, blob),)))
+    assert scored.sheet == referee.sheet
+    assert scored.referee.dump() == referee.dump()

@@ -1,0 +1,236 @@
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import recorded_run
+from vrx_mj.recording.course import FATES
+from vrx_mj.recording.marks import TaskMarks, legend_chunks
+from vrx_mj.recording.progress import PLOT, WORDS, TaskChunks
+from vrx_mj.recording.reader import read_record
+from vrx_mj.recording.telling import words
+from vrx_mj.recording.writer import RecordWriter
+from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.registry import make_referee
+
+BUOYS = {"red_0": (5.0, 10.0), "green_0": (-5.0, 10.0), "red_1": (5.0, 30.0), "green_1": (-5.0, 30.0)}
+TASK = {
+    "type": "follow_path", "name": "path", "boat": "wamv", "profile": "vrx", "durations": [1.0, 1.0, 300.0],
+    "collision_buffer": 3.0, "locked": True, "held": False, "rivals": ["red_1"],
+    "gates": [{"left": "red_0", "right": "green_0"}, {"left": "red_1", "right": "green_1"}],
+    "points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0,
+}  # fmt: skip
+PARAMETERS = {
+    "task": TASK,
+    "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
+    "docks": [],
+    "boats": [{"name": "wamv", "pose": [0.0] * 6}],
+}
+RATE = 20
+
+
+def frames(start, end, speed=2.0, drift=0.0):
+    """A boat goes north at `speed` [m/s] from 2 s on and touches a buoy at 12 s; buoys drift east at `drift` [m/s]."""
+    layout = FrameLayout.of(TASK, make_referee(TASK).watched)
+    rows = []
+    for step in range(round(start * RATE), round(end * RATE)):
+        t = step / RATE
+        places = {"wamv": (0.0, max(0.0, t - 2.0) * speed)} | {n: (x + drift * t, y) for n, (x, y) in BUOYS.items()}
+        stands = [(*places[name], 0.0, 1.0, 0.0, 0.0, 0.0) for name in layout.watched]
+        rows.append((t, np.array([t, *np.ravel(stands), 12.0 if t >= 12.0 else -1.0]), []))
+    return rows
+
+
+def lines_and_marks(chunks):
+    """Lines of the log, and the times of marks by their kind."""
+    lines, marks = [], {}
+    for chunk in chunks:
+        columns = chunk.to_record_batch().to_pydict()
+        times = [time.total_seconds() for time in columns.get("sim_time", ())]
+        if chunk.entity_path == "/events/task":
+            lines += [(time, text[0]) for time, text in zip(times, columns["TextLog:text"], strict=True)]
+        elif chunk.entity_path.startswith("/marks/"):
+            marks.setdefault(chunk.entity_path.removeprefix("/marks/"), []).extend(times)
+    return lines, marks
+
+
+def test_gates_and_scores_are_marks_and_lines():
+    """The boat sets off at 2 s, crosses the first gate 5 s later, the second 15 s; touching a buoy costs points."""
+    lines, marks = lines_and_marks(written(frames(0.0, 20.0)))
+    assert marks["gates_passed"] == pytest.approx([7.05, 17.05], abs=0.1)
+    assert "gates_missed" not in marks
+    assert [text for _, text in lines] == ["score 10 points, +10", "score 7 points, -3", "score 19 points, +12"]
+    assert marks["score_changes"] == [time for time, _ in lines]
+
+
+def test_a_gate_that_is_passed_by_is_missed():
+    marks = TaskMarks(TASK)
+    sheet = SimpleNamespace(score=0.0)
+    for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"])):
+        marks.look(float(time), SimpleNamespace(progress={"gates": gates}, sheet=sheet))
+    lines, found = lines_and_marks(marks.chunks())
+    assert lines == [(1.0, "gate 1 of 2 missed")]
+    assert found == {"gates_missed": [1.0], "gates_passed": [1.0]}
+    assert not list(marks.chunks())
+
+
+def test_only_marks_that_a_world_may_have_are_in_the_legend():
+    named = {chunk.entity_path for chunk in legend_chunks(PARAMETERS)}
+    assert named == {"/marks/contacts", "/marks/gates_passed", "/marks/gates_missed", "/marks/score_changes"}
+    assert {chunk.entity_path for chunk in legend_chunks({"task": None})} == {"/marks/contacts"}
+
+
+def judged(rows):
+    """The referee after the rows."""
+    referee = make_referee(TASK)
+    layout = FrameLayout.of(TASK, referee.watched)
+    for _, row, _ in rows:
+        if not referee.finished:
+            referee.look(layout.frame(row.tolist()))
+    return referee
+
+
+def written(rows, states=(), block=RATE):
+    """All chunks of rows that come a block at a time."""
+    going, chunks = TaskChunks(PARAMETERS), []
+    for first in range(0, len(rows), block):
+        chunks += going(states if first == 0 else (), rows[first : first + block])
+    return [*chunks, *going.rest()]
+
+
+def series(chunks, path, component):
+    """Times [s] and values of a component."""
+    batches = [chunk.to_record_batch() for chunk in chunks if chunk.entity_path == path]
+    times = [float(t) / 1e9 for batch in batches for t in batch.column("sim_time").to_numpy().astype(np.int64)]
+    return times, [value for batch in batches for value in batch.column(component).to_pylist()]
+
+
+def test_the_plot_ends_at_the_score_of_the_run():
+    rows = frames(0.0, 40.0)
+    times, values = series(written(rows), PLOT, "Scalars:scalars")
+    referee = judged(rows)
+    assert referee.finished
+    assert values[-1] == [referee.sheet.score, referee.sheet.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
+    assert times[-1] == pytest.approx(2.0 + referee.sheet.elapsed)
+
+
+def test_points_of_the_plot_are_changes_at_most_two_a_second():
+    times, values = series(written(frames(0.0, 15.0)), PLOT, "Scalars:scalars")
+    assert values == [[0.0, 0.0], [10.0, 0.0], [7.0, 1.0]]
+    assert min(np.diff(times)) >= 0.5 - 1e-6
+    np.testing.assert_allclose(times[1:], [7.0, 12.0], atol=0.5)
+
+
+def test_gates_change_their_colours_when_they_are_passed():
+    times, colors = series(written(frames(0.0, 40.0)), "/world/course/gates", "LineStrips3D:colors")
+    fates = [[color >> 8 for color in row[::3]] for row in colors]  # of three lines each
+    code = {name: (r << 16) + (g << 8) + b for name, (r, g, b) in FATES.items()}
+    assert fates == [
+        [code["next"], code["ahead"]],
+        [code["crossed"], code["next"]],
+        [code["crossed"], code["crossed"]],
+    ]
+    np.testing.assert_allclose(times, [0.0, 7.0, 17.0], atol=2.0 / RATE)
+
+
+def test_the_arrow_points_where_a_gate_is_to_be_crossed():
+    _, strips = series(written(frames(0.0, 1.0)), "/world/course/gates", "LineStrips3D:strips")
+    bar, shaft, head = (np.array(strip) for strip in strips[0][:3])
+    np.testing.assert_allclose(bar[:, :2], [[5, 10], [-5, 10]])
+    np.testing.assert_allclose(shaft[:, :2], [[0, 10], [0, 13.5]], atol=1e-6)  # red to starboard: north
+    np.testing.assert_allclose(head[1], shaft[1])
+
+
+def test_gates_follow_buoys_that_drift_but_not_at_every_frame():
+    times, _ = series(written(frames(0.0, 60.0, speed=0.0, drift=0.2)), "/world/course/gates", "LineStrips3D:colors")
+    assert len(times) == 12
+    assert min(np.diff(times)) >= 5.0 - 1e-6
+
+
+def test_a_recording_that_begins_in_a_run_goes_on_from_its_state():
+    early, late = frames(0.0, 10.0), frames(10.0, 16.0)
+    task = json.dumps({**judged(early).dump(), "seen": 0, "sent": [], "lines": []})
+    state = State(STATE_VERSION, "", 0, early[-1][0], np.zeros(0), b"", 0, task).to_bytes()
+    chunks = written(late, states=[(early[-1][0], state)])
+    times, values = series(chunks, PLOT, "Scalars:scalars")
+    assert values == [[10.0, 0.0], [7.0, 1.0]]
+    assert times[0] == pytest.approx(early[-1][0])
+    _, colors = series(chunks, "/world/course/gates", "LineStrips3D:colors")
+    assert len(colors) == 1
+
+
+def test_words_tell_phase_score_and_gates():
+    chunks = written(frames(0.0, 40.0))
+    _, texts = series(chunks, WORDS, "TextDocument:text")
+    assert texts[0][0].startswith("**path: initial**, ready at 1 s")
+    assert texts[-1][0] == (
+        "**path: finished**, done after 15.0 s\n\nscore **19.00 points**, the higher the better; "
+        "collisions **1**\n\ngates 1✓ 2✓"
+    )
+
+
+@pytest.mark.parametrize(
+    ("progress", "line"),
+    [
+        ({"waypoints": [1.234, 5.0]}, "least errors [m] 1.23, 5.00"),
+        (
+            {
+                "animals": [
+                    {"name": "turtle", "goal": "circumnavigate_clockwise", "status": "not_engaged", "circled": [1, 2]},
+                    {"name": "croc", "goal": "avoid", "status": "engaged", "circled": []},
+                ]
+            },
+            "- turtle not engaged, 2 of 8\n- croc engaged",
+        ),
+        (
+            {"bay": "bay1", "time_in_bay": 3.2, "docked": ["bay1"], "hits": [{}], "colors": ["red", "green", "blue"]},
+            "in bay1 for 3 s, docked in bay1, balls in holes 1, colours sent red green blue",
+        ),
+        ({"bay": "", "time_in_bay": 0.0, "docked": [], "hits": [], "colors": []}, "in no bay"),
+        ({"objects": ["red", "green"], "up": [False, True], "errors": []}, "before the boat: green"),
+        ({"objects": ["red"], "up": [False], "errors": []}, "before the boat: nothing"),
+    ],
+)
+def test_words_tell_the_parts_of_every_task(progress, line):
+    class Told:
+        name, sheet = "task", judged([]).sheet
+
+    Told.progress = progress
+    assert words(TASK, Told).endswith("\n\n" + line)
+
+
+def test_nothing_is_written_without_a_task():
+    going = TaskChunks({"task": None})
+    assert [*going((), frames(0.0, 1.0)), *going.rest()] == []
+
+
+def test_a_run_that_flushes_every_second_writes_few_blocks():
+    chunks = written(frames(0.0, 300.0, speed=0.0, drift=0.1))
+    assert len(chunks) <= 4 * 16
+
+
+@pytest.mark.parametrize("parameters", [{}, PARAMETERS])
+def test_rows_stay_as_they_are(tmp_path, parameters):
+    path = tmp_path / "run.rrd"
+    with RecordWriter(path, replace(recorded_run.scene(), parameters=parameters)) as writer:
+        for block in recorded_run.blocks(2.0):
+            writer.rows(block)
+        for frame in frames(0.0, 2.0) if parameters else ():
+            writer.frame(*frame)
+    record = read_record(path)
+    assert record.complete
+    assert record.rows.tobytes() == np.concatenate(list(recorded_run.blocks(2.0))).tobytes()
+
+
+def test_a_file_grows_by_less_than_100_kb_in_300_s(tmp_path):
+    sizes = []
+    for name, parameters in (("without", {}), ("with", PARAMETERS)):
+        path = tmp_path / f"{name}.rrd"
+        with RecordWriter(path, replace(recorded_run.scene(), parameters=parameters)) as writer:
+            for frame in frames(0.0, 300.0, speed=0.11, drift=0.05):
+                writer.frame(*frame)
+        sizes.append(path.stat().st_size)
+    assert 1_000 < sizes[1] - sizes[0] < 100_000

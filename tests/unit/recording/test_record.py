@@ -1,0 +1,290 @@
+import subprocess
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import recorded_run
+from vrx_mj.errors import RecordError
+from vrx_mj.recording.parsed import whole_bytes
+from vrx_mj.recording.reader import Event, read_record
+from vrx_mj.recording.writer import RecordWriter
+
+SECONDS = 6.0
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("测试 boats")
+    return recorded_run.record_run(folder / "run.rrd", SECONDS)
+
+
+@pytest.fixture(scope="module")
+def record(recording):
+    return read_record(recording)
+
+
+def all_rows(seconds=SECONDS):
+    return np.concatenate(list(recorded_run.blocks(seconds)))
+
+
+def displayed(path, entity, component):
+    """Values and times of one component of one entity, sorted by time."""
+    from rerun.chunk import RrdReader
+
+    stream = RrdReader(path).stream().filter(content=entity, components=component, is_static=False)
+    batches = [chunk.to_record_batch() for chunk in stream]
+    time = np.concatenate([batch.column("sim_time").to_numpy() for batch in batches])
+    values = [value for batch in batches for value in batch.column(component).to_pylist()]
+    return time.astype(np.float64) / 1e9, values
+
+
+def test_rows_come_back_to_the_last_bit(record):
+    assert record.complete
+    assert record.rows.tobytes() == all_rows().tobytes()
+
+
+def test_tracks_are_columns_of_the_rows(record):
+    rows, boat = all_rows(), record.boats["wamv2"]
+    assert list(record.boats) == ["wamv1", "wamv2", "wamv3"]
+    assert list(record.objects) == list(recorded_run.BUOYS)
+    np.testing.assert_array_equal(record.time, rows[:, 0])
+    np.testing.assert_array_equal(record.wind, rows[:, 1])
+    np.testing.assert_array_equal(boat.thrust["right"], rows[:, 2 + 3])
+    np.testing.assert_array_equal(boat.angle["left"], rows[:, 2 + 6 + 2])
+    np.testing.assert_array_equal(boat.position, rows[:, 14 + 7 : 14 + 10])
+    np.testing.assert_array_equal(boat.quaternion, rows[:, 14 + 10 : 14 + 14])
+
+
+def test_velocity_is_in_the_body_axes(record):
+    """Rotating it back with MuJoCo's own function gives the row's world velocity."""
+    import mujoco
+
+    boat = record.boats["wamv1"]
+    start = record.layout.qvel.start
+    for i in (0, 37, -1):
+        world = np.empty(3)
+        mujoco.mju_rotVecQuat(world, boat.velocity[i], boat.quaternion[i])
+        np.testing.assert_allclose(world, record.rows[i, start : start + 3], atol=1e-9)
+
+
+def test_properties_files_events_and_states_come_back(record):
+    assert record.properties == recorded_run.scene().properties
+    assert record.files == recorded_run.scene().files
+    assert record.timestep == 0.01
+    assert record.wind_direction == (0.0, 1.0)
+    assert record.events == (
+        Event(0.0, "the run starts", "INFO"),
+        Event(SECONDS, "wamv1 reached the goal", "WARN"),
+    )
+    assert [state.time for state in record.states] == [float(k) for k in range(7)]
+    assert record.states[2].blob == np.array(recorded_run.row_at(2.0)).tobytes()
+    assert record.state_at(2.9) == record.states[2]
+
+
+def test_state_before_the_first_is_an_error(record):
+    with pytest.raises(RecordError) as caught:
+        record.state_at(-1.0)
+    assert str(caught.value) == f"'{record.path}' has no state at or before -1 s; the first is at 0 s"
+
+
+def test_poses_are_shown_at_20_hz_and_plots_at_10_hz(recording):
+    time, moved = displayed(recording, "/world/boats/wamv1", "Transform3D:translation")
+    np.testing.assert_array_equal(time, np.arange(121) / 20)
+    np.testing.assert_allclose(np.squeeze(moved), all_rows()[:, 14:17], atol=1e-5)  # float32 within 32 m
+    time, speed = displayed(recording, "/plots/speed", "Scalars:scalars")
+    np.testing.assert_array_equal(time, np.arange(61) / 10)
+    velocity = all_rows()[::2, 14 + 42 : 14 + 44]
+    np.testing.assert_allclose(np.array(speed)[:, 0], np.hypot(*velocity.T), rtol=1e-12)
+
+
+def test_trail_is_one_line_without_gaps_across_flushes(tmp_path, monkeypatch):
+    monkeypatch.setattr("vrx_mj.recording.writer.FLUSH_BYTES", 1)
+    path = recorded_run.record_run(tmp_path / "run.rrd", SECONDS)
+    time, strips = displayed(path, "/world/trails/wamv1", "LineStrips3D:strips")
+    pieces = np.squeeze(strips)
+    np.testing.assert_array_equal(time, np.arange(31) / 5)
+    np.testing.assert_array_equal(pieces[1:, 0], pieces[:-1, 1])
+    np.testing.assert_allclose(pieces[:, 1, :2], all_rows()[::4, 14:16], atol=1e-5)
+
+
+def test_heading_never_jumps(tmp_path, monkeypatch):
+    """A boat that turns round and round: its heading goes on past 180 degrees, also across flushes."""
+    monkeypatch.setattr("vrx_mj.recording.writer.FLUSH_BYTES", 1)
+    path = recorded_run.record_run(tmp_path / "run.rrd", 60.0)
+    _, heading = displayed(path, "/plots/heading", "Scalars:scalars")
+    np.testing.assert_allclose(np.diff(heading, axis=0), np.degrees(2.0 / 14.0) / 10, atol=0.2)
+
+
+def test_sea_is_where_the_sea_is(recording):
+    time, frames = displayed(recording, "/world/sea", "Mesh3D:vertex_positions")
+    assert len(time) == 31
+    patch = np.array(frames[10]).reshape(32, 32, 3)[1:-1, 1:-1]
+    expected = recorded_run.sea_height(patch[..., 0], patch[..., 1], time[10])
+    np.testing.assert_allclose(patch[..., 2], expected, atol=1 / 128 + 1e-6)  # rounded to 1/64 m
+
+
+def test_blueprint_is_in_the_file(recording):
+    record = read_record(recording)
+    assert record.has_views
+    assert record.views.startswith(b"RRF2")
+
+
+def test_writer_leaves_no_threads(tmp_path):
+    tasks = Path("/proc/self/task")
+    if not tasks.is_dir():
+        pytest.skip("counts the threads of the whole process where Linux lists them")
+    recorded_run.record_run(tmp_path / "first.rrd", 1.0)
+    before = len(list(tasks.iterdir())), threading.active_count()
+    for k in range(4):
+        recorded_run.record_run(tmp_path / f"{k}.rrd", 1.0)
+    assert (len(list(tasks.iterdir())), threading.active_count()) == before
+
+
+@pytest.mark.slow
+@pytest.mark.slow
+def test_recording_of_a_killed_run_reads_up_to_its_last_second(tmp_path):
+    path = tmp_path / "killed.rrd"
+    tests = Path(recorded_run.__file__)
+    run = subprocess.Popen([sys.executable, str(tests), str(path)], stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    said = [float(run.stdout.readline().split()[0]) for _ in range(16)]
+    run.kill()
+    run.communicate()
+    record = read_record(path)
+    assert not record.complete
+    assert record.time[-1] >= said[-1] - 10.0  # a second of wall time is 5 s of this run; twice that, for slow machines
+    rows = all_rows(record.time[-1])
+    assert record.rows.tobytes() == rows.tobytes()
+
+
+def test_recording_cut_anywhere_reads_or_says_so(recording, tmp_path):
+    """As a full disk leaves it: what is whole is read."""
+    whole, cut = recording.read_bytes(), tmp_path / "cut.rrd"
+    counts = []
+    for share in (0.999, 0.9, 0.7):
+        cut.write_bytes(whole[: int(len(whole) * share)])
+        assert whole_bytes(cut) <= cut.stat().st_size
+        record = read_record(cut)
+        assert not record.complete
+        counts.append(len(record.rows))
+        assert record.rows.tobytes() == all_rows()[: len(record.rows)].tobytes()
+    assert counts[0] == 121
+    cut.write_bytes(whole[:12])
+    with pytest.raises(RecordError) as caught:
+        read_record(cut)
+    assert str(caught.value) == f"'{cut}' is not a recording of vrx_mj: No recording store found in RRD file"
+
+
+def test_file_that_is_no_recording_is_an_error(tmp_path):
+    missing, text = tmp_path / "missing.rrd", tmp_path / "text.rrd"
+    text.write_text("a text, not a recording", encoding="utf-8")
+    with pytest.raises(RecordError) as caught:
+        read_record(missing)
+    assert str(caught.value) == f"no recording '{missing}'"
+    with pytest.raises(RecordError) as caught:
+        read_record(text)
+    assert str(caught.value) == (
+        f"'{text}' is not a recording of vrx_mj: Failed to read RRD file at {text}: "
+        'Not an RRD file: expected FourCC header "RRF2", got "a te"'
+    )
+
+
+def test_rerun_file_of_something_else_is_an_error(tmp_path):
+    import rerun as rr
+    from rerun.chunk import Chunk, LazyChunkStream
+
+    other = tmp_path / "other.rrd"
+    chunk = Chunk.from_columns("/points", [], rr.Points3D.columns(positions=[[1.0, 2.0, 3.0]]))
+    LazyChunkStream.from_iter([chunk]).write_rrd(other, application_id="other", recording_id="1")
+    with pytest.raises(RecordError) as caught:
+        read_record(other)
+    assert str(caught.value) == f"'{other}' is not a recording of vrx_mj: it is a rerun file of something else"
+
+
+def test_folder_that_does_not_exist_is_an_error(tmp_path):
+    path = tmp_path / "no folder" / "run.rrd"
+    with pytest.raises(RecordError) as caught:
+        RecordWriter(path, recorded_run.scene())
+    assert str(caught.value) == f"cannot write the recording '{path}': No such file or directory"
+
+
+def test_rows_of_the_wrong_width_are_an_error(tmp_path):
+    path = tmp_path / "run.rrd"
+    with RecordWriter(path, recorded_run.scene()) as writer, pytest.raises(RecordError) as caught:
+        writer.rows(np.zeros((2, 5)))
+    assert str(caught.value) == f"rows of 5 columns for '{path}', which has 92"
+
+
+def test_closed_writer_takes_nothing_more(tmp_path):
+    path = tmp_path / "run.rrd"
+    writer = RecordWriter(path, recorded_run.scene())
+    writer.close()
+    writer.close()
+    with pytest.raises(RecordError) as caught:
+        writer.event(0.0, "too late")
+    assert str(caught.value) == f"the recording '{path}' is closed"
+
+
+def test_error_in_the_thread_reaches_the_caller(tmp_path):
+    def broken(x, y, t):
+        raise ValueError("no sea today")
+
+    path = tmp_path / "run.rrd"
+    writer = RecordWriter(path, replace(recorded_run.scene(), sea_height=broken))
+    writer.rows(all_rows())
+    with pytest.raises(RecordError) as caught:
+        writer.close()
+    assert str(caught.value) == f"cannot write the recording '{path}': no sea today"
+    assert len(read_record(path).rows) == len(all_rows())
+
+
+def test_scene_without_boats_sea_or_thrusters_records(tmp_path):
+    """A world of objects only, on calm water."""
+    full = recorded_run.scene()
+    moving = full.layout().bodies[0]
+    buoy = replace(full.bodies[3], qpos=moving.qpos, dof=moving.dof)
+    scene = replace(full, nq=7, nv=6, bodies=(buoy,), thrusters=(), sea_height=None, waypoints=(), shoreline=())
+    rows = np.arange(60.0).reshape(4, 15)
+    with RecordWriter(tmp_path / "run.rrd", scene) as writer:
+        writer.rows(rows)
+    record = read_record(tmp_path / "run.rrd")
+    assert record.rows.tobytes() == rows.tobytes()
+    assert (list(record.boats), list(record.objects)) == ([], ["red_0"])
+
+
+def test_recording_without_rows_reads(tmp_path):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()):
+        pass
+    record = read_record(tmp_path / "run.rrd")
+    assert record.rows.shape == (0, 92)
+    assert record.boats["wamv1"].position.shape == (0, 3)
+
+
+def test_nan_is_recorded_as_it_is(tmp_path):
+    """A run that diverged is the one to look at."""
+    rows = all_rows(1.0)
+    rows[-1, 20:30] = np.nan, np.inf, -np.inf, -0.0, 1e-310, -np.nan, 1e300, 0.0, -1e300, 5e-324
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(rows)
+    assert read_record(tmp_path / "run.rrd").rows.tobytes() == rows.tobytes()
+
+
+def test_nothing_of_rerun_is_loaded_before_it_is_used():
+    code = (
+        "import sys, vrx_mj.recording.writer, vrx_mj.recording.scene;"
+        "sys.exit(any(name.split('.')[0] in ('rerun', 'rerun_bindings', 'pyarrow') for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_blueprint_that_cannot_be_added_is_a_warning(tmp_path, monkeypatch):
+    monkeypatch.setattr("vrx_mj.recording.viewer.viewer_binary", lambda: Path(sys.executable))
+    with pytest.warns(UserWarning, match="rerun cannot finish"):
+        path = recorded_run.record_run(tmp_path / "run.rrd", 1.0)
+    record = read_record(path)
+    assert len(record.rows) == 21
+    assert not record.has_views

@@ -1,0 +1,259 @@
+"""Videos without drawing: paths of cameras, moments between rows, foam, text, and what is refused."""
+
+import itertools
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import recorded_run
+from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
+from vrx_mj.packages import install_command
+from vrx_mj.recording import Record, read_record
+from vrx_mj.recording.colors import boat_colors
+from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
+from vrx_mj.recording.video.caption import clock_line, project, task_lines
+from vrx_mj.recording.video.encoder import encoder_of
+from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
+from vrx_mj.recording.video.footage import Standing, between
+from vrx_mj.recording.video.wake import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
+from vrx_mj.recording.writer import RecordWriter
+
+UP = (0.0, 0.0, 1.0)
+
+
+def straight(speed, duration=30.0, heading=0.0):
+    """A path (n, 4) from the origin at 20 Hz."""
+    time = np.arange(0.0, duration + 1e-9, 0.05)
+    way = speed * time
+    return np.column_stack([time, way * math.cos(heading), way * math.sin(heading), np.full_like(time, heading)])
+
+
+def test_smoothing_leaves_a_straight_way_as_it_is():
+    path = straight(2.0)
+    time, places = smoothed(path[:, 0], path[:, 1:3], 1.2)
+    assert places[:, 0] == pytest.approx(2.0 * time, abs=1e-9)
+
+
+def test_smoothing_takes_the_waves_out_of_a_way():
+    path = straight(2.0)
+    path[:, 2] = 0.3 * np.sin(2 * math.pi * path[:, 0] / 1.5)
+    _, places = smoothed(path[:, 0], path[:, 1:3], 1.2)
+    assert np.abs(places[20:-20, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0, -3.0])
+def test_the_chasing_eye_is_behind_the_boat_and_looks_before_it(heading):
+    eye = Chase(straight(2.0, heading=heading), 0.5).eye(15.0)
+    along, place = np.array([math.cos(heading), math.sin(heading)]), 30.0
+    assert eye.position == pytest.approx([*((place - BEHIND) * along), 0.5 + HIGH])
+    assert eye.rotation[:2, 0] / np.linalg.norm(eye.rotation[:2, 0]) == pytest.approx(along)
+    target = np.array([*((place + AHEAD) * along), 1.1])
+    column, row, _ = project(view_of(eye, 200, 100), target, 200, 100)
+    assert (column, row) == pytest.approx((100.0, 50.0), abs=1e-6)
+
+
+def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
+    paths = [straight(3.0), straight(2.0, heading=2.0), straight(1.0, heading=-2.0)]
+    above = Above(paths, 0.0, 16 / 9)
+    for time in (0.0, 12.0, 30.0):
+        view = view_of(above.eye(time), 1600, 900)
+        spots = [[np.interp(time, path[:, 0], path[:, axis]) for axis in (1, 2)] for path in paths]
+        seen = [project(view, np.array([*spot, 0.0]), 1600, 900) for spot in spots]
+        assert all(0.0 < column < 1600.0 and 0.0 < row < 900.0 for column, row, _ in seen)
+        order = np.argsort([spot[1] for spot in spots])
+        assert np.all(np.diff([seen[i][1] for i in order]) <= 1e-6)
+    assert ROOM > 0.0
+
+
+def test_a_place_projects_as_a_pinhole_does():
+    view = view_of(looking((0.0, 0.0, 2.0), (10.0, 0.0, 2.0), UP, field=math.pi / 2), 200, 100)
+    assert project(view, np.array([10.0, 5.0, 4.5]), 200, 100) == pytest.approx((50.0, 25.0, 10.0))
+    assert project(view, np.array([-1.0, 0.0, 2.0]), 200, 100) is None
+
+
+def test_between_two_rows_numbers_are_linear_and_turns_keep_their_length_the_short_way():
+    first, second = np.zeros(9), np.zeros(9)
+    first[0], second[0], second[1] = 1.0, 1.05, 4.0
+    first[5:], second[5:] = (1.0, 0.0, 0.0, 0.0), (-math.cos(0.4), 0.0, 0.0, -math.sin(0.4))
+    row = between(first, second, 1.025, [5])
+    assert row[1] == pytest.approx(2.0)
+    assert row[5:] == pytest.approx([math.cos(0.2), 0.0, 0.0, math.sin(0.2)])
+
+
+def height(x, y, t):
+    return 0.3 * np.sin(0.5 * np.asarray(x) - t)
+
+
+def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
+    wake = Wake(straight(FULL_SPEED), (-2.0, 1.0))
+    corners, shades = wake.triangles(20.0, height)
+    x, y, z = corners.reshape(-1, 3).T
+    assert z == pytest.approx(height(x, y, 20.0) + OVER)
+    assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
+    assert x.min() > FULL_SPEED * (20.0 - LASTS) - 2.0
+    assert np.abs(y - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)
+    freshest = np.argmax(corners[:, :, 0].max(axis=1))
+    assert shades[freshest] == shades.max() == pytest.approx(WHITE, rel=0.05)
+
+
+def test_a_boat_that_lies_still_leaves_no_foam():
+    corners, shades = Wake(straight(0.0), (-2.0, 0.0)).triangles(20.0, height)
+    assert (len(corners), len(shades)) == (0, 0)
+
+
+def test_a_strip_has_two_triangles_between_two_pieces():
+    edges = np.array([[[k, 0.5, 0.0], [k, -0.5, 0.0]] for k in range(4)])
+    corners, shades = triangles_of(edges, np.full(4, 0.5))
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    assert (len(corners), areas.sum(), set(shades)) == (6, pytest.approx(3.0), {0.5})
+
+
+def test_twelve_boats_have_twelve_colours():
+    colors = boat_colors(f"wamv{i}" for i in range(12))
+    shades = np.array(list(colors.values()), float)
+    apart = np.linalg.norm(shades[:, None] - shades[None], axis=2) + 1e3 * np.eye(12)
+    assert apart.min() > 45.0
+
+
+def test_lines_of_text():
+    assert clock_line("bay", 12.34, 1.0) == "bay  12.3 s"
+    assert clock_line("bay", 12.34, 2.5) == "bay  12.3 s  ×2.5"
+    running = Standing(3.0, "dock", "running", 10.0, "points", 1, 44.6)
+    assert task_lines(running) == ("dock: running, 45 s left", "score 10.00 points, collisions 1")
+    assert task_lines(Standing(3.0, "dock", "ready", 0.0, "points", 0, 60.0))[0] == "dock: ready"
+
+
+def test_a_size_is_two_numbers():
+    assert parse_size("1280x720") == (1280, 720)
+    assert parse_size(None) is None
+    with pytest.raises(VideoError) as refused:
+        parse_size("wide")
+    assert str(refused.value) == "invalid size 'wide': width and height in pixels are needed, as in 1280x720"
+
+
+def test_the_kind_of_a_video_goes_by_its_name(tmp_path):
+    with pytest.raises(VideoError) as refused:
+        encoder_of(tmp_path / "run.avi")
+    assert str(refused.value) == (
+        f"invalid video '{tmp_path / 'run.avi'}': a name that ends in .mp4, .webp, .gif is needed"
+    )
+
+
+def test_without_the_encoder_of_mp4_the_extra_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(__import__("sys").modules, "av", None)
+    with pytest.raises(VideoError) as refused:
+        write_video("run.rrd", tmp_path / "run.mp4")
+    assert str(refused.value) == (
+        f"'{tmp_path / 'run.mp4'}' needs the encoder of MP4, which is not installed; write a .webp, or run: "
+        f"{install_command('vrx-mj[video]')}"
+    )
+
+
+def test_a_recording_without_a_world_is_refused(tmp_path):
+    file = tmp_path / "run.rrd"
+    with RecordWriter(file, recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in (0.0, 0.05)]))
+    with pytest.raises(RecordError) as refused:
+        write_video(file, tmp_path / "run.webp")
+    assert str(refused.value) == f"'{file}' has no world to draw: it was not made by a simulation"
+    assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]
+
+
+def made_up(tmp_path):
+    """A recording that is read, but never drawn."""
+    recorded = read_record(tmp_path / "run.rrd")
+    files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
+    company = SimpleNamespace(files=files, parameters={"sea": {"level": 0.0}}, layout=recorded.layout)
+    return SimpleNamespace(**{**vars(recorded), "companies": (company,), "files": files})
+
+
+@pytest.mark.parametrize(
+    ("shot", "kind", "text"),
+    [
+        (Shot(view="top"), UnknownNameError, "no view named 'top'; known: both, chase, above"),
+        (Shot(boat="crane"), UnknownNameError, "no boat named 'crane'; known: wamv1, wamv2, wamv3"),
+        (
+            Shot(size=(33, 44)),
+            VideoError,
+            "invalid size 33x44: two even numbers of pixels from 16 to 4096 are needed",
+        ),
+        (Shot(fps=0.0), VideoError, "invalid fps 0: a number from 0.001 to 1000 is needed"),
+        (Shot(fps=1e-4), VideoError, "invalid fps 0.0001: a number from 0.001 to 1000 is needed"),
+        (Shot(speed=-1.0), VideoError, "invalid speed -1: a number from 0.001 to 1000 is needed"),
+        (Shot(speed=math.nan), VideoError, "invalid speed nan: a number from 0.001 to 1000 is needed"),
+        (Shot(begin=3.0), VideoError, "invalid span 3 s to 2 s: the recording goes from 0 to 2 s"),
+        (Shot(end=9.0), VideoError, "invalid span 0 s to 9 s: the recording goes from 0 to 2 s"),
+    ],
+)
+def test_what_cannot_be_filmed_is_refused(tmp_path, shot, kind, text):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    with pytest.raises(kind) as refused:
+        Film(made_up(tmp_path), shot, size=(64, 36), fps=10.0)
+    assert isinstance(refused.value, VrxError)
+    assert str(refused.value) == text
+
+
+@pytest.mark.parametrize(("where", "reason"), [("", "Is a directory"), ("run.rrd/run.webp", "Not a directory")])
+def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(tmp_path, where, reason):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    fields = vars(made_up(tmp_path))
+    recorded = Record(**{name: value for name, value in fields.items() if name != "files"})
+    video = tmp_path / (where or "folder.webp")
+    if not where:
+        video.mkdir()
+    with pytest.raises(VideoError) as refused:
+        write_video(recorded, video)
+    assert str(refused.value) == f"cannot write the video '{video}': {reason}"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    recorded = made_up(tmp_path)
+    absent = recorded.boats["wamv2"]
+    absent.position[:] = np.nan
+    film = Film(recorded, Shot(), size=(64, 36), fps=10.0)
+    assert set(film._paths) == {"wamv1", "wamv3"}
+    with pytest.raises(VideoError) as refused:
+        Film(recorded, Shot(boat="wamv2"), size=(64, 36), fps=10.0)
+    assert str(refused.value) == "invalid boat 'wamv2': it is in no row of the recording"
+
+
+@pytest.mark.parametrize(("fps", "speed", "count"), [(10.0, 1.0, 21), (10.0, 2.0, 11), (25.0, 1.0, 51), (3.0, 0.5, 13)])
+def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
+    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
+        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
+    film = Film(made_up(tmp_path), Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
+    assert len(film.times) == count
+    assert film.times[-1] == pytest.approx((count - 1) * speed / fps)
+
+
+def test_foam_widens_with_its_age():
+    corners, _ = Wake(straight(FULL_SPEED), (-2.0, 0.0)).triangles(20.0, height)
+    x, y, _ = corners.reshape(-1, 3).T
+    age = (x.max() - x) / FULL_SPEED
+    assert 2.0 * np.abs(y) == pytest.approx(WIDTH + SPREAD * age, abs=0.01)
+
+
+def test_a_log_says_how_far_a_video_is(tmp_path, monkeypatch, capsys):
+    clock = itertools.count(0.0, 20.0)
+    monkeypatch.setattr("vrx_mj.bar.time", SimpleNamespace(monotonic=lambda: next(clock)))
+
+    def write(_recording, video, _shot, *, progress):
+        progress(1, 4)
+        progress(2, 4)
+        video.write_bytes(bytes(200_000))
+        return 4
+
+    monkeypatch.setattr("vrx_mj.recording.video.command.write_video", write)
+    said = draw_video(Path("run.rrd"), tmp_path / "run.webp", Shot())
+    assert said == f"video: {tmp_path / 'run.webp'}, 4 pictures, 0.2 MB"
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("drawing: 1 of 4 pictures, ")
+    assert second.startswith("drawing: 2 of 4 pictures, ")

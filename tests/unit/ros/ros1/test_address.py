@@ -1,0 +1,83 @@
+"""The address that other machines are told."""
+
+import socket
+
+import pytest
+
+from vrx_mj.ros.ros1 import address
+from vrx_mj.ros.serve import Wanted, _tell_others
+
+FAR = "203.0.113.7"
+
+
+@pytest.fixture(autouse=True)
+def _unset(monkeypatch):
+    monkeypatch.delenv("ROS_IP", raising=False)
+    monkeypatch.delenv("ROS_HOSTNAME", raising=False)
+
+
+@pytest.fixture
+def without_route(monkeypatch):
+    """A machine without a default route."""
+    monkeypatch.setattr(address, "NOWHERE", "255.255.255.255")  # the kernel refuses to connect to it, as without route
+
+
+def told(**wanted):
+    lines = []
+    _tell_others(Wanted(**wanted), lambda level, text: lines.append((level, text)))
+    return lines
+
+
+def test_the_addresses_of_interfaces_are_this_machines_and_no_loopback():
+    found = address.interface_addresses()
+    assert "127.0.0.1" not in found
+    assert all(map(address.is_local, found))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((address.NOWHERE, 9))
+        except OSError:
+            return
+        assert probe.getsockname()[0] in found
+
+
+def test_connected_interfaces_come_first_and_those_of_containers_last(monkeypatch):
+    up = {
+        "lo": (False, "127.0.0.1"),
+        "docker0": (False, "172.17.0.1"),
+        "eth0": (True, "192.168.1.20"),
+        "tun0": None,
+        "wlan0": (False, FAR),
+    }
+    monkeypatch.setattr(socket, "if_nameindex", lambda: list(enumerate(up)))
+    monkeypatch.setattr(address, "_interface", up.get)
+    assert address.interface_addresses() == [FAR, "192.168.1.20", "172.17.0.1"]
+
+
+@pytest.mark.usefixtures("without_route")
+def test_without_a_default_route_the_address_of_an_interface_is_told(monkeypatch):
+    monkeypatch.setattr(address, "interface_addresses", lambda: [FAR])
+    assert address.announced("0.0.0.0", "localhost") == FAR
+    assert told(host="0.0.0.0", rosbridge=9090) == [("INFO", f"roslibpy: roslibpy.Ros('{FAR}', 9090)")]
+
+
+@pytest.mark.usefixtures("without_route")
+def test_where_no_address_is_found_there_is_nothing_to_paste_but_what_to_set(monkeypatch):
+    monkeypatch.setattr(address, "interface_addresses", list)
+    message = "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
+    assert told(host="0.0.0.0", ros1=True, rosbridge=9090) == [("WARN", message)]
+    assert told(host="0.0.0.0", ros2=True) == []
+
+
+def test_an_address_of_loopback_in_the_environment_is_not_to_be_pasted(monkeypatch):
+    monkeypatch.setenv("ROS_HOSTNAME", "localhost")
+    advice = "set ROS_HOSTNAME to this machine's address, or unset it"
+    message = f"other machines cannot reach localhost, the address set by ROS_HOSTNAME: {advice}"
+    assert told(host="0.0.0.0", ros1=True) == [("WARN", message)]
+    monkeypatch.setenv("ROS_HOSTNAME", FAR)
+    assert [level for level, _ in told(host="0.0.0.0", ros1=True)] == ["INFO", "INFO"]
+
+
+def test_who_listens_on_loopback_means_programs_of_this_machine(monkeypatch):
+    monkeypatch.setenv("ROS_IP", "127.0.0.2")
+    assert [level for level, _ in told(host="127.0.0.2", ros1=True)] == ["INFO", "INFO"]
+    assert [level for level, _ in told(host="192.168.1.20", ros1=True)] == ["WARN"]

@@ -1,0 +1,273 @@
+"""The slave API, and what is seen in the master's state."""
+
+import asyncio
+import os
+
+import pytest
+
+from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
+from vrx_mj.ros.intake import Intake, Place
+from vrx_mj.ros.messages import new
+from vrx_mj.ros.offer import Output, Sent
+from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.ros1.header import framed
+from vrx_mj.ros.ros1.notices import Notices
+from vrx_mj.ros.ros1.processes import listener, shown_process
+from vrx_mj.ros.ros1.provided import Caller, Provided
+from vrx_mj.ros.ros1.publication import Publication, Stream
+from vrx_mj.ros.ros1.registrar import PORTION, _portions
+from vrx_mj.ros.ros1.rosout import Rosout
+from vrx_mj.ros.ros1.slave import Slave
+from vrx_mj.ros.ros1.watch import Watch
+
+
+@pytest.fixture
+def notices():
+    one = Notices()
+    one.lines = []
+    one.listener = lambda level, text: one.lines.append((level, text))
+    return one
+
+
+@pytest.fixture
+def publications():
+    stream = Stream("/gazebo")
+    return {name: Publication(stream, name, "std_msgs/Int8", latched=False) for name in ("/a", "/b")}
+
+
+@pytest.fixture
+def slave(publications, notices):
+    one = Slave("/gazebo", "http://127.0.0.1:11311", publications, {}, notices)
+    one.stream = ("10.0.0.1", 4711)
+    one.trusted = lambda host: host == "127.0.0.1"
+    one.told = []
+    one.on_shutdown = one.told.append
+    return one
+
+
+def call(slave, method, *values, host="127.0.0.1"):
+    return asyncio.run(slave.answer(method, values, host))
+
+
+def test_only_this_machine_and_the_masters_may_end_the_node(slave, notices):
+    refused = [-1, "shutdown is refused: 10.0.0.7 is neither this machine nor the master's", 0]
+    assert call(slave, "shutdown", "/evil", "die", host="10.0.0.7") == refused
+    assert call(slave, "publisherUpdate", "/evil", "/a", [], host="10.0.0.7")[0] == -1
+    assert slave.told == []
+    assert notices.lines == [
+        ("WARN", "10.0.0.7 (/evil) called shutdown: only this machine and the master's machine may"),
+        ("WARN", "10.0.0.7 (/evil) called publisherUpdate: only this machine and the master's machine may"),
+    ]
+    assert call(slave, "shutdown", "/rosnode", "user request") == [1, "shutdown", 0]
+    assert slave.told == ["/rosnode shut it down: user request"]
+
+
+def test_a_master_in_the_same_process_does_not_end_the_node_whoever_has_it_say_so(slave):
+    """As one would who registers a node with our URI, and then again with another one."""
+    slave.is_masters_own = True
+    reason = "[/x] Reason: new node registered with same name"
+    assert call(slave, "shutdown", "/master", reason) == [
+        -1,
+        "shutdown is refused: this master does not end this node",
+        0,
+    ]
+    assert slave.told == []
+    slave.is_masters_own = False
+    assert call(slave, "shutdown", "/master", reason)[0] == 1
+    assert slave.told == [f"/master shut it down: {reason}"]
+
+
+@pytest.mark.parametrize(
+    ("method", "values", "answer"),
+    [
+        ("requestTopic", ("/x", "/a", [["TCPROS"]]), [1, "ready on 10.0.0.1:4711", ["TCPROS", "10.0.0.1", 4711]]),
+        (
+            "requestTopic",
+            ("/x", "a", [["UDPROS"]]),
+            [0, "no supported protocol implementations: TCPROS is spoken here", []],
+        ),
+        ("requestTopic", ("/x", "/c", [["TCPROS"]]), [-1, "Not a publisher of [/c]", []]),
+        ("requestTopic", ("/x", 5, 5), [-1, "Not a publisher of [5]", []]),
+        ("getPublications", ("/x",), [1, "publications", [["/a", "std_msgs/Int8"], ["/b", "std_msgs/Int8"]]]),
+        ("getMasterUri", ("/x",), [1, "http://127.0.0.1:11311", "http://127.0.0.1:11311"]),
+        ("getPid", ("/x",), [1, "", os.getpid()]),
+        ("getPid", ("/x", 1), [-1, "Error: bad call arity", 0]),
+        ("getPid", (), [-1, "caller_id must be a string", 0]),
+        ("getBusStats", ("/x",), [1, "", [[["/a", 0, []], ["/b", 0, []]], [], []]]),
+        ("getBusInfo", ("/x",), [1, "bus info", []]),
+        ("publisherUpdate", ("/x", "/a", "no list"), [-1, "publisherUpdate takes a topic and a list of URIs", 0]),
+        ("paramUpdate", ("/x", "/a", 1), [-1, "not subscribed", 0]),
+    ],
+)
+def test_the_slave_api(slave, method, values, answer):
+    assert call(slave, method, *values) == answer
+
+
+class FarAway:
+    """A master that knows one node on another machine."""
+
+    async def many(self, requests, patience=1.0):
+        answers = {"lookupNode": "http://10.0.0.7:4000/", "getTopicTypes": [["/typo", "std_msgs/Float32"]]}
+        return [answers[method] for method, _ in requests]
+
+
+def watched(notices, publications, states, monkeypatch, *, alive=True):
+    """What is told of states that are 6 s from each other."""
+
+    async def answers(uri):
+        return alive
+
+    monkeypatch.setattr("vrx_mj.ros.ros1.watch._answers", answers)
+    inbox = Inbox()
+    watch = Watch("/gazebo", FarAway(), inbox, notices, publications)
+    watch.announced = "10.0.0.1"
+    times = iter(range(0, 1000, 6))
+    watch.clock = lambda: float(next(times))
+
+    async def run():
+        for state in states:
+            watch.look(state, {"/in": None})
+            await asyncio.gather(*watch._work)
+
+    asyncio.run(run())
+    return inbox.drain()[2]
+
+
+WAITING = [{}, {"/a": ["/x"], "/b": ["/x"]}, {}]
+LATE = (
+    "subscriber /x on 10.0.0.7 never connected: can it reach 10.0.0.1, "
+    "the address set by ROS_HOSTNAME, ROS_IP or --host?"
+)
+
+
+def test_a_subscriber_that_never_connects_is_told_once(notices, publications, monkeypatch):
+    watched(notices, publications, [WAITING] * 2, monkeypatch)
+    assert notices.lines == []
+    watched(notices, publications, [WAITING] * 6, monkeypatch)
+    assert notices.lines == [("WARN", LATE)]
+
+
+def test_one_that_died_or_did_connect_is_not_told(notices, publications, monkeypatch):
+    watched(notices, publications, [WAITING] * 4, monkeypatch, alive=False)
+    for topic in publications.values():
+        topic.refusal({"topic": topic.name, "callerid": "/x", "md5sum": "*"})
+    watched(notices, publications, [WAITING] * 4, monkeypatch)
+    assert notices.lines == []
+
+
+def test_publishers_that_nobody_hears_are_unknown(notices, publications, monkeypatch):
+    state = [
+        {
+            "/typo": ["/pub"],
+            "/in": ["/pub"],
+            "/a": ["/pub"],
+            "/clock": ["/pub"],
+            "/heard": ["/pub"],
+            "/own": ["/gazebo"],
+        },
+        {"/heard": ["/gazebo", "/other"]},
+        {},
+    ]
+    found = watched(notices, publications, [state, state], monkeypatch)
+    assert found == [UnknownTopicPublisher("/typo", "std_msgs/Float32", "/pub")]
+
+
+def test_levels_of_rosout():
+    out, answers = Rosout(Stream("/gazebo")), []
+    sent = []
+    out.publication.send = sent.append
+    out.time = 2.5
+    out.log("INFO", "hello")
+    request = type("Request", (), {"level": "ERROR"})
+    out.set_level(request, "/x", lambda *answer: answers.append(answer))
+    out.log("WARN", "not told")
+    out.log("ERROR", "told")
+    assert [(one.msg, one.level, one.name, one.header.stamp.nanosec) for one in sent] == [
+        ("hello", 2, "/gazebo", 500_000_000),
+        ("told", 8, "/gazebo", 500_000_000),
+    ]
+    request.level = "loud"
+    out.set_level(request, "/x", lambda *answer: answers.append(answer))
+    assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
+
+
+def test_a_message_that_is_none_of_its_type_is_told(publications):
+    topic = publications["/a"]
+    topic.latched = True
+    with pytest.raises(AttributeError):
+        topic.send(object())
+
+
+def test_a_process_that_is_gone_is_shown_by_its_number():
+    assert shown_process(2**22 + 1) == f"pid {2**22 + 1}; stop it with: kill {2**22 + 1}"
+    assert listener(0) is None
+
+
+class Wire:
+    """In place of a transport and of a network."""
+
+    def __init__(self):
+        self.written, self.reads = b"", True
+        self.loop, self.later = self, []
+        self.write = self._take
+        self.soon = lambda function, *values: function(*values)
+        self.call_soon = self.later.append
+        self.abort = list
+
+    def _take(self, data):
+        self.written += data
+
+    def pause_reading(self):
+        self.reads = False
+
+    def resume_reading(self):
+        self.reads = True
+
+    def turn(self):
+        """What the loop does next."""
+        self.later.pop(0)()
+
+
+def test_a_caller_that_does_not_read_its_answers_is_asked_for_no_more_calls():
+    wire, called = Wire(), []
+    service = Provided("/gazebo", "/s", "std_srvs/Empty", lambda request, caller, answer: called.append(answer))
+    caller = Caller(service, wire, {"callerid": "/x", "persistent": "1"}, wire, Intake(1000), Place("127.0.0.1", list))
+    caller.received(framed(b"") * 3)
+    response = new("std_srvs/EmptyResponse")
+    assert (len(called), wire.reads) == (1, False)
+    caller.blocked(now=True)
+    called[0](response, "")
+    assert (len(called), wire.reads, wire.later) == (1, False, [])
+    caller.blocked(now=False)
+    wire.turn()
+    called[1](response, "")
+    wire.turn()
+    called[2](None, "no")
+    wire.turn()
+    assert (len(called), wire.reads) == (3, True)
+    assert wire.written == b"\1\0\0\0\0" * 2 + b"\0" + framed(b"no")
+
+
+def test_while_the_networks_thread_is_late_only_the_newest_batches_and_what_is_latched_wait():
+    class Late:
+        """A network whose thread does not come to it."""
+
+        def soon(self, *_):
+            pass
+
+    ros = Ros1(Late(), Inbox(), master_uri="http://127.0.0.1:1")
+    plain, latched = (Output(name, "std_msgs/Int8", lambda: None, latched=name == "/l") for name in ("/p", "/l"))
+    for number in range(500):
+        ros.publish([Sent(plain, number, 0.0)] + [Sent(latched, number, 0.0)] * (number in {3, 7}))
+    waiting = list(ros._batches)
+    assert [sent.message for sent in waiting[0]] == [7]
+    assert [batch[0].message for batch in waiting[1:]] == list(range(500 - len(waiting) + 1, 500))
+    assert len(waiting) <= 64
+    assert ros.traffic.dropped == 500 - (len(waiting) - 1) + 1
+
+
+def test_parameters_are_sent_in_portions_that_a_master_can_take():
+    given = {f"/{number}": "x" * (PORTION // 3) for number in range(7)} | {"/large": "x" * 2 * PORTION, "/small": 1}
+    portions = list(_portions(given))
+    assert [len(portion) for portion in portions] == [2, 2, 2, 1, 1, 1]
+    assert {name: value for portion in portions for name, value in portion.items()} == given

@@ -1,0 +1,150 @@
+"""What goes wrong for users of VRX is told, once."""
+
+import math
+import re
+from types import SimpleNamespace
+
+import pytest
+
+import vrx_mj
+from ros_scene import call, run, served
+from vrx_mj.ros import diagnosis
+from vrx_mj.ros.diagnosis import Diagnosis
+from vrx_mj.ros.inbox import Command
+from vrx_mj.ros.messages import new
+
+
+@pytest.mark.parametrize(
+    ("topic", "hint"),
+    [
+        ("/wamv/thrusters/left_thrust_cmd", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
+        ("/wamv2/thrusters/lft_thrust_cmd", "did you mean /wamv2/thrusters/left_thrust_cmd?"),
+        ("/x/y/cmd_vel", "did you mean /wamv1/cmd_vel?"),
+        ("/wamv1/cmd_val", "did you mean /wamv1/cmd_vel?"),
+        ("/wamv1/left_thrust_cmd", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
+        ("/wamv2/thruster/left_thrust_cmd", "did you mean /wamv2/thrusters/left_thrust_cmd?"),
+        ("/wamv1/thrusters/left_thrust", "did you mean /wamv1/thrusters/left_thrust_cmd?"),
+    ],
+)
+def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic, hint):
+    scene.inbox.unknown_publisher(topic, "std_msgs/Float32", "/rostopic_1")
+    scene.inbox.unknown_publisher("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
+    scene.station.receive()
+    assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no subscriber: {hint}"
+
+
+def test_a_command_that_comes_too_rarely_is_told(scene):
+    for _ in range(5):
+        scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/rostopic_1")
+        run(scene, 2.0)
+    slow = (
+        "/wamv1/thrusters/left_thrust_cmd comes every 2 s but a thrust lasts 1 s: thrust is on 50 % of the time; use "
+    )
+    assert scene.told == [f"{slow}-r 2 or more"]
+
+
+def test_commands_beyond_what_engines_do_are_told_once(scene):
+    for _ in range(3):
+        scene.inbox.message("/wamv1/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=5.0), "/test")
+        scene.inbox.message("/wamv1/thrusters/left_thrust_angle", new("std_msgs/Float32", data=3.0), "/test")
+        run(scene, 0.1)
+    assert sorted(scene.told) == [
+        "left of wamv1 is 5, beyond -1 to 1: the force is limited to 250 N ahead, 100 N astern",
+        "left_angle of wamv1 is 3 rad: the angle is clamped to 1.571 rad",
+    ]
+
+
+def test_a_boat_that_has_capsized_is_told_once_until_it_is_upright_again(scene):
+    scene.sim.set_boat("wamv1", pose=(-520, 190, 0.5, math.pi, 0, 0))
+    run(scene, 1.1)
+    assert scene.told[0].endswith("wamv1 has capsized; /gazebo/set_model_state rights it")
+    assert len([line for line in scene.told if "capsized" in line]) == 1
+
+
+def test_a_boat_that_spins_is_told(scene):
+    scene.sim.set_boat("wamv1", velocity=(0, 0, 0, 0, 0, 40))
+    scene.station.diagnosis.look()
+    assert scene.told == [
+        "t = 0.0 s: wamv1 spins at 40 rad/s, more than 12: check masses, inertias and floats of its robot"
+    ]
+
+
+def test_a_held_boat_says_until_when(course):
+    scene = served(vrx_mj.compile_world("stationkeeping_task"))
+    scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
+    scene.station.receive()
+    assert scene.told == ["wamv is held by its task until t = 10 s: thrust has no effect before"]
+
+
+def test_a_boat_that_is_put_into_another_is_told(scene):
+    place = scene.sim.observe()["wamv1"].position
+    pose = {"position": {"x": place[0] + 0.5, "y": place[1], "z": place[2]}}
+    call(
+        scene, "/gazebo/set_model_state", "gazebo_msgs/SetModelState", model_state={"model_name": "wamv2", "pose": pose}
+    )
+    assert len(scene.told) == 1
+    assert re.fullmatch(r"wamv1 and wamv2 overlap by \d\.\d\d m: move one of them", scene.told[0])
+
+
+def test_a_gps_in_a_world_without_georeference_is_told_once_and_not_published():
+    fleet = {"usv_count": 9, "layout": "line", "sensors": ["gps", "imu"]}
+    scene = served(vrx_mj.compile_world("ocean", fleet=fleet))
+    boats = ", ".join(f"wamv{number}" for number in range(1, 9))
+    text = f"the world ocean has no georeference: the GPS topics of {boats} and 1 more are not published"
+    assert scene.told == [f"{text}; add `georeference` to the world's file"]
+    outputs = scene.network.table.outputs
+    assert not [name for name in outputs if "gps" in name]
+    assert "/wamv9/sensors/imu/imu/data" in outputs
+    call(scene, "/gazebo/delete_model", "gazebo_msgs/DeleteModel", model_name="wamv9")
+    assert len([line for line in scene.told if "GPS" in line]) == 1
+
+
+class Quiet:
+    """A simulation of one boat, in which nothing touches anything."""
+
+    boats, model = ("a",), None
+    data = SimpleNamespace(contact=())
+    world = SimpleNamespace(parameters={"georeference": {}, "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
+
+    def __init__(self):
+        self.time = 0.0
+
+    def mounted(self, boat):
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("gaps", "told"), [([2.0] * 5, 1), ([0.5, 2.0] * 3, 0), ([2.0, 2.0, 0.5] * 2, 0), ([0.9] * 6, 0)]
+)
+def test_commands_are_too_rare_if_each_comes_after_the_one_before_has_run_out(gaps, told):
+    """A controller that pauses now and then is none that is too slow."""
+    sim, lines = Quiet(), []
+    diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
+    for gap in gaps:
+        diagnosis.taken(Command("/a/thrusters/left_thrust_cmd", None, "me"))
+        sim.time += gap
+    assert len(lines) == told
+
+
+@pytest.mark.parametrize(("roll", "pitch", "told"), [(0.4, 1.5, 0), (1.5, -0.3, 0), (3.0, 0.2, 1), (-2.0, 0.0, 1)])
+def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
+    sim, lines = Quiet(), []
+    diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
+    sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch, angular_velocity=(0, 0, 1))}
+    diagnosis.look()
+    assert len(lines) == told
+
+
+@pytest.mark.parametrize(
+    ("touches", "told"),
+    [("1", 0), ("11", 1), ("101010", 0), ("1111" * 5, 1), ("11011001100110", 1), ("11" + "0" * 10 + "11", 2)],
+)
+def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, touches, told):
+    sim, lines, looks = Quiet(), [], iter(touches)
+    monkeypatch.setattr(diagnosis, "_touching_land", lambda _: {"a"} if next(looks) == "1" else set())
+    sim.observe = lambda: {"a": SimpleNamespace(roll=0.0, pitch=0.0, angular_velocity=(0, 0, 0))}
+    watch = Diagnosis(sim, lambda _level, text: lines.append(text))
+    for number in range(len(touches)):
+        sim.time = float(number + 1)
+        watch.look()
+    assert [line.partition(": ")[2] for line in lines] == ["a is aground"] * told

@@ -1,0 +1,96 @@
+"""Readings as messages: layouts of bytes, and where arrows point."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vrx_mj.config.sensors import ErrorModel, GpsConfig, ImuConfig, LidarConfig, P3dConfig, PingerConfig
+from vrx_mj.config.world import Georeference
+from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.ros.table.sensing import sensor_outputs
+from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.gps import fix
+from vrx_mj.sensors.imu import inertia
+from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.readings import PointCloud, Reading, Sound
+from vrx_mj.sensors.truth import truth
+
+
+def made(config, tail, data):
+    """The message that an output of a sensor makes of a reading."""
+    sensor = SimpleNamespace(config=config, name=config.name, boat="a", frame=f"a/{config.link}")
+    world = SimpleNamespace(parameters={"georeference": {}})
+    host = SimpleNamespace(sim=SimpleNamespace(mounted=lambda _boat: [sensor], world=world))
+    output = next(one for one in sensor_outputs(host, "a") if one.name.endswith(tail))
+    return output.make(Reading(config.name, config.type, 1.5, 3, sensor.frame, data))
+
+
+def test_a_cloud_is_one_row_of_points_of_18_bytes():
+    points = np.arange(15, dtype=np.float32).reshape(5, 3)
+    cloud = PointCloud(points, np.zeros(5, np.float32), np.arange(5, dtype=np.uint16))
+    message = made(LidarConfig(name="lidar", link="lidar"), "/points", cloud)
+    assert (message.height, message.width, message.point_step, message.row_step) == (1, 5, 18, 90)
+    assert len(message.data) == message.height * message.row_step
+    offsets = {field.name: field.offset for field in message.fields}
+    for number in range(5):
+        row = message.data[number * message.point_step :].tobytes()
+        assert np.frombuffer(row, "<f4", 1, offsets["y"])[0] == points[number, 1]
+        assert np.frombuffer(row, "<u2", 1, offsets["ring"])[0] == number
+
+
+@pytest.mark.parametrize(("bearing", "elevation"), [(0.0, 0.0), (0.7, 0.0), (0.0, -0.4), (-2.5, 0.3)])
+def test_the_marker_of_a_pinger_points_to_where_it_is_heard(bearing, elevation):
+    message = made(PingerConfig(name="pinger", link="pinger"), "/marker/signal", Sound(12.0, bearing, elevation))
+    turn = message.pose.orientation
+    ahead = rotation_matrix((turn.w, turn.x, turn.y, turn.z))[:, 0]
+    level = math.cos(elevation)
+    assert ahead == pytest.approx((level * math.cos(bearing), level * math.sin(bearing), math.sin(elevation)))
+    assert message.scale.x == 12.0
+
+
+AT_REST = Place(np.zeros(3), np.eye(3), np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3))
+DRAW = Draw(1, "a", "x", 0, 15.0)
+
+
+def diagonal(*values):
+    return np.diag(values).reshape(-1).tolist()
+
+
+def test_an_imu_states_the_variances_of_its_errors():
+    errors = {
+        "acceleration": ErrorModel(noise=(0.3, 0.3, 0.3), drift=(0.4, 0.4, 0.4)),
+        "angular_velocity": ErrorModel(noise=(0.01, 0.02, 0.03)),
+        "heading": ErrorModel(drift=(0.0, 0.0, 0.5)),
+        "tilt": ErrorModel(noise=(0.1, 0.2, 0.0)),
+    }
+    config = ImuConfig(name="imu", link="imu", **errors)
+    message = made(config, "/data", inertia(config, AT_REST, None, 0.0, np.zeros(3), DRAW))
+    assert message.orientation_covariance.tolist() == pytest.approx(diagonal(0.01, 0.04, 0.25))
+    assert message.angular_velocity_covariance.tolist() == pytest.approx(diagonal(1e-4, 4e-4, 9e-4))
+    assert message.linear_acceleration_covariance.tolist() == pytest.approx(diagonal(0.25, 0.25, 0.25))
+
+
+@pytest.mark.parametrize(
+    ("noise", "heading", "kind"),
+    [
+        ((0.0, 0.0, 0.0), 0.0, 2),  # Hector's plugin says so of a receiver without errors, too
+        ((2.0, 2.0, 3.0), 25.0, 2),  # equal in all directions, whatever the world's axes
+        ((2.0, 1.0, 3.0), 0.0, 2),
+        ((2.0, 1.0, 3.0), 25.0, 3),
+    ],
+)
+def test_a_fix_states_its_covariance_and_whether_that_is_diagonal(noise, heading, kind):
+    config = GpsConfig(name="gps", link="gps", position=ErrorModel(noise=noise))
+    earth = Georeference(latitude=-33.7, longitude=150.7, elevation=0.0, heading=heading)
+    message = made(config, "/fix", fix(config, AT_REST, earth, DRAW))
+    assert message.position_covariance_type == kind
+    assert np.trace(message.position_covariance.reshape(3, 3)) == pytest.approx(sum(value**2 for value in noise))
+
+
+def test_the_truth_states_the_variance_of_its_velocities():
+    config = P3dConfig(name="p3d", link="base_link", noise=0.1)
+    message = made(config, "/p3d", truth(config, AT_REST, DRAW))
+    assert message.twist.covariance.tolist() == pytest.approx(diagonal(*[0.01] * 6))
+    assert message.pose.covariance.tolist() == [0.0] * 36

@@ -1,0 +1,325 @@
+import contextlib
+import math
+import random
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import vrx_mj
+from integration.sailing import CALM
+from integration.sensing import SYDNEY
+from vrx_mj.config.sensors import LidarConfig
+from vrx_mj.errors import CommandError
+from vrx_mj.ros import cdr
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.messages import is_known, new
+from vrx_mj.ros.ros_server import RosServer
+from vrx_mj.ros.table.vrx3 import PACKAGES, RETOLD
+from vrx_mj.ros.table.vrx3_sensors import middle_ring
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.readings import Inertia, PointCloud, Reading, Sound
+
+FLOAT64, TF = "std_msgs/Float64", "tf2_msgs/TFMessage"
+CAMERAS = ("front_left_camera", "front_right_camera", "middle_right_camera")
+OUTPUTS = {
+    "/clock": "rosgraph_msgs/Clock",
+    "/tf": TF,
+    "/tf_static": TF,
+    "/vrx/debug/wind/speed": "std_msgs/Float32",
+    "/vrx/debug/wind/direction": "std_msgs/Float32",
+    "/vrx/contacts": "ros_gz_interfaces/Contacts",
+    "/wamv/joint_states": "sensor_msgs/JointState",
+    "/wamv/pose": TF,
+    "/wamv/pose_static": TF,
+    "/wamv/robot_description": "std_msgs/String",
+    "/wamv/sensors/gps/gps/fix": "sensor_msgs/NavSatFix",
+    "/wamv/sensors/imu/imu/data": "sensor_msgs/Imu",
+    "/wamv/sensors/lidars/lidar_wamv_sensor/points": "sensor_msgs/PointCloud2",
+    "/wamv/sensors/lidars/lidar_wamv_sensor/scan": "sensor_msgs/LaserScan",
+    "/wamv/sensors/acoustics/receiver/range_bearing": "ros_gz_interfaces/ParamVec",
+}
+for _camera in CAMERAS:
+    for _part in ("", "/optical"):
+        OUTPUTS[f"/wamv/sensors/cameras/{_camera}_sensor{_part}/image_raw"] = "sensor_msgs/Image"
+        OUTPUTS[f"/wamv/sensors/cameras/{_camera}_sensor{_part}/camera_info"] = "sensor_msgs/CameraInfo"
+INPUTS = {
+    "/cmd_vel": "geometry_msgs/Twist",
+    "/wamv/cmd_vel": "geometry_msgs/Twist",
+    "/wamv/thrusters/left/thrust": FLOAT64,
+    "/wamv/thrusters/right/thrust": FLOAT64,
+    "/wamv/thrusters/left/pos": FLOAT64,
+    "/wamv/thrusters/right/pos": FLOAT64,
+    "/wamv/shooters/ball_shooter/fire": "std_msgs/Bool",
+    "/pinger/set_pinger_position": "geometry_msgs/Vector3",
+}
+"""vrx-robot.md 4.11, with what is ours: cmd_vel and robot_description."""
+
+
+class Fake:
+    """A transport that keeps what it is given."""
+
+    title, dialect = "ROS 2", "vrx3"
+
+    def __init__(self, *wanted):
+        self.wanted, self.sent, self.table = frozenset(wanted), [], None
+
+    def offer(self, table):
+        self.table = table
+
+    def publish(self, batch):
+        self.sent += batch
+
+
+def station(sim, *transports):
+    lines = []
+    inbox = Inbox()
+    commands, command = {}, sim.command_all
+
+    def spied(given):
+        commands.update(given.get("wamv", {}))
+        command(given)
+
+    sim.command_all = spied
+    made = RosServer(sim, transports, inbox, tell=lambda level, text: lines.append(text))
+    return SimpleNamespace(station=made, inbox=inbox, lines=lines, sim=sim, transport=transports[0], commands=commands)
+
+
+def compiled(sensors, profile="vrx"):
+    fleet = {"boats": [{"name": "wamv", "pose": [0, 0, -0.1, 0, 0, 0]}], "thrusters": "H", "sensors": sensors}
+    world = {"physics": {"profile": profile}, "sea": CALM, "wind": {}, "georeference": SYDNEY}
+    return vrx_mj.compile_world(world, fleet=fleet)
+
+
+@pytest.fixture(scope="module")
+def world():
+    return compiled("vrx")
+
+
+@pytest.fixture
+def opened():
+    """Stations that are closed in the end."""
+    with contextlib.ExitStack() as stack:
+
+        def make(*arguments):
+            served = station(*arguments)
+            stack.callback(served.station.close)
+            return served
+
+        yield make
+
+
+@pytest.fixture
+def served(world, opened):
+    return opened(Simulation(world), Fake())
+
+
+@pytest.fixture(scope="module")
+def table(world):
+    served = station(Simulation(world), Fake())
+    served.station.close()
+    return served.transport.table
+
+
+def give(served, topic, data, sender="/client"):
+    message = data if not isinstance(data, float | bool) else SimpleNamespace(data=data)
+    served.inbox.message(topic, message, sender, "vrx3")
+    served.station.receive()
+
+
+def run(served, seconds):
+    end = served.sim.time + seconds - 1e-6
+    while served.sim.time < end:
+        served.station.tick()
+        served.station.receive()
+
+
+def test_a_boat_has_vrx_3s_topics_and_types(table):
+    assert {name: output.type for name, output in table.outputs.items()} == OUTPUTS
+    assert {name: entry.type for name, entry in table.inputs.items()} == INPUTS
+    assert not table.services
+
+
+def test_every_type_is_one_of_ros_2s(table):
+    for entry in (*table.outputs.values(), *table.inputs.values()):
+        assert cdr.is_known(entry.type)
+        assert entry.type.partition("/")[0] in PACKAGES
+    for row in RETOLD:
+        assert cdr.is_known(row.type)
+
+
+def test_what_is_told_when_it_changes_can_be_compared(table):
+    """Which is done by ROS 1's bytes."""
+    assert all(is_known(output.type) for output in table.outputs.values() if output.rate == 0.0)
+
+
+def test_every_message_without_a_reading_can_be_sent(table):
+    plain = [output for output in table.outputs.values() if output.sensor is None or output.blind]
+    assert len(plain) == 16
+    for output in plain:
+        cdr.encode((output.blind or output.make)(), output.type)
+
+
+def test_names_of_both_dialects_are_offered_side_by_side(world, opened):
+    two, one = Fake(), Fake()
+    one.dialect = "vrx"
+    opened(Simulation(world), one, two)
+    assert "/wamv/thrusters/left_thrust_cmd" in one.table.inputs
+    assert "/wamv/thrusters/left/thrust" in two.table.inputs
+    assert one.table.inputs["/wamv/shooters/ball_shooter/fire"].type == "std_msgs/Empty"
+    assert two.table.inputs["/wamv/shooters/ball_shooter/fire"].type == "std_msgs/Bool"
+
+
+def test_a_transport_gets_what_it_wants_by_its_own_names(world, opened):
+    imu, wind = "/wamv/sensors/imu/imu/data", "/vrx/debug/wind/speed"
+    one, two = Fake("/wamv/sensors/gps/gps/fix_velocity", wind), Fake(imu, wind)
+    one.dialect = "vrx"
+    served = opened(Simulation(world), two, one)
+    run(served, 0.5)
+    assert {sent.output.name for sent in two.sent if not sent.output.latched} == {imu, wind}
+    assert {sent.output.type for sent in two.sent if sent.output.name == wind} == {"std_msgs/Float32"}
+    assert {sent.output.type for sent in one.sent if sent.output.name == wind} == {FLOAT64}
+    assert sum(sent.output.name == imu for sent in two.sent) == 7  # 15 Hz
+    for sent in two.sent:
+        cdr.encode(sent.message, sent.output.type)
+
+
+def test_thrust_is_in_newtons_by_the_thrusters_own_mapping(served):
+    give(served, "/wamv/thrusters/left/thrust", 100.0)
+    thruster = served.sim.observe()["wamv"].thrusters["left"]
+    assert served.commands == {"left": thruster.command(100.0)}
+    assert 0.5 < served.commands["left"] < 0.6  # VRX's table: 0.5 gives 80.6 N and 0.75 gives 181.9 N
+    assert served.lines == []
+
+
+def test_thrust_lasts_until_the_next_one(served):
+    """VRX's own commands end after a second."""
+    give(served, "/wamv/thrusters/left/thrust", 200.0)
+    served.station.command("wamv", {"right": 0.9})
+    run(served, 4.0)
+    pushed = served.sim.observe()["wamv"]
+    give(served, "/wamv/thrusters/left/thrust", 0.0)
+    run(served, 4.0)
+    slowed = served.sim.observe()["wamv"]
+    assert pushed.angular_velocity[2] < -0.05  # only the port engine still pushes: to starboard
+    assert abs(slowed.angular_velocity[2]) < 0.5 * abs(pushed.angular_velocity[2])
+
+
+def test_a_command_by_vrxs_names_ends_it(served):
+    give(served, "/wamv/thrusters/left/thrust", 200.0)
+    served.station.command("wamv", {"left": 0.0})
+    run(served, 2.0)
+    assert served.commands["left"] == 0.0
+
+
+def test_time_that_begins_again_ends_it(served, world):
+    give(served, "/wamv/thrusters/left/thrust", 200.0)
+    served.station.reset_simulation()
+    run(served, 2.0)
+    untouched = Simulation(world)
+    untouched.advance(round(2.0 / untouched.timestep))
+    assert served.sim.observe()["wamv"].position.tolist() == untouched.observe()["wamv"].position.tolist()
+
+
+@pytest.mark.parametrize("newtons", [math.nan, math.inf, -math.inf])
+def test_a_thrust_that_is_no_number_is_refused(served, newtons):
+    give(served, "/wamv/thrusters/left/thrust", newtons)
+    assert served.lines == [
+        (
+            f"/wamv/thrusters/left/thrust from /client: invalid thrust {newtons} N for left of wamv: "
+            "a finite number is needed"
+        )
+    ]
+    assert served.commands == {}
+
+
+def test_a_thrust_beyond_the_engines_is_told_once(served):
+    for _ in range(3):
+        give(served, "/wamv/thrusters/left/thrust", 2000.0)
+    assert served.lines == ["left of wamv is 2000 N, beyond -100 to 242.7 N: it is clamped to this range"]
+
+
+def test_in_profile_vrx3_the_thrust_goes_straight_to_the_engine(opened):
+    served = opened(Simulation(compiled("none", "vrx3")), Fake())
+    give(served, "/wamv/thrusters/left/thrust", 321.5)
+    assert served.commands == {"left": 321.5}
+
+
+def test_pos_turns_the_engine(served):
+    give(served, "/wamv/thrusters/right/pos", 0.4)
+    run(served, 3.0)
+    assert served.sim.steering("wamv")["right"] == pytest.approx(0.4, abs=0.02)
+
+
+def test_only_true_fires(served):
+    shots = lambda: served.sim.sense("wamv")["ball_shooter"].data.shots_left  # noqa: E731
+    give(served, "/wamv/shooters/ball_shooter/fire", False)
+    run(served, 0.2)
+    assert shots() == 4
+    give(served, "/wamv/shooters/ball_shooter/fire", True)
+    run(served, 0.2)
+    assert shots() == 3
+
+
+def test_the_pinger_is_placed_for_all(served):
+    give(served, "/pinger/set_pinger_position", new("geometry_msgs/Vector3", x=1.0, y=2.0, z=-3.0))
+    assert served.sim.pinger("wamv", "pinger") == pytest.approx((1.0, 2.0, -3.0))
+
+
+def test_a_beacon_is_heard_as_parameters(table):
+    output = table.outputs["/wamv/sensors/acoustics/receiver/range_bearing"]
+    told = output.make(Reading("pinger", "pinger", 2.5, 2, "wamv/pinger", Sound(12.0, -0.5, 0.25)))
+    assert (told.header.stamp.sec, told.header.stamp.nanosec, told.header.frame_id) == (2, 500_000_000, "wamv/pinger")
+    assert {one.name: one.value.double_value for one in told.params} == {
+        "range": 12.0,
+        "bearing": -0.5,
+        "elevation": 0.25,
+    }
+    assert {one.value.type for one in told.params} == {3}
+
+
+def test_camera_topics_differ_in_the_frame(table):
+    stem = "/wamv/sensors/cameras/front_left_camera_sensor"
+    assert table.outputs[f"{stem}/camera_info"].blind().header.frame_id == "wamv/front_left_camera_link"
+    assert table.outputs[f"{stem}/optical/camera_info"].blind().header.frame_id == "wamv/front_left_camera_link_optical"
+
+
+def test_imu_has_the_same_content(table):
+    data = Inertia(np.array([0.5, 0.5, 0.5, 0.5]), np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 9.8]))
+    told = table.outputs["/wamv/sensors/imu/imu/data"].make(Reading("imu", "imu", 1.0, 1, "wamv/imu_wamv_link", data))
+    back = cdr.decode(cdr.encode(told, "sensor_msgs/Imu"), "sensor_msgs/Imu")
+    assert (back.angular_velocity.z, back.linear_acceleration.z, back.orientation.w) == (3.0, 9.8, 0.5)
+
+
+def test_the_scan_is_the_ring_halfway_up():
+    """Second implementation: each ray by itself."""
+    config = LidarConfig(name="l", link="l", rings=4, samples=9, azimuth=(-math.pi, math.pi), range=(0.1, 50.0))
+    ways = [-math.pi + 2 * math.pi / 8 * number for number in range(9)]
+    rays = [(ring, way, 1.0 + ring + 0.1 * number) for number, way in enumerate(ways[:8]) for ring in range(4)]
+    rays = [ray for ray in rays if ray[:2] != (2, ways[3])]  # no return
+    points = np.array([(r * math.cos(way), r * math.sin(way), 0.0) for _, way, r in rays], np.float32)
+    rings = np.array([ring for ring, _, _ in rays], np.uint16)
+    scan = middle_ring(PointCloud(points, np.zeros(len(rays), np.float32), rings), config)
+    expected = [3.0 + 0.1 * number for number in range(8)]
+    expected[3] = math.inf
+    assert scan.ranges[:8].tolist() == pytest.approx(expected)
+    assert (scan.angle_min, scan.angle_max, scan.angle_increment) == pytest.approx((-math.pi, math.pi, math.pi / 4))
+
+
+def test_mutated_messages_are_taken_or_refused(served, table):
+    """5,000 of them on all topics in, from bytes to the simulation; what is no VrxError would end it."""
+    draw, refused = random.Random(15), 0
+    for number in range(5000):
+        entry = list(table.inputs.values())[number % len(table.inputs)]
+        raw = bytearray(cdr.encode(new(entry.type), entry.type))
+        for _ in range(draw.randint(1, 4)):
+            raw[draw.randrange(len(raw))] = draw.randrange(256)
+        del raw[draw.randint(4, len(raw)) if draw.random() < 0.2 else len(raw) :]
+        try:
+            message = cdr.decode(bytes(raw), entry.type)
+        except CommandError:
+            refused += 1
+            continue
+        give(served, entry.name, message)
+    assert 500 < refused < 4500
+    run(served, 1.0)  # it goes on: nothing became NaN
