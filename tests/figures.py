@@ -1,7 +1,7 @@
 """The size and the shape of the sources: `python tests/figures.py`, from any folder.
 
-Code lines have no blank lines, comments and docstrings. String-key reads are of a compiled world's parameters as a tree.
-Import cycles count imports within functions and for type checking too.
+Code lines have no blank lines, comments and docstrings. String-key reads are those of a compiled world's parameters as
+a tree. Import cycles count imports within functions and for type checking too.
 """
 
 import ast
