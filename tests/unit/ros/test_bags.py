@@ -212,7 +212,7 @@ os.kill(os.getpid(), 9)
 def killed(tmp_path_factory):
     """A folder of bags whose process was killed after 100 moments, and one more that had not reached the disk."""
     folder, here = tmp_path_factory.mktemp("killed"), Path(__file__)
-    paths = map(str, (folder, here.parent, here.parents[3]))
+    paths = map(str, (folder, here.parent, here.parents[2]))
     done = subprocess.run([sys.executable, "-c", KILLED, *paths], check=False, timeout=60)
     assert done.returncode == -signal.SIGKILL
     return folder

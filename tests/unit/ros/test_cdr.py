@@ -14,7 +14,7 @@ from vrx_mj.ros.messages import decode, encode, is_known, new, stamp
 from vrx_mj.ros.table.bodies import header
 from vrx_mj.ros.table.parameters import parameters
 
-GOLDEN = json.loads((Path(__file__).parents[3] / "golden/ros/cdr.json").read_text(encoding="utf-8"))["bytes"]
+GOLDEN = json.loads((Path(__file__).parents[2] / "golden/ros/cdr.json").read_text(encoding="utf-8"))["bytes"]
 HEAD = header(12.5, "wamv/base_link")
 INFO = new(
     "sensor_msgs/CameraInfo",

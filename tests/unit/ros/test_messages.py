@@ -28,7 +28,7 @@ from vrx_mj.ros.messages import (
     typestore,
 )
 
-GOLDEN = json.loads((Path(__file__).parents[3] / "golden/ros/md5.json").read_text(encoding="utf-8"))
+GOLDEN = json.loads((Path(__file__).parents[2] / "golden/ros/md5.json").read_text(encoding="utf-8"))
 DEBIAN = "/usr/bin/python3"
 INTEGERS = {f"{sign}int{bits}": (0 if sign else -(1 << bits - 1), (1 << bits - (not sign)) - 1)
             for sign in ("", "u") for bits in (8, 16, 32, 64)}  # fmt: skip
