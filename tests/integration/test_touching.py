@@ -63,8 +63,8 @@ def test_what_nothing_touches_moves_as_with_the_drag_at_the_end_of_the_step(mode
     """Without a contact the drag in the inertia changes nothing: MuJoCo comes to the same with all of it outside."""
     buoy = {"name": "buoy", "model": model, "pose": [20.0, 0.0, 0.2, 0.3, -0.2, 0.1]}
     sim = simulation(boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"timestep": timestep}, **CALM_AIR)
-    rig, twin = sim._rig, mujoco.MjData(sim.model)
-    flat, row = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE)), sim._rig.floats[0]
+    rig, twin = sim._live.rig, mujoco.MjData(sim.model)
+    flat, row = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE)), sim._live.rig.floats[0]
     dof = int(row["dof"])
     for _ in range(60):
         mujoco.mj_getState(sim.model, sim.data, flat, SIGNATURE)

@@ -36,7 +36,6 @@ from vrx_mj.runtime.warmup import announced
 __all__ = ["Batch"]
 
 Floats = npt.NDArray[np.float64]
-SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
 LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}

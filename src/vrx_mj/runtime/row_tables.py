@@ -18,11 +18,11 @@ from vrx_mj.runtime.row_arguments import channels_of
 from vrx_mj.runtime.row_memory import allocating
 from vrx_mj.runtime.row_seas import RowSeas
 from vrx_mj.runtime.rows import FEATURES, ROW
+from vrx_mj.runtime.state import integration_state, set_integration_state
 
 __all__ = ["STACKED", "RowTables"]
 
 Floats = npt.NDArray[np.float64]
-SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
 """Tables that change from step to step, in the order in which a state has them."""
 CARRIED = (
@@ -85,7 +85,7 @@ class RowTables:
         for name in CARRIED:
             setattr(self, name, state[name])
         for row, flat in enumerate(state["mujoco"]):
-            mujoco.mj_setState(self._model_of(row), self._data[row], flat, SIGNATURE)
+            set_integration_state(self._model_of(row), self._data[row], flat)
         self._observe()
 
     def _warn_of_no_effect(self, given: Mapping[str, Floats]) -> None:
@@ -103,9 +103,7 @@ class RowTables:
 
     def _flat(self, row: int) -> Floats:
         """MuJoCo's state of a row."""
-        flat = np.empty(mujoco.mj_stateSize(self._model, SIGNATURE))
-        mujoco.mj_getState(self._model_of(row), self._data[row], flat, SIGNATURE)
-        return flat
+        return integration_state(self._model_of(row), self._data[row])
 
     def _build(self) -> None:
         """Data and stacks of all rows."""

@@ -1,56 +1,40 @@
 """A world that runs."""
 
 import dataclasses
-import time as clock
+import math
 import weakref
-from collections.abc import Callable
-from functools import cache, partial
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import get_ident
+from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.arguments import as_seed, check_kind, whole
-from vrx_mj.errors import CommandError, DivergedError, StateError
-from vrx_mj.libmujoco import untimed
+from vrx_mj.arguments import as_number, as_seed, as_text, check_kind, check_name, whole
+from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.bodies import FreeBodies
-from vrx_mj.runtime.commands import Commands, Helm
-from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
-from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
-from vrx_mj.runtime.durations import MOST_STEPS, steps_to_second, whole_steps
-from vrx_mj.runtime.instruments import Instruments
-from vrx_mj.runtime.loop import advance
-from vrx_mj.runtime.observation import Observation
-from vrx_mj.runtime.physics_models import PhysicsModels
-from vrx_mj.runtime.poses import Poses
-from vrx_mj.runtime.recorders import Recorders
-from vrx_mj.runtime.rig import Rig, drawing_model
-from vrx_mj.runtime.sampling import Sampler
-from vrx_mj.runtime.sensing import Sensing
-from vrx_mj.runtime.signals import Signals
-from vrx_mj.runtime.spawning import Spawning, rig_of
-from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.runtime.subscriptions import Subscriptions
-from vrx_mj.runtime.task_actions import SimulationTaskActions
-from vrx_mj.runtime.task_runner import TaskRunner
-from vrx_mj.runtime.tasked import Tasked
-from vrx_mj.runtime.thrusters import Thruster, thrusters
-from vrx_mj.runtime.turns import HOLDER, Turn, in_turn
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.commands import Commands
+from vrx_mj.runtime.contacts import ContactWatch, Touch
+from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
+from vrx_mj.runtime.forces import Forces, boat_forces
+from vrx_mj.runtime.live_world import LiveWorld, rig_of
+from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.sampling import Listener, check_listener
+from vrx_mj.runtime.sensing import Readings
+from vrx_mj.runtime.shooter import fire
+from vrx_mj.runtime.spawning import Spawning
+from vrx_mj.runtime.state import State
+from vrx_mj.runtime.subscriptions import Subscription
+from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
-
-SLICE = 0.05
-"""Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
-DRAIN = 0.5
-"""Wall time [s] after which sampled rows go to the recorders."""
-LOOP: Callable[..., int] = advance
-"""The compiled loop; its many arguments are the rig's."""
-SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+from vrx_mj.sensors.readings import Reading
 
 
-class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
+class Simulation:
     """A running world: it takes commands, advances the physics and gives observations.
 
     The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
@@ -66,28 +50,19 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
-        self._first = world
-        self._thrusters: dict[str, dict[str, Thruster]] = {}
-        self._physics_models, self._turn = PhysicsModels(), Turn("simulation")
-        self._take(world, rig_of(world, self._physics_models))
-        self._sampler = Sampler(self._rig.columns, self._rig.timestep)
-        self._pace, self._drained = 1e-5, 0.0
-        self._sea, self._wind = Sea(self._rig), Wind(self._rig)
-        own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
-        self._sensing = Sensing(world, self._rig, self._drawing, lambda: own._renew_arguments(), self._turn)  # noqa: PLW0108
-        self._subscriptions = Subscriptions(self._rig.sensors, self._sensing.read, self.timestep)
-        self._task_runner = TaskRunner(world, self._rig, self._bodies.stand)
-        self._task_actions = SimulationTaskActions(self, self._sampler)
+        live = self._live = LiveWorld(world)
+        self._spawning = Spawning(live)
+        self._turn, self._sensing, self._subscriptions = live.turn, live.sensing, live.subscriptions
+        self._sampler, self._task_runner, self._displays = live.sampler, live.task_runner, live.displays
         self.reset(seed)
-        with announced(advance):
-            LOOP(*self._arguments, self.time, self.timestep, 0)
+        live.compile()
 
     def __reduce__(self) -> tuple[type["Simulation"], tuple[World], tuple[World, State]]:
-        return type(self), (self._first,), (self._world, self.get_state())
+        return type(self), (self._live.first,), (self.world, self.get_state())
 
     def __setstate__(self, now: tuple[World, State]) -> None:
-        if now[0].sha256 != self._first.sha256:
-            self._bind(now[0], rig_of(now[0], self._physics_models))
+        if now[0].sha256 != self._live.first.sha256:
+            self._live.bind(now[0], rig_of(now[0], self._live.physics_models))
         self.set_state(now[1])
 
     @classmethod
@@ -100,56 +75,56 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
     @property
     def world(self) -> World:
         """The compiled world of this simulation."""
-        return self._world
+        return self._live.world
 
     @property
     def model(self) -> mujoco.MjModel:
         """MuJoCo's model of the physics, without visual geoms; changes act from the next `reset` or `set_state`."""
-        return self._model
+        return self._live.rig.model
 
     @property
     def data(self) -> mujoco.MjData:
         """MuJoCo's state; the forces of water, wind and thrusters are written to `xfrc_applied` at every step."""
-        return self._data
+        return self._live.rig.data
 
     @property
     def visual_model(self) -> mujoco.MjModel:
         """MuJoCo's model of the same world with visual geoms; its `qpos` has the same layout."""
-        return self._drawing()
+        return self._live.drawing()
 
     @property
     def boats(self) -> tuple[str, ...]:
         """Names of the boats."""
-        return self._world.boats
+        return self._live.world.boats
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._data.time)
+        return self._live.time
 
     @property
     def timestep(self) -> float:
         """Physics step [s]."""
-        return self._rig.timestep
+        return self._live.rig.timestep
 
     @property
     def seed(self) -> int:
         """Seed of the current run."""
-        return self._seed
+        return self._live.seed
 
     @property
     def sea(self) -> Sea:
         """Surface of the sea, as in `sim.sea.height(x, y, t)` [m]."""
-        return self._sea
+        return self._live.sea
 
     @property
     def wind(self) -> Wind:
         """Wind, as in `sim.wind.velocity(t)` [m/s]."""
-        return self._wind
+        return self._live.wind
 
     def command_names(self, boat: str) -> tuple[str, ...]:
         """Names of a boat's commands, its thrusters and their `_angle`; UnknownNameError if no boat has that name."""
-        return self._helm.names(boat)
+        return self._live.helm.names(boat)
 
     # Running
 
@@ -164,15 +139,7 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         """
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._seed = self._first.seed if seed is None else as_seed(seed)
-        if self._world is not self._first:
-            self._thrusters = {}  # a boat that was spawned may have had the name of another
-            self._bind(self._first, rig_of(self._first, self._physics_models))
-        mujoco.mj_resetData(self._model, self._data)
-        self._rig.reset(self._seed)
-        self._wind.forget()
-        self._task_runner.reset()
-        self._settle()
+        self._live.restart(self._live.first.seed if seed is None else as_seed(seed))
         return self.observe()
 
     def command(self, boat: str, *given: object, **commands: float) -> None:
@@ -185,7 +152,7 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         """
         check_kind("command", boat, str, "the name of a boat first")
         if given:
-            self._helm.refuse(boat, given)
+            self._live.helm.refuse(boat, given)
         self.command_all({boat: commands})
 
     def command_all(self, commands: Commands) -> None:
@@ -196,7 +163,7 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
             CommandError: a command is not a finite number.
         """
         with self._turn.crew:
-            self._helm.give(self._rig, commands, self.time, hold=0.0)
+            self._live.helm.give(self._live.rig, commands, self.time, hold=0.0)
 
     def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
         """Advance by `duration` [s] of simulated time, one physics step by default, under the given commands.
@@ -211,9 +178,9 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         steps = 1 if duration is None else self.steps_in(duration)
         given = {} if commands is None else commands
         if self._turn.claim or self._subscriptions.busy:
-            self._check_standing("step")
+            self._live.check_idle("step")
         with self._turn.crew:
-            self._helm.give(self._rig, given, self.time, hold=(steps + 0.5) * self.timestep)
+            self._live.helm.give(self._live.rig, given, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
 
@@ -232,7 +199,7 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         try:
             if claim.setdefault(HOLDER, thread) is not thread or self._subscriptions.busy:
                 self._wait(thread)
-            self._advance(whole("number of steps", steps, 0, MOST_STEPS))
+            self._live.advance(whole("number of steps", steps, 0, MOST_STEPS))
         finally:  # with no call, in which Ctrl-C could come first
             if claim and claim[HOLDER] is thread:
                 del claim[HOLDER]
@@ -243,54 +210,22 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         self._subscriptions.check_idle("advance")
         self._turn.take("advance", thread)
 
-    def _advance(self, left: int) -> None:
-        self._task_runner.look(self.time, self._task_actions)
-        self._subscriptions.deliver(self.time)
-        while left > 0:
-            second = steps_to_second(self.time, self.timestep)
-            heard = min(self._subscriptions.steps(self.time), self._task_runner.steps(self.time))
-            count = min(left, second, max(1, int(SLICE / self._pace)), heard)
-            begun = clock.perf_counter()
-            with untimed():
-                done = int(LOOP(*self._arguments, self.time, self.timestep, count))
-            if done < 0:
-                self._diverged()
-            if self._data.ncon > self._most_contacts:
-                raise DivergedError(f"{crowded(self._data.ncon)} (t = {self.time:g} s)")
-            if done:
-                self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
-            left -= done
-            if done < count or begun - self._drained > DRAIN:
-                self._sampler.drain()
-                self._drained = begun
-            self._task_runner.look(self.time, self._task_actions)
-            if done == second:
-                self._keep()
-            self._subscriptions.deliver(self.time)
-
     # State
 
     def observe(self) -> Observation:
         """Observation of every boat by name, and of the task as `obs["task"]` if the world has one."""
+        live = self._live
         with self._turn.crew:
             boats = (
-                (boat, self._bodies.observe(boat, sensors=self.sense(boat), thrusters=self._thrusters[boat]))
-                for boat in self.boats
+                (boat, live.bodies.observe(boat, sensors=self.sense(boat), thrusters=live.thrusters[boat]))
+                for boat in live.world.boats
             )
             return Observation(boats, self.task)
 
     @in_turn
     def get_state(self) -> State:
         """Complete state of the run; a run continued from it equals the uninterrupted one bit for bit."""
-        return dataclasses.replace(self._moment(), world=self._world.sha256)
-
-    def _moment(self) -> State:
-        """The state without its world's fingerprint, which takes 50 ms once for every world."""
-        size = mujoco.mj_stateSize(self._model, SIGNATURE)
-        flat = np.empty(size)
-        mujoco.mj_getState(self._model, self._data, flat, SIGNATURE)
-        ours, moving, task = self._rig.pack(), self._rig.moving, self._task_runner.dump()
-        return State(STATE_VERSION, "", self._seed, self.time, flat, ours, moving, task)
+        return dataclasses.replace(self._live.moment(), world=self.world.sha256)
 
     @in_turn
     def set_state(self, state: State) -> Observation:
@@ -304,94 +239,359 @@ class Simulation(Spawning, Instruments, Recorders, Signals, Tasked, Poses):
         check_kind("set_state", state, State, "a State, as get_state() or State.load(path) returns it", StateError)
         self._subscriptions.check_idle("set_state")
         self._sampler.check_free("set_state")
-        if state.world == self._first.sha256 != self._world.sha256:
-            boats = ", ".join(self._first.boats)
-            raise StateError(
-                f"the state at t = {state.time:g} s has other boats than the simulation: call reset(), which restores "
-                f"{boats}, then set_state"
-            )
-        state.check(self._world.sha256)
-        self._rig.check(state.mujoco, state.ours)
-        self._task_runner.check(state.task)
-        with self._unless_crowded():
-            self._restore(state)
+        self._live.check(state)
+        with self._live.undone_if_crowded():
+            self._live.restore(state)
         return self.observe()
 
-    def _restore(self, state: State) -> None:
-        """Go to a state that was checked."""
-        mujoco.mj_resetData(self._model, self._data)  # parked balls sleep again
-        mujoco.mj_setState(self._model, self._data, state.mujoco, SIGNATURE)
-        self._rig.unpack(state.ours)
-        self._task_runner.load(state.task)
-        self._seed = state.seed
-        self._rig.key(state.seed)
-        self._wind.forget()
-        self._settle()
+    # Poses and forces
 
-    # Inside
+    @in_turn
+    def set_boat(
+        self, name: str, *, pose: Sequence[float] | None = None, velocity: Sequence[float] | None = None
+    ) -> None:
+        """Set the pose or the velocity of a boat; what is not given is kept.
 
-    def _take(self, world: World, rig: Rig) -> None:
-        """Make a world and its rig the present ones."""
-        self._world, self._rig = world, rig
-        self._model, self._data = rig.model, rig.data
-        self._most_contacts = most_contacts(rig.model)
-        self._helm = Helm(world.boats, world.parameters["thrusters"])
-        known, fleet = self._thrusters, self._helm.thrusters
-        self._thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
-        self._bodies = FreeBodies(world, rig)
-        self._drawing = cache(partial(drawing_model, world))
+        Args:
+            name: name of the boat.
+            pose: (x, y, z, roll, pitch, yaw) of its `base_link` origin [m, rad, ENU].
+            velocity: (u, v, w, p, q, r) of that origin [m/s, rad/s], body axes.
 
-    def _bind(self, world: World, rig: Rig) -> None:
-        """Go over to a world that has other boats, with everything that users may hold."""
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the pose or the velocity is not six finite numbers, or there are too many contacts there.
+        """
+        self._live.set_boat(name, pose, velocity)
+
+    @in_turn
+    def release(self, boat: str) -> None:
+        """Release a boat that its task holds, as `set_boat` with a pose does; a free boat is not changed."""
+        check_name("boat", boat, self.boats)
+        self._live.rig.release(boat)
+
+    @in_turn
+    def set_object(
+        self, name: str, *, pose: Sequence[float] | None = None, velocity: Sequence[float] | None = None
+    ) -> None:
+        """Set the pose or the velocity of a floating object or of the frame of a floating dock, as `set_boat` does.
+
+        Raises:
+            UnknownNameError: no floating object or dock has that name.
+            CommandError: the pose or the velocity is not six finite numbers, or there are too many contacts there.
+        """
+        self._live.set_object(name, pose, velocity)
+
+    def observe_object(self, name: str) -> BoatObservation:
+        """Pose and velocity of a floating object's link, or of the frame of a floating dock's drawing.
+
+        UnknownNameError if no floating object or dock has that name.
+        """
         with self._turn.crew:
-            self._take(world, rig)
-            self._sea.bind(rig)
-            self._wind.bind(rig)
-            self._sensing.bind(world, rig, self._drawing)
-            self._subscriptions.bind(rig.sensors)
-            self._task_runner.bind(world, rig, self._bodies.stand)
-            self._sampler.resize(rig.columns)
+            check_name("floating object", name, self._live.bodies.afloat)
+            return self._live.bodies.observe(name)
 
-    def _inhabit(self, world: World, rig: Rig, line: str) -> None:
-        """Go on in a world that has other boats, from the moment that its rig is at."""
-        self._bind(world, rig)
-        self._renew_arguments()
-        for listener in self._sampler.listeners:
-            listener.boats_changed()
-        self.event(line)
-        self._keep()
+    @in_turn
+    def forces(self, boat: str) -> Forces:
+        """Forces on a boat in the next step, by name of the effect: force and torque, (6,).
 
-    def _settle(self) -> None:
-        """Begin anew from a state that was set."""
-        self._rig.refresh()
-        self._sensing.begin(self._seed)
-        self._subscriptions.begin(self.time)
-        self._renew_arguments()
-        self._derive()
-        self._keep()
+        Forces [N] and torques [N m] are in world axes, about the boat's centre of mass. Their sum is all
+        external loads except contacts; inertial effects are in `.inertial`. UnknownNameError if no
+        boat has that name.
+        """
+        check_name("boat", boat, self.boats)
+        return boat_forces(self._live.rig, self.boats.index(boat), self.time)
 
-    def _derive(self) -> None:
-        """Make what follows from the state, and what sensors see of it, follow a state that was set."""
-        with fitting(self._data):
-            mujoco.mj_forward(self._model, self._data)
-        if self._data.ncon > self._most_contacts:
-            raise CommandError(crowded(self._data.ncon))
-        self._sensing.renew()
+    def steering(self, boat: str) -> dict[str, float]:
+        """Current angle of each engine and rudder of a boat [rad]; UnknownNameError if no boat has that name."""
+        return self._of_thrusters(boat, "angle")
 
-    def _renew_arguments(self) -> None:
-        self._arguments = self._rig.arguments(self._sampler.table, self._sampler.buffer)
+    def thrust(self, boat: str) -> dict[str, float]:
+        """Current force of each thruster and rudder of a boat [N]; UnknownNameError if no boat has that name."""
+        return self._of_thrusters(boat, "thrust")
 
-    def _keep(self) -> None:
-        self._last_good = self._moment()
-        if self._sampler.listeners:
-            blob = self.get_state().to_bytes()
-            for listener in self._sampler.listeners:
-                listener.state(self.time, blob)
+    def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
+        with self._turn.crew:
+            check_name("boat", boat, self.boats)
+            values = self._live.rig.thruster_state[column]
+            return {name: float(values[row]) for name, row in self._live.helm.thrusters[boat].items()}
 
-    def _diverged(self) -> None:
-        self._sampler.drain()
-        good = dataclasses.replace(self._last_good, world=self._world.sha256)
-        kept = save_last_good_state(good)
-        message = divergence_message(self._bodies.broken(), self.time, self.timestep, good, kept)
-        self.event(message, "ERROR")
-        raise DivergedError(message)
+    # Boats that come and go
+
+    @in_turn
+    def spawn(
+        self,
+        name: str,
+        *,
+        pose: Sequence[float],
+        robot: str | Path | None = None,
+        thrusters: str | Path | None = None,
+        components: str | Path | None = None,
+        sensors: str | Sequence[str] | None = None,
+        engines: str = "fixed",
+        color: Sequence[float] | None = None,
+    ) -> None:
+        """Add a boat at rest to the run. The others move exactly as without it, until they touch it.
+
+        It stays until it is removed or the run is reset. `sim.model`, `sim.data` and `sim.world` are new objects
+        afterwards; `sim.sea`, `sim.wind`, subscriptions and commands are kept. If a removed boat had the same name,
+        the sensors of the new boat have different noise.
+
+        Args:
+            name: name of the boat; nothing else in the world has it.
+            pose: (x, y, z, roll, pitch, yaw) of its `base_link` origin [m, rad, ENU].
+            robot: name or path of the robot; by default that of the world's spawn. With an absolute `Path`, the other
+                paths are relative to its folder.
+            thrusters: name of a layout, or a thruster file of VRX; by default that of the world's spawn.
+            components: a component file of VRX.
+            sensors: `vrx`, `none`, or names of suites or sensors; by default as in a fleet file.
+            engines: `fixed` or `hinged`.
+            color: red, green, blue and alpha of the hull, 0 to 1.
+
+        Raises:
+            ConfigError: an argument is invalid, or the robot does not exist.
+            CommandError: the name or the place is taken, or the simulation is advancing.
+            CompileError: the boat cannot be built.
+        """
+        files = {"thrusters": thrusters, "components": components}
+        other = {"pose": pose, "sensors": sensors, "engines": engines, "color": color}
+        self._spawning.spawn(name, robot=robot, files=files, **other)
+
+    @in_turn
+    def remove(self, name: str) -> None:
+        """Remove a boat from the run. The others move exactly as before; subscriptions to its sensors end.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the task scores this boat, or the simulation is advancing.
+        """
+        self._spawning.remove(name)
+
+    # Sensors
+
+    def sensors(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's sensors; UnknownNameError if no boat has that name."""
+        return self._sensing.names(boat)
+
+    def mounted(self, boat: str) -> tuple[Mounted, ...]:
+        """A boat's sensors with their `config`, `frame` and `mount`; UnknownNameError if no boat has that name."""
+        check_name("boat", boat, self._sensing.boats)
+        return tuple(sensor for sensor in self._live.rig.sensors if sensor.boat == boat)
+
+    def sense(self, boat: str) -> Readings:
+        """Last readings of a boat's sensors by name, each at the sensor's own rate.
+
+        A sensor measures when it is looked up for the first time, and at its rate from then on.
+
+        Raises:
+            UnknownNameError: no boat has that name, or, when a reading is looked up, no sensor.
+            SensorError: when a reading is looked up: the sensor cannot measure, as a GPS without georeference.
+        """
+        return self._sensing.readings(boat)
+
+    @in_turn
+    def prepare_sensors(self) -> None:
+        """Compile now what the boats' cameras and lidars need on this machine, rather than in their first reading.
+
+        Nothing is measured, and the run stays as it is.
+        """
+        self._sensing.compile()
+
+    @in_turn
+    def subscribe(
+        self, boat: str, sensor: str, callback: Callable[[Reading], None], *, rate: float | None = None
+    ) -> Subscription:
+        """Call `callback(reading)` for every measurement of a sensor, or `rate` times per simulated second [Hz].
+
+        The call comes from within `advance`, at the step of the measurement, and must not advance, reset or set the
+        state. A reading that is due now comes as soon as the simulation advances.
+
+        Raises:
+            UnknownNameError: the boat or the sensor does not exist.
+            CommandError: the rate is not above 0, or above the sensor's own.
+        """
+        check_name("boat", boat, self._sensing.boats)
+        return self._subscriptions.add(boat, sensor, callback, rate, self.time)
+
+    @in_turn
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End a subscription that `subscribe` returned."""
+        self._subscriptions.remove(subscription)
+
+    @property
+    def reading_times(self) -> Mapping[tuple[str, str], float]:
+        """Wall time [s] spent so far on readings of subscribed sensors, by boat and sensor."""
+        return self._subscriptions.times
+
+    def receivers(self, boat: str) -> tuple[str, ...]:
+        """Names of a boat's pinger receivers; UnknownNameError if no boat has that name."""
+        return tuple(self._sensing.of_kind(boat, "pinger"))
+
+    @in_turn
+    def set_pinger(self, boat: str, sensor: str, position: Sequence[float]) -> None:
+        """Move the beacon that a receiver hears to (x, y, z) [m, ENU]; it starts at the world's origin.
+
+        Raises:
+            UnknownNameError: the boat or the receiver does not exist.
+            CommandError: the position is not three finite numbers.
+        """
+        self._sensing.set_beacon(boat, sensor, position)
+
+    def pinger(self, boat: str, sensor: str) -> tuple[float, float, float]:
+        """Position (x, y, z) [m, ENU] of the beacon that a receiver hears.
+
+        Raises:
+            UnknownNameError: the boat or the receiver does not exist.
+        """
+        return self._sensing.beacon(boat, sensor)
+
+    @in_turn
+    def fire(self, boat: str, sensor: str | None = None) -> bool:
+        """Shoot a ball and return whether a shot was left; `sensor` may be left out if the boat has one shooter.
+
+        Raises:
+            UnknownNameError: the boat or the ball shooter does not exist.
+            CommandError: the boat has no ball shooter, or several and `sensor` is not given.
+        """
+        fired = fire(self._sensing, self._live.rig, self.sea, boat, sensor)
+        self._live.derive()
+        return fired
+
+    @in_turn
+    def watch_contacts(self, tell: Callable[[Touch], None]) -> ContactWatch:
+        """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the largest force.
+
+        The call comes from within `advance`, up to half a second after the touch began, and must not advance, reset or
+        set the state. A touch of less than 0.25 s may be missed.
+
+        Raises:
+            CommandError: `tell` cannot be called.
+        """
+        if not callable(tell):
+            raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
+        live = weakref.proxy(self._live)
+        watch = ContactWatch(lambda: live.world.boats, lambda: live.rig, tell)
+        self._subscriptions.watch(watch)
+        return watch
+
+    @in_turn
+    def unwatch_contacts(self, watch: ContactWatch) -> None:
+        """End what `watch_contacts` began."""
+        self._subscriptions.unwatch(watch)
+
+    # Recorders
+
+    @in_turn
+    def attach(self, listener: Listener, *, rate: float) -> None:
+        """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events.
+
+        Raises:
+            CommandError: it has not the methods of a listener, is attached already, or the rate is not above 0.
+        """
+        check_listener(listener)
+        if not 0.0 < as_number(rate) < math.inf:
+            raise CommandError(f"invalid rate {shown(rate)}: a number of rows per second above 0 is needed")
+        self._sampler.add(listener, as_number(rate))
+        self._live.renew_arguments()
+        try:
+            self._live.keep()
+        except BaseException:
+            self._sampler.remove(listener)
+            self._live.renew_arguments()
+            raise
+
+    @in_turn
+    def detach(self, listener: Listener) -> None:
+        """Deliver the remaining rows to a listener and detach it; CommandError if it is not attached."""
+        if not any(one is listener for one in self._sampler.listeners):
+            raise CommandError(f"invalid listener {shown(listener)}: one that is attached is needed")
+        self._live.keep()
+        self._sampler.remove(listener)
+        listener.rows(self.row()[None])
+        self._live.renew_arguments()
+
+    def row(self) -> npt.NDArray[np.float64]:
+        """Row of the current time, as listeners get it."""
+        return self._live.rig.row(self.time)
+
+    @in_turn
+    def event(self, text: str, level: str = "INFO") -> None:
+        """Write a log line to the recordings at the current time; CommandError if it is not text."""
+        self._live.event(as_text("text", text), as_text("level", level))
+
+    # Lights and placards
+
+    @property
+    def lights(self) -> tuple[str, ...]:
+        """Names of the world's light buoys."""
+        return self._displays.names("light")
+
+    @property
+    def placards(self) -> tuple[str, ...]:
+        """Names of the world's placards."""
+        return self._displays.names("placard")
+
+    def showing(self, name: str) -> str:
+        """Current colour of a light (`red`, `off`) or symbol of a placard (`red_circle`).
+
+        Raises:
+            UnknownNameError: no light or placard has that name.
+        """
+        return self._displays.showing(name)
+
+    @in_turn
+    def set_light(self, name: str, colors: Sequence[str]) -> None:
+        """Make a light show three colours in turn, each for one second, beginning in one second.
+
+        Raises:
+            UnknownNameError: no light has that name.
+            CommandError: the colours are not three valid ones.
+        """
+        self._displays.set_light(name, colors)
+
+    @in_turn
+    def set_placard(self, name: str, symbol: str) -> None:
+        """Make a placard show a symbol, such as `red_circle`.
+
+        Raises:
+            UnknownNameError: the placard or the symbol does not exist.
+        """
+        self._displays.set_placard(name, symbol)
+
+    @in_turn
+    def shuffle(self, name: str) -> None:
+        """Make a light or a placard show the next pattern in VRX's order; UnknownNameError if unknown."""
+        self._displays.shuffle(name)
+
+    def paint(self, model: mujoco.MjModel) -> None:
+        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`.
+
+        Raises:
+            CommandError: it is not a model.
+        """
+        self._displays.paint(model)
+
+    # The task
+
+    @property
+    def task(self) -> TaskObservation | None:
+        """Phase, times, score and outputs of the world's task; None if it has none."""
+        return self._task_runner.observe() if self._task_runner.referee else None
+
+    @property
+    def task_is_over(self) -> bool:
+        """Whether the world's task is finished; False if it has none."""
+        return self._task_runner.referee is not None and self._task_runner.over
+
+    @property
+    def task_events(self) -> tuple[tuple[float, str, str], ...]:
+        """Messages of the referee so far: simulated time [s], text and level."""
+        return self._task_runner.events
+
+    @in_turn
+    def send(self, topic: str, content: Any) -> None:
+        """Send a message to the task, such as a landmark that was found; the referee reads it at its next update.
+
+        Raises:
+            CommandError: the world has no task, or the task takes no such message.
+        """
+        self._task_runner.send(topic, content)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
@@ -186,6 +187,21 @@ class State:
         except OSError as error:
             raise StateError(f"cannot read the state '{file}': {error.strerror or error}") from error
         return State.from_bytes(block)
+
+
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.float64]:
+    """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
+    flat = np.empty(mujoco.mj_stateSize(model, SIGNATURE))
+    mujoco.mj_getState(model, data, flat, SIGNATURE)
+    return flat
+
+
+def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: npt.NDArray[np.float64]) -> None:
+    """Write back what `integration_state` gave."""
+    mujoco.mj_setState(model, data, flat, SIGNATURE)
 
 
 KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,

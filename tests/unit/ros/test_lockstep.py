@@ -150,10 +150,10 @@ def test_by_steps_alone_time_advances_exactly(bay, loop):
 
 def test_commands_on_other_topics_act_at_once(bay):
     scene = served(bay, lockstep=Lockstep((LEFT,)))
-    rows = scene.sim._helm.thrusters
+    rows = scene.sim._live.helm.thrusters
 
     def commanded():
-        commands = scene.sim._rig.thruster_state["command"]
+        commands = scene.sim._live.rig.thruster_state["command"]
         return commands[rows["wamv1"]["left"]], commands[rows["wamv2"]["left"]]
 
     scene.inbox.message(LEFT, thrust(0.25), "/node")

@@ -11,7 +11,7 @@ import pytest
 import vrx_mj
 from integration.sailing import AHEAD, added_mass, boats, edited, head_on, same_bits, simulation, water
 from integration.sensing import GUN, sailing
-from vrx_mj.runtime.simulation import SIGNATURE
+from vrx_mj.runtime.state import SIGNATURE
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
 FLEETS = {
@@ -80,7 +80,7 @@ def test_a_step_draws_one_gust_and_advances_the_clock_by_the_timestep():
     sim = simulation()
     for step in range(1, 101):
         sim.advance(1)
-        assert sim._rig.wind_state["counter"][0] == step
+        assert sim._live.rig.wind_state["counter"][0] == step
     assert sim.time == pytest.approx(1.0, abs=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""What a `Simulation` offers of its world's lights and placards."""
+"""A world's lights and placards while it runs: what they show, and what they are made to show."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,46 +11,34 @@ from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.sights import painted
-from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
-__all__ = ["Signals"]
+__all__ = ["Displays"]
 
 
-class Signals:
-    """The part of a simulation that shows colours and symbols."""
+class Displays:
+    """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
 
-    _rig: Rig
-    _sensing: Sensing
-    _turn: Turn
+    def __init__(self, rig: Rig, sensing: Sensing) -> None:
+        """Displays of a rig; `sensing` sees what they are made to show."""
+        self._sensing = sensing
+        self.bind(rig)
 
-    @property
-    def lights(self) -> tuple[str, ...]:
-        """Names of the world's light buoys."""
-        return tuple(display.name for display in self._rig.displays if display.kind == "light")
+    def bind(self, rig: Rig) -> None:
+        """Go on in a rig in which boats have come or gone."""
+        self._rig = rig
 
-    @property
-    def placards(self) -> tuple[str, ...]:
-        """Names of the world's placards."""
-        return tuple(display.name for display in self._rig.displays if display.kind == "placard")
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Names of all displays of a kind, `light` or `placard`."""
+        return tuple(display.name for display in self._rig.displays if display.kind == kind)
 
     def showing(self, name: str) -> str:
-        """Current colour of a light (`red`, `off`) or symbol of a placard (`red_circle`).
-
-        Raises:
-            UnknownNameError: no light or placard has that name.
-        """
+        """Current colour of a light or symbol of a placard."""
         display = self._display("light or placard", name, ("light", "placard"))
         return display.shows(self._rig.display_marks, float(self._rig.data.time))
 
-    @in_turn
     def set_light(self, name: str, colors: Sequence[str]) -> None:
-        """Make a light show three colours in turn, each for one second, beginning in one second.
-
-        Raises:
-            UnknownNameError: no light has that name.
-            CommandError: the colours are not three valid ones.
-        """
+        """Make a light show three colours in turn, each for one second, beginning in one second."""
         display = self._display("light", name, ("light",))
         known = (*LIGHT_COLORS, OFF)
         given: Any = colors
@@ -60,21 +48,15 @@ class Signals:
         new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
         self._sensing.renew()
 
-    @in_turn
     def set_placard(self, name: str, symbol: str) -> None:
-        """Make a placard show a symbol, such as `red_circle`.
-
-        Raises:
-            UnknownNameError: the placard or the symbol does not exist.
-        """
+        """Make a placard show a symbol, such as `red_circle`."""
         display = self._display("placard", name, ("placard",))
         check_name("symbol", symbol, SYMBOLS)
         self._rig.display_marks[display.marks] = symbol_mark(symbol)
         self._sensing.renew()
 
-    @in_turn
     def shuffle(self, name: str) -> None:
-        """Make a light or a placard show the next pattern in VRX's order; UnknownNameError if unknown."""
+        """Make a light or a placard show the next pattern in VRX's order."""
         display = self._display("light or placard", name, ("light", "placard"))
         marks = self._rig.display_marks[display.marks]
         if display.kind == "light":
@@ -84,11 +66,7 @@ class Signals:
         self._sensing.renew()
 
     def paint(self, model: mujoco.MjModel) -> None:
-        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`.
-
-        Raises:
-            CommandError: it is not a model.
-        """
+        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
         check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
         marks, time = self._rig.display_marks, float(self._rig.data.time)
         for geom, rgba in painted(model, self._rig.displays, marks, time).items():

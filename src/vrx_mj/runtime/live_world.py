@@ -1,0 +1,306 @@
+"""A world with everything that changes while it runs: what the parts of a `Simulation` share."""
+
+import contextlib
+import dataclasses
+import time as clock
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, partial
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arguments import check_name
+from vrx_mj.errors import CommandError, DivergedError, StateError
+from vrx_mj.libmujoco import untimed
+from vrx_mj.mjcf.world import World
+from vrx_mj.runtime.bodies import FreeBodies
+from vrx_mj.runtime.commands import Helm
+from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
+from vrx_mj.runtime.displays import Displays
+from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
+from vrx_mj.runtime.durations import steps_to_second
+from vrx_mj.runtime.loop import advance
+from vrx_mj.runtime.physics_models import PhysicsModels
+from vrx_mj.runtime.rig import Rig, drawing_model
+from vrx_mj.runtime.sampling import Sampler
+from vrx_mj.runtime.sensing import Sensing
+from vrx_mj.runtime.state import STATE_VERSION, State, integration_state, set_integration_state
+from vrx_mj.runtime.subscriptions import Subscriptions
+from vrx_mj.runtime.task_runner import TaskRunner
+from vrx_mj.runtime.thrusters import Thruster, thrusters
+from vrx_mj.runtime.turns import Turn
+from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.weather import Sea, Wind
+from vrx_mj.tasks.actions import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
+from vrx_mj.tasks.frame import Message
+
+__all__ = ["LiveWorld", "rig_of"]
+
+SLICE = 0.05
+"""Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
+DRAIN = 0.5
+"""Wall time [s] after which sampled rows go to the recorders."""
+LOOP: Callable[..., int] = advance
+"""The compiled loop; its many arguments are the rig's."""
+AT_REST = (0.0,) * 6
+"""Velocity of an object that a task has placed."""
+
+Six = Sequence[float] | None
+
+
+def rig_of(world: World, physics_models: PhysicsModels, known: Rig | None = None) -> Rig:
+    """The tables of a world, with models and data of its own; `known` is the rig of one that differs by boats alone."""
+    model, quiet = physics_models.models(world)
+    return Rig(world, model, quiet, mujoco.MjData(model), known=known)
+
+
+class LiveWorld:
+    """A world, its tables, and the parts that measure, record, score and steer it.
+
+    `world`, `rig`, `bodies`, `helm` and `thrusters` are new objects after boats came or went; the others are kept.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.first = world
+        self.seed = world.seed
+        self.turn = Turn("simulation")
+        self.physics_models = PhysicsModels()
+        self.thrusters: dict[str, dict[str, Thruster]] = {}
+        self._take(world, rig_of(world, self.physics_models))
+        self.sampler = Sampler(self.rig.columns, self.rig.timestep)
+        self.sea, self.wind = Sea(self.rig), Wind(self.rig)
+        own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
+        self.sensing = Sensing(world, self.rig, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
+        self.displays = Displays(self.rig, self.sensing)
+        self.subscriptions = Subscriptions(self.rig.sensors, self.sensing.read, self.rig.timestep)
+        self.task_runner = TaskRunner(world, self.rig, self.bodies.stand)
+        self._pace, self._drained = 1e-5, 0.0
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self.rig.data.time)
+
+    # Worlds
+
+    def _take(self, world: World, rig: Rig) -> None:
+        """Make a world and its rig the present ones."""
+        self.world, self.rig, self._data = world, rig, rig.data
+        self._most_contacts = most_contacts(rig.model)
+        self.helm = Helm(world.boats, world.parameters["thrusters"])
+        known, fleet = self.thrusters, self.helm.thrusters
+        self.thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
+        self.bodies = FreeBodies(world, rig)
+        self.drawing = cache(partial(drawing_model, world))
+
+    def bind(self, world: World, rig: Rig) -> None:
+        """Go over to a world that has other boats, with everything that users may hold."""
+        with self.turn.crew:
+            self._take(world, rig)
+            self.sea.bind(rig)
+            self.wind.bind(rig)
+            self.displays.bind(rig)
+            self.sensing.bind(world, rig, self.drawing)
+            self.subscriptions.bind(rig.sensors)
+            self.task_runner.bind(world, rig, self.bodies.stand)
+            self.sampler.resize(rig.columns)
+
+    def enter(self, world: World, rig: Rig, line: str) -> None:
+        """Go on in a world that has other boats, from the moment that its rig is at; `line` goes into the log."""
+        self.bind(world, rig)
+        self.renew_arguments()
+        for listener in self.sampler.listeners:
+            listener.boats_changed()
+        self.event(line)
+        self.keep()
+
+    def check_idle(self, call: str) -> None:
+        """Refuse a call while the run advances, or hands over a reading.
+
+        Raises:
+            CommandError: it does.
+        """
+        self.turn.check(call)
+        self.subscriptions.check_idle(call)
+        self.turn.check_own(call)
+
+    # Advancing
+
+    def compile(self) -> None:
+        """Have the loop compiled, if it is not."""
+        with announced(advance):
+            LOOP(*self._arguments, self.time, self.rig.timestep, 0)
+
+    def advance(self, left: int) -> None:
+        """Advance by a number of steps, and stop where a reading, a frame of the task or a kept state is due.
+
+        Raises:
+            DivergedError: the state became NaN or too large.
+        """
+        timestep = self.rig.timestep
+        self.task_runner.look(self.time, self)
+        self.subscriptions.deliver(self.time)
+        while left > 0:
+            second = steps_to_second(self.time, timestep)
+            heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
+            count = min(left, second, max(1, int(SLICE / self._pace)), heard)
+            begun = clock.perf_counter()
+            with untimed():
+                done = int(LOOP(*self._arguments, self.time, timestep, count))
+            if done < 0:
+                self._diverged()
+            if self._data.ncon > self._most_contacts:
+                raise DivergedError(f"{crowded(self._data.ncon)} (t = {self.time:g} s)")
+            if done:
+                self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
+            left -= done
+            if done < count or begun - self._drained > DRAIN:
+                self.sampler.drain()
+                self._drained = begun
+            self.task_runner.look(self.time, self)
+            if done == second:
+                self.keep()
+            self.subscriptions.deliver(self.time)
+
+    def renew_arguments(self) -> None:
+        """Give the loop the present arrays."""
+        self._arguments = self.rig.arguments(self.sampler.table, self.sampler.buffer)
+
+    def _diverged(self) -> None:
+        self.sampler.drain()
+        good = dataclasses.replace(self._last_good, world=self.world.sha256)
+        kept = save_last_good_state(good)
+        message = divergence_message(self.bodies.broken(), self.time, self.rig.timestep, good, kept)
+        self.event(message, "ERROR")
+        raise DivergedError(message)
+
+    # States
+
+    def restart(self, seed: int) -> None:
+        """Begin the run of a seed, with the boats of the first world."""
+        self.seed = seed
+        if self.world is not self.first:
+            self.thrusters = {}  # a boat that was spawned may have had the name of another
+            self.bind(self.first, rig_of(self.first, self.physics_models))
+        mujoco.mj_resetData(self.rig.model, self.rig.data)
+        self.rig.reset(seed)
+        self.wind.forget()
+        self.task_runner.reset()
+        self._settle()
+
+    def moment(self) -> State:
+        """The state without its world's fingerprint, which takes 50 ms once for every world."""
+        rig = self.rig
+        flat = integration_state(rig.model, rig.data)
+        task = self.task_runner.dump()
+        return State(STATE_VERSION, "", self.seed, self.time, flat, rig.pack(), rig.moving, task)
+
+    def check(self, state: State) -> None:
+        """Check that the run can go on from a state.
+
+        Raises:
+            StateError: it is of another world or other boats, or damaged.
+        """
+        if state.world == self.first.sha256 != self.world.sha256:
+            boats = ", ".join(self.first.boats)
+            raise StateError(
+                f"the state at t = {state.time:g} s has other boats than the simulation: call reset(), which restores "
+                f"{boats}, then set_state"
+            )
+        state.check(self.world.sha256)
+        self.rig.check(state.mujoco, state.ours)
+        self.task_runner.check(state.task)
+
+    def restore(self, state: State) -> None:
+        """Go to a state that was checked."""
+        mujoco.mj_resetData(self.rig.model, self.rig.data)  # parked balls sleep again
+        set_integration_state(self.rig.model, self.rig.data, state.mujoco)
+        self.rig.unpack(state.ours)
+        self.task_runner.load(state.task)
+        self.seed = state.seed
+        self.rig.key(state.seed)
+        self.wind.forget()
+        self._settle()
+
+    def _settle(self) -> None:
+        """Begin anew from a state that was set."""
+        self.rig.refresh()
+        self.sensing.begin(self.seed)
+        self.subscriptions.begin(self.time)
+        self.renew_arguments()
+        self.derive()
+        self.keep()
+
+    def derive(self) -> None:
+        """Make what follows from the state, and what sensors see of it, follow a state that was set."""
+        with fitting(self._data):
+            mujoco.mj_forward(self.rig.model, self._data)
+        if self._data.ncon > self._most_contacts:
+            raise CommandError(crowded(self._data.ncon))
+        self.sensing.renew()
+
+    def keep(self) -> None:
+        """Keep the present state, and give it to the listeners."""
+        self._last_good = self.moment()
+        if self.sampler.listeners:
+            blob = dataclasses.replace(self._last_good, world=self.world.sha256).to_bytes()
+            for listener in self.sampler.listeners:
+                listener.state(self.time, blob)
+
+    @contextlib.contextmanager
+    def undone_if_crowded(self) -> Iterator[None]:
+        """Around what moves bodies by hand: it is undone if they cannot be there."""
+        before = self.moment()
+        try:
+            yield
+        except CommandError:
+            self.restore(before)
+            raise
+
+    # Poses
+
+    def set_boat(self, name: str, pose: Six, velocity: Six) -> None:
+        """Set the pose or the velocity of a boat; with a pose its task releases it."""
+        check_name("boat", name, self.world.boats)
+        with self.undone_if_crowded():
+            self.bodies.put(name, pose, velocity)
+            if pose is not None:
+                self.rig.release(name)
+            self.derive()
+
+    def set_object(self, name: str, pose: Six, velocity: Six) -> None:
+        """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
+        check_name("floating object", name, self.bodies.afloat)
+        with self.undone_if_crowded():
+            self.bodies.put(name, pose, velocity)
+            self.derive()
+        self.bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
+
+    # What the task does
+
+    def act(self, action: Action) -> None:
+        """Carry out what a referee has decided."""
+        match action:
+            case Release(boat):
+                self.rig.release(boat)
+            case PlaceObject(name, pose):
+                self.set_object(name, pose, AT_REST)
+            case SetPinger(boat, position):
+                for sensor in self.sensing.of_kind(boat, "pinger"):
+                    self.sensing.set_beacon(boat, sensor, position)
+            case LightUp(name, colors):
+                self.displays.set_light(name, colors)
+            case ShowSymbol(placard, symbol):
+                self.displays.set_placard(placard, symbol)
+
+    def frame(self, row: npt.NDArray[np.float64], messages: Sequence[Message]) -> None:
+        """Give the listeners a frame that the referee looked at."""
+        for listener in self.sampler.listeners:
+            listener.frame(self.time, row, messages)
+
+    def event(self, text: str, level: str = "INFO") -> None:
+        """Give the listeners a line of the log."""
+        for listener in self.sampler.listeners:
+            listener.event(self.time, text, level)
