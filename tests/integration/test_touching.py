@@ -14,7 +14,7 @@ from unit.runtime.test_loop import void
 from vrx_mj.physics.flotation import flotation
 from vrx_mj.physics.motion import motion, zero_wrench
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.runtime.simulation import SIGNATURE
+from vrx_mj.runtime.state import SIGNATURE
 
 CALM_AIR = {"sea": {"model": "none"}, "wind": None}
 REFERENCE = 0.0005
