@@ -11,9 +11,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.program import ENDING, Program
-from vrx_mj.campaign.track import FloatArray, Tracks
+from vrx_mj.campaign.track import Tracks
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros1 import Ros1

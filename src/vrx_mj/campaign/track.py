@@ -1,11 +1,9 @@
 """Where boats went, with few points."""
 
-import numpy as np
-import numpy.typing as npt
+from vrx_mj.arrays import FloatArray
 
 __all__ = ["Tracks", "simplified"]
 
-FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float]
 APART = 0.3
 """Places nearer than this to the one kept before are left out while sailing [m]."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.boats import Boat, Part
 from vrx_mj.config.displacement import Displaced, displaced, floating_level
 from vrx_mj.config.masses import MassProperties, boat_mass
@@ -44,7 +44,6 @@ AWASH = 0.95
 """Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
 Corner = tuple[float, float, float]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from vrx_mj.arrays import BoolArray, FloatArray
 
 __all__ = ["Displaced", "displaced", "floating_level"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ def _below(corners: FloatArray, level: float) -> FloatArray:
     return np.concatenate([corners[count == 3], tip, first, second])
 
 
-def _starting(corners: FloatArray, marked: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _starting(corners: FloatArray, marked: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The three corners of triangles in their order, from the one that is marked."""
     rows, start = np.arange(len(corners)), marked.argmax(axis=1) if len(corners) else np.empty(0, dtype=np.int64)
     return corners[rows, start], corners[rows, (start + 1) % 3], corners[rows, (start + 2) % 3]

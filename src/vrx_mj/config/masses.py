@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.errors import CompileError
 
-FloatArray = npt.NDArray[np.float64]
 Engines = Literal["fixed", "hinged"]
 """Are the engines part of the hull's body, or bodies of their own that turn about z?"""
 

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.urdf.meshes import read_mesh
 
 __all__ = ["Solid", "solid", "solid_of_mesh"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SEGMENTS = 64
 """Sides of the prism that stands for a cylinder; it has the cylinder's volume."""

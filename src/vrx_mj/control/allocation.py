@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
 
 __all__ = ["Allocation", "Propeller", "Thrust", "pushes_every_way"]
 
-FloatArray = npt.NDArray[np.float64]
 STEERING = math.radians(60.0)
 """A thruster that turns this far either way can push across the hull."""
 IDLE = 2.0

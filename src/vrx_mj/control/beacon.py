@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.control.navigation import Estimate
 
 __all__ = ["Heard", "MovingBeacon", "StillBeacon", "heard"]
 
-FloatArray = npt.NDArray[np.float64]
 RANGE_NOISE = 3.0
 """Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
 ANGLE_NOISE = 0.01

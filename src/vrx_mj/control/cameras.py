@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import project
 
@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
 __all__ = ["camera_ahead", "cutout", "intrinsics", "mounting"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def camera_ahead(boat: "BoatObservation") -> str | None:
@@ -33,7 +31,7 @@ def intrinsics(reading: Any) -> FloatArray:
 
 def cutout(
     reading: Any, seen: Estimate, place: tuple[float, float, float], half: tuple[float, float]
-) -> npt.NDArray[np.uint8] | None:
+) -> ByteArray | None:
     """What of a picture shows a place, (rows, columns, 3); None if it is not in the picture as a whole.
 
     `place` is east, north [m, local] and the height above the boat's origin [m], `half` the width and height to each
@@ -50,5 +48,5 @@ def cutout(
     top, bottom = round(row - half[1] * scale), round(row + half[1] * scale) + 1
     if left < 0 or top < 0 or right > picture.shape[1] or bottom > picture.shape[0]:
         return None
-    window: npt.NDArray[np.uint8] = picture[top:bottom, left:right]
+    window: ByteArray = picture[top:bottom, left:right]
     return window

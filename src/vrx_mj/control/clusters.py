@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
+
 __all__ = ["Cluster", "banks", "clusters", "grouped", "leveled", "standing_free"]
 
-FloatArray = npt.NDArray[np.float64]
 Bank = tuple[float, float]
 """A place that something solid is at [m]."""
 CELL = 0.5
@@ -73,7 +74,7 @@ def grouped(points: FloatArray) -> list[FloatArray]:
     return [part for part in np.split(points[order], ends) if len(part)]
 
 
-def _parts(keys: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _parts(keys: IntArray) -> IntArray:
     """The part, a number, that each cell belongs to, of sorted keys: column, times 2^32, plus row."""
     label = np.arange(len(keys))
     ends = [_neighbours(keys, (i << 32) + j) for i, j in ((0, 1), (1, -1), (1, 0), (1, 1))]
@@ -89,7 +90,7 @@ def _parts(keys: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         label = after
 
 
-def _neighbours(keys: npt.NDArray[np.int64], step: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _neighbours(keys: IntArray, step: int) -> tuple[IntArray, IntArray]:
     """Rows of the cells that have a neighbour one step on, and the rows of those."""
     place = np.minimum(np.searchsorted(keys, keys + step), len(keys) - 1)
     rows = np.nonzero(keys[place] == keys + step)[0]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.control.cameras import camera_ahead, cutout, mounting
 from vrx_mj.control.clusters import Cluster, banks, leveled, standing_free
 from vrx_mj.control.guidance import Point, wrapped
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["DockLookout", "Tower"]
 
-FloatArray = npt.NDArray[np.float64]
 PERIOD = 0.5
 """Between two looks of the lidar [s]."""
 READING = 1.0

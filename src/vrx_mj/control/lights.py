@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.control.placards import COLORS, vivid
 
 __all__ = ["OFF", "lamp_color", "sequence"]
@@ -18,7 +19,7 @@ GAP = 0.07
 """What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
 
 
-def lamp_color(window: npt.NDArray[np.uint8]) -> str:
+def lamp_color(window: ByteArray) -> str:
     """The colour of the lamps in a picture of a light buoy, or `OFF`.
 
     Under its lamps the buoy carries a yellow box, so the upper one of two coloured things is a lamp, and something

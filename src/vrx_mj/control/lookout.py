@@ -8,7 +8,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
 from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Lookout"]
 
-FloatArray = npt.NDArray[np.float64]
 PERIOD = 1.0
 """Between two looks [s]."""
 REACH = 75.0

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError, VrxWarning
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Estimate", "Navigator", "TangentPlane", "rotation", "sensor_named", "true_estimate"]
 
-FloatArray = npt.NDArray[np.float64]
 SEMI_MAJOR = 6378137.0
 """Of the Earth [m]: WGS84."""
 FLATTENING = 1.0 / 298.257223563

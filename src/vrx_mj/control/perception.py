@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import project
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Perceiver", "Sight"]
 
-FloatArray = npt.NDArray[np.float64]
 PERIOD = 0.95
 """Between two pictures [s]; things are up for 5 s, and a picture costs tens of milliseconds of computing."""
 ENOUGH = 2

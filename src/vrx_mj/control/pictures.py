@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+
 __all__ = ["Look", "color_of", "look_at", "middle_part", "project"]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 CONTRAST = 40.0
 """Sum over red, green and blue [of 255 each] by which a pixel that stands out differs from the background."""
 LEAN = 0.22
@@ -55,7 +55,7 @@ def project(
 
 
 def look_at(
-    picture: Picture, column: float, row: float, scale: float, *, size: tuple[float, float] = (1.4, 1.8)
+    picture: ByteArray, column: float, row: float, scale: float, *, size: tuple[float, float] = (1.4, 1.8)
 ) -> Look | None:
     """Look at what is about a pixel; None where nothing stands out, or it is cut off by the picture's edge.
 
@@ -112,7 +112,7 @@ def _hue(pixel: FloatArray) -> str:
     return "blue" if blue - max(red, green) > DEEP * blue else ""
 
 
-def middle_part(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def middle_part(mask: BoolArray) -> BoolArray:
     """What of a mask is joined, along columns and then along rows, to its most crowded ones near the middle."""
     columns = _run(mask.sum(axis=0))
     part = np.zeros_like(mask)

@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.control.clusters import grouped
 from vrx_mj.control.guidance import Point
 from vrx_mj.control.pictures import middle_part
 
 __all__ = ["Face", "FaceMap", "faces", "symbol_in", "vivid"]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 COLORS = ("red", "green", "blue", "yellow")
 LOW, HIGH = 0.9, 3.8
 """From what height above the boat's origin [m] a panel is seen free of docks and buoys, and what it does not exceed."""
@@ -140,7 +139,7 @@ def _face(points: FloatArray) -> Face | None:
     return Face(float(x), float(y), math.atan2(float(normal[1]), float(normal[0])))
 
 
-def _on_a_line(level: FloatArray) -> npt.NDArray[np.bool_]:
+def _on_a_line(level: FloatArray) -> BoolArray:
     """Which of the points, (n, 2) [m], lie on the line that most do: of two panels back to back one is seen whole.
 
     Lines are tried through pairs of points that are far apart in the order of their direction from the boat.
@@ -179,7 +178,7 @@ def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]
     return np.where((gap > lead * most) & (most > FAINT) & pure, code, -1)
 
 
-def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
+def symbol_in(window: ByteArray, *, lead: float = VIVID) -> str:
     """The symbol in a picture of a placard, as red_circle; empty if there is none.
 
     The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
@@ -200,7 +199,7 @@ def symbol_in(window: Picture, *, lead: float = VIVID) -> str:
     return f"{COLORS[color]}_{shape}" if shape else ""
 
 
-def _fill(mask: npt.NDArray[np.bool_]) -> float:
+def _fill(mask: BoolArray) -> float:
     """How much a mask fills of the parallelogram about it: seen from aside by a boat that rolls, a square is one."""
     down, right = np.nonzero(mask)
     heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in LEANS}
@@ -209,7 +208,7 @@ def _fill(mask: npt.NDArray[np.bool_]) -> float:
     return len(down) / float(min(areas))
 
 
-def _shape(mask: npt.NDArray[np.bool_]) -> str:
+def _shape(mask: BoolArray) -> str:
     """Of a mask that fills its box from side to side."""
     fill = _fill(mask)
     third = max(1, len(mask) // 3)

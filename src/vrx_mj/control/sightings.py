@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.control.clusters import CELL, grouped
 
 __all__ = ["OLD", "SYDNEY", "Blob", "Kind", "blobs", "kind_of"]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 STEP = 2
 """Every so many pixels one is looked at; a ball of 0.5 m at 15 m is 25 pixels wide."""
 COLORED = 0.45
@@ -97,7 +96,7 @@ def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | No
     return MARKERS[catalogue].get(blob.color)
 
 
-def blobs(picture: Picture, horizon: float) -> list[Blob]:
+def blobs(picture: ByteArray, horizon: float) -> list[Blob]:
     """The things in a picture (height, width, 3) below a row, the largest first; not the boat's own bows."""
     first, last = max(0, int(horizon)) // STEP * STEP, int(BOWS * picture.shape[0])
     part = picture[first:last:STEP, ::STEP].astype(np.float64)

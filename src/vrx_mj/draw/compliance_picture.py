@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.parts.boxes import Box
 from vrx_mj.config.parts.compliance import PartVerdict, Verdict
 from vrx_mj.config.parts.files import Kind
@@ -20,7 +20,6 @@ from vrx_mj.resources import root
 
 __all__ = ["draw_verdict"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SIZE = (1600, 1000)
 """Width and height [px]."""

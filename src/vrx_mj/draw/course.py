@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.tasks.frame import Stand
@@ -18,7 +18,6 @@ __all__ = [
     "symbols_of", "zone_corners",
 ]  # fmt: skip
 
-FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float]
 DARK = ("off", "off", "off")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import as_path, check_kind, whole
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.mjcf.shooters import BALL
@@ -31,7 +31,6 @@ __all__ = [
     "map_png",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order
 from vrx_mj.config.derive import boat_box
@@ -29,7 +29,6 @@ from vrx_mj.mjcf.terrain import shoreline
 
 __all__ = ["boats_afloat", "depth_in_land", "outline"]
 
-FloatArray = npt.NDArray[np.float64]
 Area = Any
 """A shapely polygon in the world [m]."""
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import Box
 from vrx_mj.config.poses import apply, rotation
 from vrx_mj.errors import UnknownNameError
@@ -14,7 +14,6 @@ from vrx_mj.mjcf.placement import PlacedDock
 __all__ = ["block_corners", "dock_zones", "docks_overlap", "find_dock"]
 
 Row = dict[str, Any]
-FloatArray = npt.NDArray[np.float64]
 
 
 def find_dock(docks: Sequence[PlacedDock], name: str) -> PlacedDock:

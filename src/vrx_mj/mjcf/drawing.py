@@ -5,8 +5,8 @@ from itertools import chain
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.markers import add_markers
 from vrx_mj.mjcf.sky import sea_palette, sky_cube
@@ -15,7 +15,6 @@ from vrx_mj.physics.surface import EDGE, RINGS, SPOKES, fan, fan_triangles, refl
 
 __all__ = ["SEA", "add_signs", "drawing_model", "drawing_spec"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SEA = "vrx_mj/sea"
 """Name of the skin that is the sea's surface, of its material and of the material's texture."""
@@ -78,7 +77,7 @@ def add_signs(spec: mujoco.MjSpec, world: World) -> None:
         spec.geom(name).material = LAMP
 
 
-def _add_material(spec: mujoco.MjSpec, palette: npt.NDArray[np.uint8]) -> None:
+def _add_material(spec: mujoco.MjSpec, palette: ByteArray) -> None:
     """A material that shines by itself: the palette holds the light already."""
     texture = spec.add_texture(name=SEA, type=mujoco.mjtTexture.mjTEXTURE_2D)
     _paint(texture, palette)
@@ -86,7 +85,7 @@ def _add_material(spec: mujoco.MjSpec, palette: npt.NDArray[np.uint8]) -> None:
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = SEA
 
 
-def _paint(texture: mujoco.MjsTexture, pixels: npt.NDArray[np.uint8]) -> None:
+def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
     texture.builtin = mujoco.mjtBuiltin.mjBUILTIN_NONE
     texture.height, texture.width, texture.nchannel = pixels.shape
     texture.data = pixels.tobytes()

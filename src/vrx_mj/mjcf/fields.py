@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fields import FieldConfig
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.poses import compose
@@ -21,7 +21,6 @@ from vrx_mj.physics.noise import stream_key, uniform
 
 __all__ = ["place_fields"]
 
-FloatArray = npt.NDArray[np.float64]
 
 TRIES = 1000
 """Places that are tried for an object before the field is full."""

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.masses import Engines
@@ -20,7 +18,6 @@ from vrx_mj.mjcf.wind import boat_wind
 
 __all__ = ["Fitted", "boat_rows", "fitted", "renamed"]
 
-FloatArray = npt.NDArray[np.float64]
 KEPT = 32
 """Kinds of boats that are kept: making one takes 0.1 s."""
 

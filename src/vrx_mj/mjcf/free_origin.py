@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import shapely
+
+from vrx_mj.arrays import FloatArray
 
 __all__ = ["FARTHEST_ORIGIN", "Frame", "Place", "free_origin"]
 
-FloatArray = npt.NDArray[np.float64]
 Frame = tuple[float, float, float]
 """x, y [m] and yaw [rad] in the world."""
 Place = tuple[float, float]

@@ -8,11 +8,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
 
 __all__ = ["LandMesh", "land_meshes"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SAND_TOP = 0.4
 """Where grass begins [m over the water]."""

@@ -1,14 +1,12 @@
 """What the sky and the water look like: a painted cube, and the palette of the sea's surface."""
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.physics.surface import EDGE
 
 __all__ = ["sea_palette", "sky_cube"]
 
-FloatArray = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
 
 DEEP = (0.035, 0.165, 0.215)
 """Colour of deep water by day."""
@@ -17,7 +15,7 @@ DAY = 0.85
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
-def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray, light: FloatArray) -> Bytes:
+def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray, light: FloatArray) -> ByteArray:
     """A sky as MuJoCo's cube of six faces one above the other, (6 side, side, 3).
 
     Args:
@@ -44,7 +42,7 @@ def sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> Floa
     return np.asarray(zenith + (horizon - zenith) * share)
 
 
-def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray, light: FloatArray) -> Bytes:
+def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray, light: FloatArray) -> ByteArray:
     """Colours of the sea (height, width, 3): columns by the share of sky that is mirrored, rows by glitter.
 
     What mirrors much is seen at a grazing angle and shows the sky near the horizon, so a column's share gives the
@@ -75,5 +73,5 @@ def _rays(side: int) -> FloatArray:
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
 
-def _bytes(color: FloatArray) -> Bytes:
+def _bytes(color: FloatArray) -> ByteArray:
     return np.rint(np.clip(color, 0.0, 1.0) * 255.0).astype(np.uint8)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.search import find_terrain
@@ -22,7 +22,6 @@ from vrx_mj.mjcf.templates import Piece
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
 
-FloatArray = npt.NDArray[np.float64]
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""

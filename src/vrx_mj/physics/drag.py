@@ -9,9 +9,7 @@ VRX 3 pushes at the link's origin instead, and its M_A acts on the world acceler
 axes: `drag` is then about the origin, there is no `added_bias`, and `added_inertia` is exact.
 """
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate, rotated_wrench, unrotate
 from vrx_mj.physics.tables import Record
@@ -38,7 +36,7 @@ def drag(hull: Record, motion: Motion) -> Wrench:
 
 
 @kernel
-def added_inertia(hull: Record, motion: Motion, out: npt.NDArray[np.float64]) -> None:
+def added_inertia(hull: Record, motion: Motion, out: FloatArray) -> None:
     """Write the added mass into `out`, (6, 6), in the coordinates of MuJoCo's free joint.
 
     Those are the world acceleration a of the link's origin and the body-axis angular acceleration.

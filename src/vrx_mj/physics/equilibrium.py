@@ -7,9 +7,7 @@ limited, and a hull that is too far in or out of the water for a derivative is m
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.hydrostatics import hydrostatics, section_area
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, rotate
@@ -17,7 +15,6 @@ from vrx_mj.physics.tables import Record, Table
 
 __all__ = ["at_rest", "greatest_lift", "settle"]
 
-Floats = npt.NDArray[np.float64]
 STEPS = 100
 """Of Newton's method, at most."""
 RISE, TURN = 0.05, 0.02
@@ -52,7 +49,7 @@ def at_rest(x: float, y: float, z: float, roll: float, pitch: float, yaw: float)
 
 @kernel
 def _excess(
-    hull: Record, stations: Table, waves: Table, sea: Record, weight: float, com: Floats, pose: Floats, t: float
+    hull: Record, stations: Table, waves: Table, sea: Record, weight: float, com: FloatArray, pose: FloatArray, t: float
 ) -> Vector:
     """Return lift less weight [N], and their torques [N m] about the boat's x and y in the horizontal plane."""
     body = at_rest(pose[0], pose[1], pose[2], pose[3], pose[4], pose[5])
@@ -66,7 +63,7 @@ def _excess(
 
 @kernel
 def settle(
-    hull: Record, stations: Table, waves: Table, sea: Record, weight: float, com: Floats, pose: Floats, t: float
+    hull: Record, stations: Table, waves: Table, sea: Record, weight: float, com: FloatArray, pose: FloatArray, t: float
 ) -> bool:
     """Write the height, roll and pitch with which a hull floats at rest at time `t` [s] into `pose`.
 

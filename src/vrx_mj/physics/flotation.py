@@ -24,9 +24,7 @@ While nothing touches it v' - v = dt (a, alpha), as above; a contact is resisted
 import math
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate
 from vrx_mj.physics.tables import Record, Table
@@ -38,8 +36,6 @@ __all__ = [
     "water_rise", "wet_sums",
 ]  # fmt: skip
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.integer]
 
 _TINY = 1.0e-6
 """Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
@@ -145,7 +141,7 @@ def flotation(
 
 
 @kernel
-def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float, damping: Floats) -> Wrench:
+def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float, damping: FloatArray) -> Wrench:
     """Return the wrench to apply in a step whose inertia has dt D, about the link's centre of mass.
 
     `damping`, (3,), gets dt (k, k_z, kappa) for `add_flotation_drag` [kg, kg, kg m2].
@@ -165,7 +161,7 @@ def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float,
 
 
 @kernel
-def add_flotation_drag(inertia: Floats, inertia_row: Ints, dof: int, damping: Floats) -> None:
+def add_flotation_drag(inertia: FloatArray, inertia_row: IntArray, dof: int, damping: FloatArray) -> None:
     """Add dt D to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
 
     D is diagonal, and a row ends with its diagonal: that of a body whose frame is its principal one has nothing else.

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
@@ -54,7 +55,7 @@ class Wrench(NamedTuple):
 
 
 @kernel
-def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_adr: int, dof_adr: int) -> Motion:
+def motion(qpos: FloatArray, qvel: FloatArray, qpos_adr: int, dof_adr: int) -> Motion:
     """Return the motion of the link on the free joint at `qpos_adr` and `dof_adr`.
 
     MuJoCo's free joint has the origin's position and a quaternion (w, x, y, z) in `qpos`, and in
@@ -75,7 +76,7 @@ def motion(qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64], qpos_ad
     return Motion(x, y, z, r00, r01, r02, r10, r11, r12, r20, r21, r22, u, v, w, p, q, r)
 
 
-def rotation_matrix(quaternion: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
     """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
     w, x, y, z = np.asarray(quaternion, np.float64).tolist()
     return np.array(
@@ -87,7 +88,7 @@ def rotation_matrix(quaternion: npt.ArrayLike) -> npt.NDArray[np.float64]:
     )
 
 
-def in_world_axes(quaternions: npt.NDArray[np.float64], vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return vectors (..., 3) of body axes in world axes, by unit quaternions (..., 4), (w, x, y, z)."""
     w, x, y, z = np.moveaxis(quaternions, -1, 0)
     u, v, up = np.moveaxis(vectors, -1, 0)
@@ -148,7 +149,7 @@ def shift(wrench: Wrench, lever: Vector) -> Wrench:
 
 
 @kernel
-def carry(wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]) -> Wrench:
+def carry(wrench: Wrench, motion: Motion, start: FloatArray, end: FloatArray) -> Wrench:
     """Return `wrench`, which is about the link's point `start`, about its point `end`.
 
     Both points [m] in body axes from the link's origin, (3,).
@@ -158,7 +159,7 @@ def carry(wrench: Wrench, motion: Motion, start: npt.NDArray[np.float64], end: n
 
 
 @kernel
-def from_origin(wrench: Wrench, motion: Motion, end: npt.NDArray[np.float64]) -> Wrench:
+def from_origin(wrench: Wrench, motion: Motion, end: FloatArray) -> Wrench:
     """Return `wrench`, which is about the link's origin, about its point `end` [m], body axes, (3,)."""
     return shift(wrench, rotate(motion, -end[0], -end[1], -end[2]))
 

@@ -16,8 +16,8 @@ origin of the root's frame, a velocity and an angular velocity: block matrices s
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate
@@ -27,8 +27,6 @@ from vrx_mj.physics.wind import wind_load
 
 __all__ = ["RAFT_WORK", "block_load", "moor", "raft_drag"]
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.integer]
 
 _f = np.float64
 RAFT_WORK = np.dtype(
@@ -45,7 +43,7 @@ RAFT_WORK = np.dtype(
 @kernel
 def block_load(
     index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
-    waves: Table, sea: Record, air: tuple[float, float], qpos: Floats, qvel: Floats, time: float, dt: float,
+    waves: Table, sea: Record, air: tuple[float, float], qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
 
@@ -91,7 +89,7 @@ def moor(line: Record, blocks: Table, work: Table, dt: float) -> Wrench:
 
 
 @allocating_kernel
-def raft_drag(blocks: Table, work: Table, inertia: Floats, inertia_row: Ints) -> None:
+def raft_drag(blocks: Table, work: Table, inertia: FloatArray, inertia_row: IntArray) -> None:
     """Add dt D to MuJoCo's sparse lower inertia.
 
     The row of a degree of freedom holds the columns of those that it hangs on, in order: six of the root, then one for
@@ -119,7 +117,7 @@ def raft_drag(blocks: Table, work: Table, inertia: Floats, inertia_row: Ints) ->
 
 
 @allocating_kernel
-def _add_root(inertia: Floats, inertia_row: Ints, dof: int, drag: Floats, frame: Floats) -> None:
+def _add_root(inertia: FloatArray, inertia_row: IntArray, dof: int, drag: FloatArray, frame: FloatArray) -> None:
     """Add a matrix to the block of a free joint: three velocities in world axes, three rates in body axes."""
     column = np.empty(6)
     for i in range(3):
@@ -134,13 +132,13 @@ def _add_root(inertia: Floats, inertia_row: Ints, dof: int, drag: Floats, frame:
 
 
 @kernel
-def _along(frame: Floats, k: int, moment: Floats) -> float:
+def _along(frame: FloatArray, k: int, moment: FloatArray) -> float:
     """Return the share of a moment, the last three of `moment`, about axis k of a frame."""
     return float(frame[3 + k] * moment[3] + frame[6 + k] * moment[4] + frame[9 + k] * moment[5])
 
 
 @kernel
-def _dot(a: Floats, b: Floats) -> float:
+def _dot(a: FloatArray, b: FloatArray) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
 
@@ -152,7 +150,7 @@ def _root(blocks: Table, index: int) -> int:
 
 
 @kernel
-def _frame(index: int, blocks: Table, work: Table, qpos: Floats, qvel: Floats) -> Motion:
+def _frame(index: int, blocks: Table, work: Table, qpos: FloatArray, qvel: FloatArray) -> Motion:
     """Return the frame of a block and its motion; the hinge's axis goes to `work`."""
     block = blocks[index]
     if block.parent < 0:
@@ -172,7 +170,7 @@ def _frame(index: int, blocks: Table, work: Table, qpos: Floats, qvel: Floats) -
 
 
 @kernel
-def _turned(hinge: Motion, axis: Floats, sin: float, cos: float, rate: float) -> Motion:
+def _turned(hinge: Motion, axis: FloatArray, sin: float, cos: float, rate: float) -> Motion:
     """Return a frame turned about one of its own axes, a unit vector: v cos + (a x v) sin + a (a.v) (1 - cos)."""
     x, y, z = axis[0], axis[1], axis[2]
     c = 1.0 - cos
@@ -206,7 +204,7 @@ def _moved(m: Motion, x: float, y: float, z: float) -> Motion:
 
 
 @kernel
-def _motion_of(frame: Floats) -> Motion:
+def _motion_of(frame: FloatArray) -> Motion:
     f = frame
     return Motion(
         f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15], f[16],
@@ -234,7 +232,7 @@ def _sums_of_step(
 
 
 @kernel
-def _add_drag(matrix: Floats, point: Vector, k: float, kz: float) -> None:
+def _add_drag(matrix: FloatArray, point: Vector, k: float, kz: float) -> None:
     """Add J^T diag(k, k, kz) J of a point's velocity to a matrix of motions about the origin."""
     x, y, z = point
     matrix[0, 0] += k
@@ -255,7 +253,7 @@ def _add_drag(matrix: Floats, point: Vector, k: float, kz: float) -> None:
 
 
 @kernel
-def _add_pair(matrix: Floats, i: int, j: int, value: float) -> None:
+def _add_pair(matrix: FloatArray, i: int, j: int, value: float) -> None:
     """Add to a symmetric matrix off its diagonal."""
     matrix[i, j] += value
     matrix[j, i] += value

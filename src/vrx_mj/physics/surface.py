@@ -10,6 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.cosine import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Record, Table
@@ -17,7 +18,6 @@ from vrx_mj.physics.waves import ramp
 
 __all__ = ["EDGE", "HORIZON", "RINGS", "SPOKES", "draw_surface", "fan", "fan_triangles", "reflectance", "ripples"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SPOKES = 61
 """Points on a ring."""

@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, rotate
 from vrx_mj.physics.tables import BOX, SPHERE, Record
@@ -27,7 +27,7 @@ VRX polyhedron_volume.cc. The coordinates are those in the world.
 """
 
 
-def _ring(corners: list[tuple[float, float]]) -> npt.NDArray[np.float64]:
+def _ring(corners: list[tuple[float, float]]) -> FloatArray:
     """Return the corners of a section, counter-clockwise about its middle, and a row with area and moment.
 
     Sections are symmetric, so that one second moment, that of the first coordinate, is enough.
@@ -101,7 +101,7 @@ def sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerg
 
 
 @kernel
-def prism(ring: npt.NDArray[np.float64], edges: Edges, x: float, y: float, z: float, level: float) -> Submerged:
+def prism(ring: FloatArray, edges: Edges, x: float, y: float, z: float, level: float) -> Submerged:
     """Return what a prism with centre (x, y, z) has below the plane z = `level`.
 
     `ring` (n, 2) holds the corners of its section in units of the first two vectors in `edges`, and in
@@ -124,7 +124,7 @@ def prism(ring: npt.NDArray[np.float64], edges: Edges, x: float, y: float, z: fl
 
 
 @kernel
-def _column(ring: npt.NDArray[np.float64], e: Edges, depth: float) -> Moments:
+def _column(ring: FloatArray, e: Edges, depth: float) -> Moments:
     """Return volume and moments about the centre of a prism with one end under water and one above.
 
     At (i, j) of the section it is wet from the lower end, -1, up to (depth - i az - j bz) / cz. Sections have
@@ -145,7 +145,7 @@ def _column(ring: npt.NDArray[np.float64], e: Edges, depth: float) -> Moments:
 
 
 @kernel
-def _clipped(ring: npt.NDArray[np.float64], edges: Edges, depth: float) -> Moments:
+def _clipped(ring: FloatArray, edges: Edges, depth: float) -> Moments:
     """Return volume and moments about the centre of any prism, face by face."""
     volume = x = y = z = 0.0
     for face in range(1 + ring.shape[0]):
@@ -160,7 +160,7 @@ def _snapped(coordinate: float) -> float:
 
 
 @kernel
-def _reach(ring: npt.NDArray[np.float64], edges: Edges) -> float:
+def _reach(ring: FloatArray, edges: Edges) -> float:
     """Return how far [m] a section's highest corner is above its middle; the lowest is as far below it."""
     highest = 0.0
     for i in range(ring.shape[0] - 1):
@@ -177,7 +177,7 @@ def _triple(e: Edges) -> float:
 
 
 @kernel
-def _corner(ring: npt.NDArray[np.float64], e: Edges, face: int, k: int, z: float) -> Vector:
+def _corner(ring: FloatArray, e: Edges, face: int, k: int, z: float) -> Vector:
     """Return corner `k` of a face, from the centre, with `z` added to its height.
 
     Faces: lower end (0), upper end (1), sides (2 and up). Seen from outside corners go round
@@ -197,7 +197,7 @@ def _corner(ring: npt.NDArray[np.float64], e: Edges, face: int, k: int, z: float
 
 
 @kernel
-def _face(ring: npt.NDArray[np.float64], edges: Edges, face: int, z: float) -> Moments:
+def _face(ring: FloatArray, edges: Edges, face: int, z: float) -> Moments:
     """Return a face's part: its wet outline, cut into triangles that share the outline's first corner."""
     corners = ring.shape[0] - 1 if face < 2 else 4
     none = (0.0, 0.0, 0.0)

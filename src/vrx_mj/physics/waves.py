@@ -10,9 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SPECTRUM_GRAVITY, WAVE_GRAVITY
 from vrx_mj.physics.cosine import cosine
 from vrx_mj.physics.kernel import kernel
@@ -142,10 +140,10 @@ def surface_height(waves: Table, sea: Record, x: float, y: float, t: float) -> f
 def surface_heights(
     waves: Table,
     sea: Record,
-    x: npt.NDArray[np.float64],
-    y: npt.NDArray[np.float64],
-    t: npt.NDArray[np.float64],
-    out: npt.NDArray[np.float64],
+    x: FloatArray,
+    y: FloatArray,
+    t: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Write `surface_height` at each (x, y, t) into `out`; all four are (n,)."""
     for i in range(out.size):
@@ -153,7 +151,7 @@ def surface_heights(
 
 
 @kernel
-def stretched(waves: Table, sea: Record, change: Record, phases: npt.NDArray[np.float64], out: Table) -> None:
+def stretched(waves: Table, sea: Record, change: Record, phases: FloatArray, out: Table) -> None:
     """Write the waves of a sea that differs from `waves` by `change` into `out`; `sea` and `change` are as below.
 
     Heights grow by a factor; angular frequencies go from w to (p / f) (w / p)^b, with the peak's p, the period's

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
@@ -40,7 +40,7 @@ def wind_velocity(wind: Record, state: Record) -> tuple[float, float]:
 
 
 @kernel
-def wind_load(coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the wind's wrench: world axes, about the link's centre of mass.
 
     In body axes X = cx u |u|, Y = cy v |v|, N = -2 cz u v, with (u, v) the wind [m/s] and `coefficients`
@@ -57,9 +57,7 @@ def wind_load(coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector
 
 
 @kernel
-def apparent_wind_load(
-    coefficients: npt.NDArray[np.float64], motion: Motion, wind_vector: tuple[float, float]
-) -> Wrench:
+def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
     """Return the wind's wrench as VRX 3 has it: world axes, about the link's *origin*.
 
     With (rx, ry) the wind less the velocity of the link's origin over ground [m/s], in *world* axes: force

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.recording.archive import archive, unpacked
@@ -44,7 +44,6 @@ __all__ = [
 COMPANIES = "/record/companies"
 HUGE = 1e9
 """A number of a row beyond this is of a state that has diverged."""
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +129,7 @@ def size_of(files: Mapping[str, bytes]) -> int:
     return sum(map(len, files.values()))
 
 
-def all_rows(
-    parts: Sequence[Part], layouts: Sequence[RowLayout], most: int
-) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> tuple[FloatArray, IntArray]:
     """Rows of every block in the columns of the joint layout, sorted by time, and numbers (n,) of their companies.
 
     `layouts` are those of the companies; `most`: bytes of the rows.
@@ -188,7 +185,7 @@ def check_rows(rows: FloatArray, width: int) -> None:
         raise RecordError(f"/record/rows: block: a time from 0 to {LONGEST:g} s is needed")
 
 
-def sound_rows(rows: FloatArray, numbers: npt.NDArray[np.int64], layouts: Sequence[RowLayout]) -> npt.NDArray[np.bool_]:
+def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
     """Of which rows (n,) every number of their company is one that a state can have."""
     fine = np.zeros(len(rows), np.bool_)
     joint = joint_layout(layouts)
@@ -229,7 +226,7 @@ def spans(layout: RowLayout) -> dict[str, tuple[range, range]]:
     }
 
 
-def columns_in(joint: RowLayout, layout: RowLayout) -> npt.NDArray[np.int64]:
+def columns_in(joint: RowLayout, layout: RowLayout) -> IntArray:
     """Where the columns of a company's rows are in the joint layout."""
     runs = [range(2), *_engines_in(joint, layout), *_bodies_in(joint, layout)]
     return np.concatenate([np.arange(run.start, run.stop, dtype=np.int64) for run in runs])

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.reader import Record, read_record
 
 __all__ = ["Comparison", "Difference", "compare"]
@@ -152,7 +152,7 @@ def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> D
     )
 
 
-def _columns(record: Record, names: Sequence[str]) -> npt.NDArray[np.float64]:
+def _columns(record: Record, names: Sequence[str]) -> FloatArray:
     """Rows of a recording, with these columns alone."""
     known = {name: index for index, name in enumerate(record.layout.names())}
     return np.asarray(record.rows[:, [known[name] for name in names]], np.float64)

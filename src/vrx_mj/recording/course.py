@@ -11,10 +11,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.displays import RGB
 from vrx_mj.draw.course import Course, Light, course_of, zone_corners
 from vrx_mj.recording.still import static
@@ -32,7 +32,6 @@ __all__ = [
     "gate_lines",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[int, int, int]
 
 HEIGHT = 0.35

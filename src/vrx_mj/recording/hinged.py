@@ -6,14 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.world import World
 from vrx_mj.recording.scene import RecordedPart, Surface
 
 __all__ = ["part_paths", "part_poses", "parts_of"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.recording.hinged import part_poses
 from vrx_mj.recording.rows import pack_rows
@@ -23,7 +24,6 @@ from vrx_mj.recording.wake import FADES, WAKE_RATE, Wake
 
 __all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times", "wake_path"]
 
-FloatArray = npt.NDArray[np.float64]
 
 TIMELINE = "sim_time"
 SCALAR_RATE = 10.0
@@ -74,10 +74,10 @@ class Ticker:
         self._rate = rate
         self._last = -math.inf
 
-    def __call__(self, time: FloatArray) -> npt.NDArray[np.bool_]:
+    def __call__(self, time: FloatArray) -> BoolArray:
         """Which of the rows at `time` (n,) [s] to take."""
         tick = np.floor(time * self._rate + 1e-6)
-        taken: npt.NDArray[np.bool_] = np.diff(tick, prepend=self._last) != 0
+        taken: BoolArray = np.diff(tick, prepend=self._last) != 0
         self._last = tick[-1]
         return taken
 
@@ -304,7 +304,7 @@ def flights(path: str, time: FloatArray, position: FloatArray) -> Iterator[Chunk
         yield Chunk.from_columns(path, [times(time[shot])], columns)
 
 
-def repainted(shown: RecordedDisplay, time: FloatArray, codes: npt.NDArray[np.int64]) -> Iterator[Chunk]:
+def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
     """The colours of every part of a light or placard that shows `codes` (n,) from times (n,) [s] on."""
     colors = [shown.display.colors(int(code)) for code in codes]
     for part, surfaces in shown.surfaces.items():

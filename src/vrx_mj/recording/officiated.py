@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.companies import HUGE, company_numbers
 from vrx_mj.recording.heads import sent_messages
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 __all__ = ["FRAMES", "Scored", "frame_chunk", "looks", "read_frames", "rescore", "take_up"]
 
 FRAMES = "/record/frames"
-FloatArray = npt.NDArray[np.float64]
 Seen = tuple[float, FloatArray, list[list[Any]]]
 """Simulated time [s], the frame's row, and its messages, each as topic and content."""
 Found = tuple[int, FloatArray, tuple[Message, ...]]

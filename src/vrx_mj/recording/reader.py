@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, as_path, as_text
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import RecordError, UnknownNameError, shown
 from vrx_mj.recording.archive import unpacked
 from vrx_mj.recording.companies import COMPANIES, Company, all_rows, joint_layout, read_companies, sound_rows
@@ -23,8 +23,6 @@ from vrx_mj.recording.readings import READING_COLUMNS, RecordedReadings
 from vrx_mj.recording.scene import MovingBody, RecordedSensor, RowLayout
 
 __all__ = ["Event", "Record", "SavedState", "Track", "read_readings", "read_record"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -105,7 +103,7 @@ class Record:
     """Which column of `rows` is what."""
     rows: FloatArray
     """(n, columns): everything recorded, as it was; `layout.names()` names the columns. NaN of who was not there."""
-    row_companies: npt.NDArray[np.int64]
+    row_companies: IntArray
     """(n,) numbers of the companies that the rows are of."""
     views: bytes
     """The blueprint, as the bytes of an `.rbl` file."""

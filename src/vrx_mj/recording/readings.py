@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.scene import RecordedSensor
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["READING_COLUMNS", "RecordedReadings", "measured"]
 
-FloatArray = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
 
 READING_COLUMNS: Mapping[str, str] = {
     "time": "time",
@@ -129,7 +128,7 @@ def points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
     return {"points": points, "intensity": intensity, "ring": ring}
 
 
-def check_numbers(sensor: RecordedSensor, found: Sequence[Bytes]) -> None:
+def check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
     """Check that these are the numbers of readings of a sensor.
 
     Raises:
@@ -165,7 +164,7 @@ def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
     return MAKERS[sensor.type](row["numbers"].view("<f8"))
 
 
-def decoded(blob: Bytes, size: tuple[int, int]) -> Bytes:
+def decoded(blob: ByteArray, size: tuple[int, int]) -> ByteArray:
     """The pixels (height, width, 3) of a JPEG file of a size: width and height.
 
     Raises:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import kernel
 
@@ -25,7 +25,7 @@ HEADER = struct.Struct("<II")
 FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
 
 
-def pack_rows(rows: npt.NDArray[np.float64]) -> bytes:
+def pack_rows(rows: FloatArray) -> bytes:
     """Bytes of (n, columns) rows."""
     count, width = rows.shape
     planes = np.empty((8, width * count), np.uint8)
@@ -34,7 +34,7 @@ def pack_rows(rows: npt.NDArray[np.float64]) -> bytes:
 
 
 @kernel
-def _write_planes(bits: npt.NDArray[np.int64], planes: npt.NDArray[np.uint8]) -> None:
+def _write_planes(bits: IntArray, planes: ByteArray) -> None:
     """Write bit patterns (columns, n), column after column, as byte planes (8, columns * n) of their differences.
 
     A column's first number stays, the second is a first difference, the third a second one, the rest are third
@@ -55,7 +55,7 @@ def _write_planes(bits: npt.NDArray[np.int64], planes: npt.NDArray[np.uint8]) ->
                 planes[plane, column * count + i] = (small >> (8 * plane)) & 255
 
 
-def unpack_rows(blob: bytes | memoryview) -> npt.NDArray[np.float64]:
+def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     """The rows that `pack_rows` packed, bit for bit.
 
     Raises:
@@ -72,6 +72,6 @@ def unpack_rows(blob: bytes | memoryview) -> npt.NDArray[np.float64]:
     return np.ascontiguousarray(_ordered(bits).view("<f8").T)
 
 
-def _ordered(bits: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _ordered(bits: IntArray) -> IntArray:
     """Bit patterns of float64 as integers that sort like the numbers; its own inverse."""
     return np.where(bits < 0, bits ^ FLIP, bits)

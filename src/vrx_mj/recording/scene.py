@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AllowInfNan, FailFast, Field
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.sensors.displays import Display
 
 __all__ = [
@@ -35,7 +36,6 @@ __all__ = [
 FORMAT = 1
 """Version of what we write into a recording; a reader refuses any other."""
 
-FloatArray = npt.NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]. Called from the writer's own thread."""

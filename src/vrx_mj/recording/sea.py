@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.recording.scene import SeaHeight
 
 __all__ = ["SIDE", "sea_patch", "sea_triangles"]
@@ -26,8 +27,6 @@ STEP = 1.0 / 64.0
 SUN = (0.55, 0.35)
 """Where the light comes from, east and north."""
 DEEP, CREST = np.array([9.0, 48.0, 79.0]), np.array([112.0, 178.0, 196.0])
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def sea_patch(
@@ -55,13 +54,13 @@ def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return line + centre[0], line + centre[1], cell
 
 
-def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
+def _shade(z: FloatArray, cell: float) -> ByteArray:
     """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
     toward_north, toward_east = np.gradient(z, cell)
     tilt = SUN[0] * toward_east + SUN[1] * toward_north
     light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
     light[[0, -1], :] = light[:, [0, -1]] = 0.38
-    shades: npt.NDArray[np.uint8] = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
+    shades: ByteArray = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
     return shades
 
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.recording.colors import boat_colors
 from vrx_mj.recording.moving import TRAIL_HEIGHT, times
@@ -25,7 +26,6 @@ from vrx_mj.sensors.readings import Inertia, Reading, Scan
 
 __all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 
-FloatArray = npt.NDArray[np.float64]
 Readings = Sequence[Reading]
 
 QUALITY = 75

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.scene import SeaHeight
 
 __all__ = ["FADES", "WAKE_RATE", "Wake"]
 
-FloatArray = npt.NDArray[np.float64]
 
 WAKE_RATE = 2.0
 """Wakes drawn, and points that a boat leaves, per second [Hz]."""

@@ -23,9 +23,9 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import as_path
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 from vrx_mj.recording.rows import pack_rows
 from vrx_mj.recording.scene import RecordScene
@@ -46,7 +46,6 @@ WAITING = 64
 KINDS = ("rows", "event", "mark", "state", "reading", "frame", "scene")
 """Of what waits in the queue."""
 
-FloatArray = npt.NDArray[np.float64]
 Item = tuple[str, Any]
 
 

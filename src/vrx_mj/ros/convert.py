@@ -8,8 +8,8 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.companies import Company, columns_in
 from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
@@ -30,7 +30,6 @@ from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["convert"]
 
-FloatArray = npt.NDArray[np.float64]
 Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
 ANGLE = "_angle"

@@ -1,8 +1,8 @@
 """Where boats and floating objects started, to put them back."""
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
@@ -19,8 +19,8 @@ class InitialPoses:
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._boats: dict[str, npt.NDArray[np.float64]] = {}
-        self._objects: dict[str, npt.NDArray[np.float64]] = {}
+        self._boats: dict[str, FloatArray] = {}
+        self._objects: dict[str, FloatArray] = {}
         self.bind()
 
     def bind(self) -> None:
@@ -45,12 +45,12 @@ class InitialPoses:
     def _names(self) -> list[str]:
         return [row["name"] for row in self._sim.world.parameters["objects"] if row["kind"] != "static"]
 
-    def _object(self, name: str) -> npt.NDArray[np.float64] | None:
+    def _object(self, name: str) -> FloatArray | None:
         try:
             return _pose(self._sim.observe_object(name))
         except VrxError:
             return None
 
 
-def _pose(seen: BoatObservation) -> npt.NDArray[np.float64]:
+def _pose(seen: BoatObservation) -> FloatArray:
     return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])

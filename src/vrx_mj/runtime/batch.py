@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, shown
 from vrx_mj.libmujoco import untimed
@@ -35,7 +36,6 @@ from vrx_mj.runtime.warmup import announced
 
 __all__ = ["Batch"]
 
-Floats = npt.NDArray[np.float64]
 SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
 LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
@@ -116,7 +116,7 @@ class Batch(RowWater):
         return self._pool.threads
 
     @property
-    def seeds(self) -> npt.NDArray[np.int64]:
+    def seeds(self) -> IntArray:
         """Seed of the present run of each row, (n,)."""
         return self._seeds.copy()
 
@@ -126,7 +126,7 @@ class Batch(RowWater):
         return tuple((channel.boat, channel.name) for channel in self._channels)
 
     @property
-    def largest(self) -> Floats:
+    def largest(self) -> FloatArray:
         """Least and greatest effective value of every command, (channels, 2): share of full power, N, or angle [rad].
 
         Values outside are clamped.
@@ -134,17 +134,17 @@ class Batch(RowWater):
         return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 
     @property
-    def time(self) -> Floats:
+    def time(self) -> FloatArray:
         """Simulated time of each row, (n,) [s]."""
         return self._time.copy()
 
     @property
-    def diverged(self) -> npt.NDArray[np.bool_]:
+    def diverged(self) -> BoolArray:
         """Whether the state of each row is not finite or too large, (n,); such a row stops until it is reset."""
         return self._done < 0
 
     @property
-    def features(self) -> Floats:
+    def features(self) -> FloatArray:
         """State of every boat, (n, boats, 13), as a view whose content changes with the next call.
 
         The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
@@ -153,21 +153,21 @@ class Batch(RowWater):
         return self._features
 
     @property
-    def qpos(self) -> Floats:
+    def qpos(self) -> FloatArray:
         """Generalized positions of MuJoCo's model in every row, (n, nq), as a view."""
         return self._qpos
 
     @property
-    def wind(self) -> Floats:
+    def wind(self) -> FloatArray:
         """Wind velocity east and north in each row, (n, 2) [m/s], in the direction of the air's motion."""
-        speed: Floats = self._stacks["wind_state"]["speed"]
-        velocity: Floats = speed * self._wind["direction"][:, 0]
+        speed: FloatArray = self._stacks["wind_state"]["speed"]
+        velocity: FloatArray = speed * self._wind["direction"][:, 0]
         return velocity
 
     # Running
 
     @in_turn
-    def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | npt.NDArray[np.integer] | None = None) -> None:
+    def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | IntArray | None = None) -> None:
         """Reset rows to their start; parameters changed by `vary` are kept.
 
         Args:
@@ -377,7 +377,7 @@ class Batch(RowWater):
     def _observe(self) -> None:
         observe_rows(0, self.n, self._hulls, self._qpos, self._qvel, self._features)
 
-    def _give(self, which: npt.NDArray[np.int64], values: npt.ArrayLike, hold: float) -> None:
+    def _give(self, which: IntArray, values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
         given = as_numbers("commands", values)
         if given.shape != (len(which), len(self._channels)):

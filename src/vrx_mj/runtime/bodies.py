@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import several
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.motion import rotation_matrix
@@ -14,8 +14,6 @@ from vrx_mj.runtime.hull import Hull, hull_of
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.rig import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class FreeBodies:

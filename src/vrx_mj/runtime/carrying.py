@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.rig import MODEL_ARRAYS, OPTIONS, Rig
 
 __all__ = ["carry"]
 
-Rows = npt.NDArray[np.bool_]
 WHOLE = ("body_subtreemass",)
 """Arrays of the model in which the newcomer counts for the others, too: for the world."""
 
@@ -25,15 +25,15 @@ WHOLE = ("body_subtreemass",)
 class Staying:
     """Which rows of a rig's arrays stay, without those of one boat and its balls."""
 
-    thrusters: Rows
-    floats: Rows
-    elements: Rows
-    touches: Rows
-    marks: Rows
-    bodies: Rows
-    joints: Rows
-    dofs: Rows
-    qpos: Rows
+    thrusters: BoolArray
+    floats: BoolArray
+    elements: BoolArray
+    touches: BoolArray
+    marks: BoolArray
+    bodies: BoolArray
+    joints: BoolArray
+    dofs: BoolArray
+    qpos: BoolArray
 
     @staticmethod
     def of(world: World, rig: Rig, name: str | None) -> "Staying":
@@ -110,7 +110,7 @@ def _moments(old: Rig, new: Rig, stay: Staying) -> None:
     sensed, now = len(old.moments.marks) - shown, new.moments
     count = len(now.marks) - shown
 
-    def marks(target: npt.NDArray[np.float64], source: npt.NDArray[np.float64]) -> None:
+    def marks(target: FloatArray, source: FloatArray) -> None:
         _fill_columns(target[..., :count], source[..., :sensed], stay.marks[:sensed])
         target[..., count:] = source[..., sensed:]
 
@@ -129,13 +129,13 @@ def _ends(rig: Rig) -> tuple[int, int]:
     return rig.model.nq, rig.model.nq + rig.model.nv
 
 
-def _fill(target: npt.NDArray[Any], source: npt.NDArray[Any], stay: Rows) -> None:
+def _fill(target: npt.NDArray[Any], source: npt.NDArray[Any], stay: BoolArray) -> None:
     """Write the rows that stay to the beginning."""
     kept = source[stay]
     target[: len(kept)] = kept
 
 
-def _fill_columns(target: npt.NDArray[np.float64], source: npt.NDArray[np.float64], stay: Rows) -> None:
+def _fill_columns(target: FloatArray, source: FloatArray, stay: BoolArray) -> None:
     """The same for the last axis."""
     kept = source[..., stay]
     target[..., : kept.shape[-1]] = kept

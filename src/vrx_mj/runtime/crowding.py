@@ -9,13 +9,12 @@ from contextlib import contextmanager
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError
 
 __all__ = ["arena_bytes", "check_room", "crowded", "fitting", "most_contacts", "row_arena_bytes"]
 
-Rows = npt.NDArray[np.bool_]
 
 PER_THING, MOST = 4 << 20, 1 << 30
 """Address space for contacts and solver for each thing that was placed in a world, and at most [bytes]; memory is used
@@ -63,7 +62,7 @@ def row_arena_bytes(model: mujoco.MjModel) -> int:
     return min(int(wanted), int(model.narena))
 
 
-def _pairs(model: mujoco.MjModel, touching: Rows) -> Iterator[tuple[Rows, Rows]]:
+def _pairs(model: mujoco.MjModel, touching: BoolArray) -> Iterator[tuple[BoolArray, BoolArray]]:
     """Shapes of each two things, moving trees or what stands still, and of each tree with parts that may touch."""
     welded = model.body_weldid[model.geom_bodyid]
     thing = np.where(welded == 0, 0, model.body_rootid[model.geom_bodyid])
@@ -75,7 +74,7 @@ def _pairs(model: mujoco.MjModel, touching: Rows) -> Iterator[tuple[Rows, Rows]]
             yield one, other
 
 
-def _pair_contacts(model: mujoco.MjModel, one: Rows, other: Rows) -> int:
+def _pair_contacts(model: mujoco.MjModel, one: BoolArray, other: BoolArray) -> int:
     """Contacts of two things for which there is room, by the numbers of their shapes."""
     kinds, masks = (np.bitwise_or.reduce(values[one]) for values in (model.geom_contype, model.geom_conaffinity))
     if not ((kinds & model.geom_conaffinity[other]) | (masks & model.geom_contype[other])).any():
@@ -107,7 +106,7 @@ def fitting(data: mujoco.MjData) -> Iterator[None]:
         raise CommandError(crowded(int(data.ncon))) from error
 
 
-def check_room(model: mujoco.MjModel, qpos: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]) -> None:
+def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> None:
     """Refuse positions (rows, nq), in which boats' places are from these columns on, with too many contacts.
 
     Raises:

@@ -2,8 +2,8 @@
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.equilibrium import greatest_lift, settle
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
@@ -11,7 +11,6 @@ from vrx_mj.runtime.rig import Rig
 
 __all__ = ["Afloat"]
 
-Floats = npt.NDArray[np.float64]
 LATER = 1e-3
 """Of two moments between which a boat's motion with the water is measured [s]."""
 LEAN = 0.5
@@ -29,12 +28,12 @@ class Afloat:
         mujoco.mj_comPos(model, data)
         bodies = rig.hulls["body"].astype(np.int64)
         self._rig, gravity = rig, -float(model.opt.gravity[2])
-        self._weights: Floats = model.body_subtreemass[bodies] * gravity
+        self._weights: FloatArray = model.body_subtreemass[bodies] * gravity
         turned = data.xmat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
         away = data.subtree_com[bodies] - data.xpos[bodies]
         self._centers = np.ascontiguousarray((turned @ away[:, :, None])[..., 0])
 
-    def largest_masses(self) -> Floats:
+    def largest_masses(self) -> FloatArray:
         """(boats,): factors of mass up to which boats float at rest on a calm; beyond, an end goes under.
 
         Found by halving, below the factor with which all that can be under water just carries the weight.
@@ -51,7 +50,7 @@ class Afloat:
 
     def pose(
         self, boat: int, waves: Table, place: tuple[float, float, float], time: float, mass: float = 1.0
-    ) -> tuple[Floats, Floats]:
+    ) -> tuple[FloatArray, FloatArray]:
         """Pose and velocity, (6,) each, with which a boat goes up and down with the water.
 
         Args:
@@ -75,6 +74,6 @@ class Afloat:
             velocity[2:5] = (later[2:5] - now[2:5]) / LATER  # tilted by a few degrees, body and world axes are alike
         return now, velocity
 
-    def _settled(self, boat: int, waves: Table, pose: Floats, time: float, mass: float) -> bool:
+    def _settled(self, boat: int, waves: Table, pose: FloatArray, time: float, mass: float) -> bool:
         rig, weight = self._rig, mass * self._weights[boat]
         return bool(settle(rig.hulls[boat], rig.stations, waves, rig.sea[0], weight, self._centers[boat], pose, time))

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotation_matrix, shift, zero_wrench
@@ -15,8 +16,6 @@ from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_velocity
 from vrx_mj.runtime.loop import update_force
 from vrx_mj.runtime.rig import Rig
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Forces(dict[str, FloatArray]):

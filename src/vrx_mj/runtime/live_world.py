@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 
 import mujoco
-import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
@@ -295,7 +294,7 @@ class LiveWorld:
             case ShowSymbol(placard, symbol):
                 self.displays.set_placard(placard, symbol)
 
-    def frame(self, row: npt.NDArray[np.float64], messages: Sequence[Message]) -> None:
+    def frame(self, row: FloatArray, messages: Sequence[Message]) -> None:
         """Give the listeners a frame that the referee looked at."""
         for listener in self.sampler.listeners:
             listener.frame(self.time, row, messages)

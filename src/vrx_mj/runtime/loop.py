@@ -6,8 +6,8 @@ velocity that the last step left, and to the time at which this one ends.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.flotation import (
     add_flotation_drag,
@@ -56,20 +56,19 @@ mj_fwd_acceleration, mj_fwd_constraint = engine.mj_fwd_acceleration, engine.mj_f
 mj_euler, mj_kinematics = engine.mj_euler, engine.mj_kinematics
 
 Address = int
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.integer]
 
 
 # fmt: off
 @allocating_kernel
 def advance(
-    model: Address, quiet: Address, data: Address, qpos: Floats, qvel: Floats, xfrc_applied: Floats,
-    qfrc_applied: Floats, qfrc_constraint: Floats, inertia: Floats, inertia_row: Ints, sea: Table, waves: Table,
-    wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table, thruster_state: Table,
-    floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table, waypoints: Table,
-    follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table, movers: Table,
-    obstacles: Table, look: Table, clocks: Table, moments: Floats, marks: Floats, contacts: Floats, touches: Floats,
-    sampling: Ints, samples: Floats, time: float, dt: float, steps: int,
+    model: Address, quiet: Address, data: Address, qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray,
+    qfrc_applied: FloatArray, qfrc_constraint: FloatArray, inertia: FloatArray, inertia_row: IntArray, sea: Table,
+    waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
+    thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
+    waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
+    movers: Table, obstacles: Table, look: Table, clocks: Table, moments: FloatArray, marks: FloatArray,
+    contacts: FloatArray, touches: FloatArray, sampling: IntArray, samples: FloatArray, time: float, dt: float,
+    steps: int,
 ) -> int:
     """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
 
@@ -79,11 +78,10 @@ def advance(
     (qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state, hulls,
      stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
      follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
-     contacts, touches, sampling, samples) = without_refcount((
-        qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state,
-        hulls, stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
-        follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
-        contacts, touches, sampling, samples))
+     contacts, touches, sampling, samples) = without_refcount((qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint,
+     inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations, thrusters, thruster_state, floats, elements,
+     float_state, element_state, followers, waypoints, follower_state, blocks, block_state, raft_work, moorings, movers,
+     obstacles, look, clocks, moments, marks, contacts, touches, sampling, samples))
     added, damping, done, quiet_before, touched = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False, False
     while done < steps and not touched and not full(sampling, samples) and not diverged(qpos, qvel):
         sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
@@ -114,7 +112,7 @@ def advance(
 def push_hulls(
     hulls: Table, stations: Table, thrusters: Table, thruster_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, time: float, dt: float,
+    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, qfrc_applied: FloatArray, time: float, dt: float,
 ) -> None:  # fmt: skip
     """Let water, wind and their thrusters push all hulls."""
     for i in range(hulls.size):
@@ -139,8 +137,8 @@ def load_on_hull(
 @kernel
 def move(
     model: Address, data: Address,
-    qpos: Floats, qvel: Floats, inertia: Floats, inertia_row: Ints, hulls: Table, added: Floats,
-    floats: Table, damping: Floats, blocks: Table, raft_work: Table, idle: bool,
+    qpos: FloatArray, qvel: FloatArray, inertia: FloatArray, inertia_row: IntArray, hulls: Table, added: FloatArray,
+    floats: Table, damping: FloatArray, blocks: Table, raft_work: Table, idle: bool,
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
@@ -178,7 +176,7 @@ def move(
 @kernel
 def thrust(
     hull: Record, body: Motion, thrusters: Table, state: Table,
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, qfrc_applied: Floats, time: float, dt: float,
+    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, qfrc_applied: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
 
@@ -218,7 +216,7 @@ def push_floats(
     floats: Table, elements: Table, float_state: Table, element_state: Table,
     followers: Table, waypoints: Table, follower_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, damping: Floats, time: float, dt: float,
+    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, damping: FloatArray, time: float, dt: float,
 ) -> None:  # fmt: skip
     """Let water, wind and their own strength push all floating objects."""
     for i in range(floats.size):
@@ -233,7 +231,7 @@ def push_floats(
 def push_docks(
     blocks: Table, block_state: Table, raft_work: Table, moorings: Table, elements: Table, element_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, xfrc_applied: Floats, time: float, dt: float,
+    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, time: float, dt: float,
 ) -> None:  # fmt: skip
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     for i in range(blocks.size):
@@ -251,7 +249,7 @@ def floating(
     item: Record, elements: Table, state: Record, water: Table,
     followers: Table, waypoints: Table, follower_state: Table,
     waves: Table, sea: Record, air: tuple[float, float],
-    qpos: Floats, qvel: Floats, damping: Floats, time: float, dt: float,
+    qpos: FloatArray, qvel: FloatArray, damping: FloatArray, time: float, dt: float,
 ) -> Wrench:  # fmt: skip
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; none on what is held."""
     if state.held != 0:
@@ -272,7 +270,7 @@ def floating(
 
 
 @kernel
-def apply(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
+def apply(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
     """Write a wrench about a body's centre of mass into its row of `xfrc_applied`."""
     row = xfrc_applied[body]
     row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
@@ -280,7 +278,7 @@ def apply(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
 
 
 @kernel
-def apply_more(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
+def apply_more(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
     """Add a wrench about a body's centre of mass to its row of `xfrc_applied`."""
     row = xfrc_applied[body]
     for k in range(6):
@@ -288,7 +286,7 @@ def apply_more(xfrc_applied: Floats, body: int, wrench: Wrench) -> None:
 
 
 @kernel
-def add_to_inertia(inertia: Floats, inertia_row: Ints, dof: int, added: Floats) -> None:
+def add_to_inertia(inertia: FloatArray, inertia_row: IntArray, dof: int, added: FloatArray) -> None:
     """Add a symmetric (6, 6) to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
 
     A row holds its ancestors' columns in order, and a free joint at the root has none but its own.
@@ -300,7 +298,7 @@ def add_to_inertia(inertia: Floats, inertia_row: Ints, dof: int, added: Floats) 
 
 
 @kernel
-def note_touches(contacts: Floats, touches: Floats, time: float) -> None:
+def note_touches(contacts: FloatArray, touches: FloatArray, time: float) -> None:
     """Keep in `touches` the time [s] of the last contact that each of MuJoCo's contact sensors found."""
     for i in range(touches.size):
         if contacts[i] > 0.0:
@@ -308,7 +306,7 @@ def note_touches(contacts: Floats, touches: Floats, time: float) -> None:
 
 
 @kernel
-def diverged(qpos: Floats, qvel: Floats) -> bool:
+def diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
     """Tell whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
     for value in qpos:
@@ -319,15 +317,15 @@ def diverged(qpos: Floats, qvel: Floats) -> bool:
 
 
 @kernel
-def full(sampling: Ints, samples: Floats) -> bool:
+def full(sampling: IntArray, samples: FloatArray) -> bool:
     """Tell whether there is no room for another row."""
     return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
 
 
 @kernel
 def sample(
-    qpos: Floats, qvel: Floats, marks: Floats, wind_state: Table, thruster_state: Table,
-    sampling: Ints, samples: Floats, time: float,
+    qpos: FloatArray, qvel: FloatArray, marks: FloatArray, wind_state: Table, thruster_state: Table,
+    sampling: IntArray, samples: FloatArray, time: float,
 ) -> None:  # fmt: skip
     """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, marks] if one is due.
 

@@ -10,15 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import StateError
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 
 __all__ = ["CLOCK", "Moment", "Moments", "capture"]
 
-Floats = npt.NDArray[np.float64]
 
 DUE = 1e-6
 """By how much a moment may come early [s]: time is a sum of steps, each rounded, which is off by 1e-8 s after 700 s."""
@@ -46,14 +45,16 @@ class Moment:
     """Number of the moment by its clock; 0 is at time 0."""
     time: float
     """[s]"""
-    qpos: Floats
-    qvel: Floats
-    marks: Floats
+    qpos: FloatArray
+    qvel: FloatArray
+    marks: FloatArray
     """What else there is: positions of beacons, shots left, what lights and placards show."""
 
 
 @kernel
-def capture(clocks: Table, moments: Floats, qpos: Floats, qvel: Floats, marks: Floats, time: float) -> None:
+def capture(
+    clocks: Table, moments: FloatArray, qpos: FloatArray, qvel: FloatArray, marks: FloatArray, time: float
+) -> None:
     """Let every clock whose next moment is due at `time` [s] catch it; `moments` has shape (clocks, 2, numbers)."""
     for k in range(clocks.size):
         clock = clocks[k]
@@ -65,7 +66,7 @@ def capture(clocks: Table, moments: Floats, qpos: Floats, qvel: Floats, marks: F
 
 
 @kernel
-def _copy(row: Floats, qpos: Floats, qvel: Floats, marks: Floats) -> None:
+def _copy(row: FloatArray, qpos: FloatArray, qvel: FloatArray, marks: FloatArray) -> None:
     for i in range(qpos.size):
         row[i] = qpos[i]
     for i in range(qvel.size):
@@ -93,7 +94,7 @@ class Moments:
         """Whether the clock of a rate has been started."""
         return bool((self.clocks["rate"] == rate).any())
 
-    def start(self, rate: float, qpos: Floats, qvel: Floats, time: float) -> None:
+    def start(self, rate: float, qpos: FloatArray, qvel: FloatArray, time: float) -> None:
         """Start the clock of a rate [1/s] with the present moment."""
         clock = np.array([(rate, math.floor((time + DUE) * rate), 0, time, np.nan)], CLOCK)
         row = np.zeros((1, *self.caught.shape[1:]))
@@ -101,11 +102,11 @@ class Moments:
         self.clocks = np.concatenate((self.clocks, clock))
         self.caught = np.concatenate((self.caught, row))
 
-    def catch(self, qpos: Floats, qvel: Floats, time: float) -> None:
+    def catch(self, qpos: FloatArray, qvel: FloatArray, time: float) -> None:
         """Let the clocks catch what is due now, as they do in the loop."""
         capture(self.clocks, self.caught, qpos, qvel, self.marks, time)
 
-    def renew(self, qpos: Floats, qvel: Floats, time: float) -> None:
+    def renew(self, qpos: FloatArray, qvel: FloatArray, time: float) -> None:
         """The state of `time` was changed by hand: moments of this very time are caught again."""
         for k in np.flatnonzero(self.clocks["time"] == time):
             self.caught[k, self.clocks["slot"][k]] = np.concatenate((qpos, qvel, self.marks))
@@ -144,7 +145,7 @@ class Moments:
         if not (np.isfinite(marks).all() and np.isfinite(caught).all()):
             raise StateError("the state has sensors' moments that are not finite")
 
-    def parts(self, block: bytes) -> tuple[Floats, Table, Floats]:
+    def parts(self, block: bytes) -> tuple[FloatArray, Table, FloatArray]:
         """Marks, clocks and moments, as views, of bytes that have the right size."""
         start, width = self.marks.nbytes, self.caught.shape[2]
         count = int(np.frombuffer(block, np.int64, 1, start)[0])
@@ -161,6 +162,6 @@ class Moments:
     def _size(self, count: int) -> int:
         return 8 + count * (CLOCK.itemsize + 16 * self.caught.shape[2]) + self.marks.nbytes
 
-    def _moment(self, index: int, time: float, row: Floats) -> Moment:
+    def _moment(self, index: int, time: float, row: FloatArray) -> Moment:
         end = self._nq + self._nv
         return Moment(index, time, row[: self._nq], row[self._nq : end], row[end:])

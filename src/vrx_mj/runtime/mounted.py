@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import mujoco
-import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import BallShooterConfig, PingerConfig, sensor_config
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
@@ -15,7 +14,6 @@ from vrx_mj.sensors.places import Mount, Place, carried
 
 __all__ = ["Mounted", "mounted", "start_marks"]
 
-Floats = npt.NDArray[np.float64]
 
 MARKS = {"pinger": 3, "ball_shooter": 1}
 """How many marks a kind of sensor has: its beacon's position [m], or the shots left."""
@@ -48,7 +46,7 @@ class Mounted:
         """Of the sensor, on its boat."""
         return str(self.config.name)
 
-    def place(self, qpos: Floats, qvel: Floats, mount: Mount | None = None) -> Place:
+    def place(self, qpos: FloatArray, qvel: FloatArray, mount: Mount | None = None) -> Place:
         """Where it is and how it moves in a state of the world, or another frame on the same body."""
         return carried(qpos[self.qpos : self.qpos + 7], qvel[self.dof : self.dof + 6], mount or self.mount)
 

@@ -5,9 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.motion import rotation_matrix
 
 if TYPE_CHECKING:
@@ -19,8 +17,6 @@ __all__ = ["TASK", "BoatObservation", "Observation"]
 
 TASK = "task"
 """The key of the task among the observations and the commands, which no boat may be called by."""
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,13 @@ import math
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table
 
 __all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles", "touch_begins", "unbound"]
 
-Floats = npt.NDArray[np.float64]
 
 SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
@@ -103,12 +102,12 @@ def obstacles(model: mujoco.MjModel) -> Table:
     return table
 
 
-def _colliding(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
+def _colliding(model: mujoco.MjModel) -> IntArray:
     return np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
 
 
 @kernel
-def apart(movers: Table, obstacles: Table, qpos: npt.NDArray[np.float64], look: Record) -> bool:
+def apart(movers: Table, obstacles: Table, qpos: FloatArray, look: Record) -> bool:
     """Tell whether nothing can touch anything at `qpos`; `look`, a row of LOOK, is kept between calls."""
     if look.wait > 0:
         look.wait -= 1
@@ -128,7 +127,7 @@ def apart(movers: Table, obstacles: Table, qpos: npt.NDArray[np.float64], look: 
 
 
 @kernel
-def _middle(mover: Record, qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
     """Return where the middle of a mover's sphere is [m]."""
     at, (x, y, z) = mover.qpos, (mover.middle[0], mover.middle[1], mover.middle[2])
     qw, qx, qy, qz = qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]
@@ -191,7 +190,7 @@ def _from_obstacles(movers: Table, obstacles: Table) -> float:
 
 
 @kernel
-def touch_begins(look: Record, alone: bool, hulls: Table, qfrc_constraint: Floats) -> bool:
+def touch_begins(look: Record, alone: bool, hulls: Table, qfrc_constraint: FloatArray) -> bool:
     """Tell whether a constraint pushes a boat, a contact or what holds it, if `look` is armed; disarm it then.
 
     `qfrc_constraint` is MuJoCo's, of the step that was just made.

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.drawing import drawing_model
@@ -44,7 +45,7 @@ NEVER = -1.0
 """Time [s] of a touch that was not."""
 
 
-def sound(name: str, values: npt.NDArray[Any], waypoints: npt.NDArray[np.int64]) -> bool:
+def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     """Whether a column of a table of state can be so; `waypoints` (n,) are how many each follower has."""
     if name == "target":
         return bool(((values >= 0) & (values < np.maximum(waypoints, 1))).all())
@@ -124,11 +125,11 @@ class Rig:
         self.moments.reset()
 
     @property
-    def display_marks(self) -> npt.NDArray[np.float64]:
+    def display_marks(self) -> FloatArray:
         """What lights and placards show now."""
         return self.shown(self.moments.marks)
 
-    def shown(self, marks: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def shown(self, marks: FloatArray) -> FloatArray:
         """Of all marks those of lights and placards: a view of the last ones."""
         return marks[len(marks) - sum(len(display.start) for display in self.displays) :]
 
@@ -178,7 +179,7 @@ class Rig:
         """How many of the bytes that `pack` gives bear on the motion; the rest are what sensors saw of it."""
         return sum(table.nbytes for table in self.state_tables) + self.moments.marks.nbytes
 
-    def check(self, flat: npt.NDArray[np.float64], block: bytes) -> None:
+    def check(self, flat: FloatArray, block: bytes) -> None:
         """Tell whether MuJoCo can take the numbers of a state, and `unpack` its bytes: kernels trust them.
 
         Raises:
@@ -232,13 +233,13 @@ class Rig:
             offset += table.nbytes
         self.moments.unpack(block[offset:])
 
-    def row(self, time: float) -> npt.NDArray[np.float64]:
+    def row(self, time: float) -> FloatArray:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""
         engines, now = self.thruster_state, [time, self.wind_state["speed"][0]]
         moving = self.data.qpos, self.data.qvel
         return np.concatenate((now, engines["thrust"], engines["angle"], *moving, self.display_marks))
 
-    def arguments(self, sampling: npt.NDArray[np.int64], samples: npt.NDArray[np.float64]) -> tuple[Any, ...]:
+    def arguments(self, sampling: IntArray, samples: FloatArray) -> tuple[Any, ...]:
         """What `advance` takes before time and steps."""
         model, data = self.model, self.data
         afloat = self.floats, self.elements, self.float_state, self.element_state

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import MOST_SEED
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import RUDDER, Record, Table
@@ -24,7 +25,6 @@ __all__ = [
     "which_rows",
 ]
 
-Floats = npt.NDArray[np.float64]
 Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
 
@@ -68,7 +68,7 @@ def _thrusts(thruster: Record) -> tuple[float, float]:
     return -float(abs(thruster["max_reverse"])), float(thruster["max_forward"])
 
 
-def which_rows(n: int, rows: Rows) -> npt.NDArray[np.int64]:
+def which_rows(n: int, rows: Rows) -> IntArray:
     """Return the numbers of the rows, of `n`, that are meant.
 
     Raises:
@@ -94,7 +94,7 @@ def _array(values: Any) -> npt.NDArray[Any]:
         return np.array(None)
 
 
-def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
+def row_seeds(which: IntArray, seed: Any) -> IntArray:
     """Return a seed for each of these rows: those given, or a number s and s + i in row i.
 
     Raises:
@@ -109,7 +109,7 @@ def row_seeds(which: npt.NDArray[np.int64], seed: Any) -> npt.NDArray[np.int64]:
     return given.astype(np.int64)
 
 
-def as_numbers(what: str, values: npt.ArrayLike) -> Floats:
+def as_numbers(what: str, values: npt.ArrayLike) -> FloatArray:
     """Return the values as an array.
 
     Raises:
@@ -124,7 +124,7 @@ def as_numbers(what: str, values: npt.ArrayLike) -> Floats:
     raise CommandError(f"invalid {what} {shown(values)}: an array of numbers is needed")
 
 
-def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> Floats:
+def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> FloatArray:
     """Return `size` numbers for each of `count` rows, (count, size).
 
     Raises:
@@ -137,7 +137,7 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> 
     return np.broadcast_to(given, (count, size))
 
 
-def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Floats:
+def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> FloatArray:
     """Return a number for each of `count` rows, (count,).
 
     Raises:
@@ -152,7 +152,7 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     return np.broadcast_to(given, (count,)).copy()
 
 
-def varied(count: int, **values: npt.ArrayLike | None) -> dict[str, Floats]:
+def varied(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
     """Return what `Batch.vary` was given, by name, a number for each of `count` rows; what is None is left out.
 
     Raises:

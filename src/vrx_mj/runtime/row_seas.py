@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Table
@@ -15,8 +16,6 @@ from vrx_mj.runtime.row_arguments import as_numbers
 
 __all__ = ["RowSeas", "row_heights"]
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 _f = np.float64
 NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,))], align=True)
 """Of the world's sea: angular frequency of its period [rad/s], and its direction."""
@@ -43,7 +42,7 @@ class RowSeas:
         east, north = self._nominal["direction"][0].tolist()
         return math.atan2(north, east)
 
-    def change(self, which: Ints, given: Mapping[str, Floats], phases: npt.ArrayLike | None) -> Table:
+    def change(self, which: IntArray, given: Mapping[str, FloatArray], phases: npt.ArrayLike | None) -> Table:
         """Change these rows' seas, and return their waves (rows, waves).
 
         Raises:
@@ -66,14 +65,14 @@ class RowSeas:
 
 
 @kernel
-def _stretch_rows(world: Table, nominal: Table, change: Table, phases: Floats, waves: Table) -> None:
+def _stretch_rows(world: Table, nominal: Table, change: Table, phases: FloatArray, waves: Table) -> None:
     """Write the waves of every row, (rows, waves)."""
     for i in range(change.size):
         stretched(world, nominal[0], change[i], phases[i], waves[i])
 
 
 @kernel
-def row_heights(waves: Table, sea: Table, x: Floats, y: Floats, t: Floats, out: Floats) -> None:
+def row_heights(waves: Table, sea: Table, x: FloatArray, y: FloatArray, t: FloatArray, out: FloatArray) -> None:
     """Write the heights of the rows' seas at points x and y, (rows, points), at times t, (rows,), to `out`."""
     for i in range(t.size):
         own = waves[i] if waves.shape[0] > 1 else waves[0]

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.ballast import with_scaled_mass
@@ -22,7 +23,6 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 
 __all__ = ["STACKED", "RowTables"]
 
-Floats = npt.NDArray[np.float64]
 STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
 """Tables that change from step to step, in the order in which a state has them."""
 CARRIED = (
@@ -52,8 +52,8 @@ class RowTables:
     _model: mujoco.MjModel
     _rig: Rig
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
-    _masses: Floats
-    _varied: dict[str, Floats]
+    _masses: FloatArray
+    _varied: dict[str, FloatArray]
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -88,7 +88,7 @@ class RowTables:
             set_integration_state(self._model_of(row), self._data[row], flat)
         self._observe()
 
-    def _warn_of_no_effect(self, given: Mapping[str, Floats]) -> None:
+    def _warn_of_no_effect(self, given: Mapping[str, FloatArray]) -> None:
         """Warn of parameters that change nothing: wind where it pushes nothing, waves where the sea has none."""
         rig, name = self._rig, self.world.name
         pushed = any(table["wind"].any() for table in (rig.hulls, rig.floats, rig.blocks))
@@ -101,7 +101,7 @@ class RowTables:
     def _model_of(self, row: int) -> mujoco.MjModel:
         return self._own_models.get(row, (self._model,))[0]
 
-    def _flat(self, row: int) -> Floats:
+    def _flat(self, row: int) -> FloatArray:
         """MuJoCo's state of a row."""
         return integration_state(self._model_of(row), self._data[row])
 
@@ -156,7 +156,7 @@ class RowTables:
                 found[name] = value, usual[name]
         return found
 
-    def _vary_wind(self, which: npt.NDArray[np.int64], given: dict[str, Floats]) -> None:
+    def _vary_wind(self, which: IntArray, given: dict[str, FloatArray]) -> None:
         """Give rows winds of their own."""
         for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
             if name in given:
@@ -165,7 +165,7 @@ class RowTables:
             toward = given["wind_direction"]
             self._wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
 
-    def _weigh(self, which: npt.NDArray[np.int64], factors: Floats) -> None:
+    def _weigh(self, which: IntArray, factors: FloatArray) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
         self._hulls = self._spread(self._hulls)
         self._masses[which] = factors

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import check_name, whole
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_vectors, which_rows
@@ -13,8 +14,6 @@ from vrx_mj.runtime.turns import Turn, in_turn
 
 __all__ = ["RowWater"]
 
-Floats = npt.NDArray[np.float64]
-
 
 class RowWater(RowTables):
     """The part of a batch that answers questions about its rows' seas."""
@@ -22,7 +21,7 @@ class RowWater(RowTables):
     _turn: Turn
 
     @property
-    def largest_masses(self) -> Floats:
+    def largest_masses(self) -> FloatArray:
         """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, an end goes under."""
         return self._afloat.largest_masses()
 
@@ -33,7 +32,7 @@ class RowWater(RowTables):
         return self._waves_of(row)
 
     @in_turn
-    def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Floats:
+    def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
         """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's present time.
 
         Raises:
@@ -48,7 +47,7 @@ class RowWater(RowTables):
         return out
 
     @in_turn
-    def afloat(self, boat: str, places: npt.ArrayLike, rows: Rows = None) -> tuple[Floats, Floats]:
+    def afloat(self, boat: str, places: npt.ArrayLike, rows: Rows = None) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6) each as in `set_boat`, with which a boat floats on the rows' present seas.
 
         Its weight is that of the row, engines included; wind and thrust are left out. A boat that the water cannot

@@ -7,11 +7,11 @@ of which all rows have the same are (1, count).
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numba import carray, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import motion
@@ -20,9 +20,6 @@ from vrx_mj.runtime.loop import advance
 
 __all__ = ["FEATURES", "ROW", "advance_rows", "observe_rows", "reset_rows", "write_rows"]
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.integer]
-Bools = npt.NDArray[np.bool_]
 
 _a = np.int64
 ROW = np.dtype(
@@ -57,7 +54,7 @@ def _of(stack: Any, row: int) -> Any:
 
 
 @allocating_kernel
-def _numbers(address: int, size: int) -> Floats:
+def _numbers(address: int, size: int) -> FloatArray:
     """The array of numbers at an address."""
     return carray(_pointer(address), (size,), np.float64)  # type: ignore[no-any-return]
 
@@ -65,13 +62,13 @@ def _numbers(address: int, size: int) -> Floats:
 # fmt: off
 @allocating_kernel
 def advance_rows(
-    first: int, last: int, rows: Table, bodies: int, inertia_size: int, inertia_row: Ints, qpos: Floats, qvel: Floats,
-    time: Floats, done: Ints, going: Bools,
-    sea: Table, waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
-    thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
-    waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
-    movers: Table, obstacles: Table, look: Table, clocks: Table, moments: Floats, marks: Floats, touches: Floats,
-    sampling: Ints, samples: Floats, dt: float, steps: int,
+    first: int, last: int, rows: Table, bodies: int, inertia_size: int, inertia_row: IntArray, qpos: FloatArray,
+    qvel: FloatArray, time: FloatArray, done: IntArray, going: BoolArray, sea: Table, waves: Table, wind: Table,
+    wind_state: Table, hulls: Table, stations: Table, thrusters: Table, thruster_state: Table, floats: Table,
+    elements: Table, float_state: Table, element_state: Table, followers: Table, waypoints: Table,
+    follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table, movers: Table,
+    obstacles: Table, look: Table, clocks: Table, moments: FloatArray, marks: FloatArray, touches: FloatArray,
+    sampling: IntArray, samples: FloatArray, dt: float, steps: int,
 ) -> None:
     """Advance the rows from `first` up to `last` by `steps` physics steps of `dt` [s].
 
@@ -101,7 +98,7 @@ def advance_rows(
 
 
 @allocating_kernel
-def reset_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
+def reset_rows(which: IntArray, rows: Table, qpos: FloatArray, qvel: FloatArray) -> None:
     """Bring MuJoCo's part of some rows back to the start."""
     for i in which:
         mj_reset_data(rows[i].model, rows[i].data)
@@ -110,7 +107,7 @@ def reset_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
 
 
 @allocating_kernel
-def write_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
+def write_rows(which: IntArray, rows: Table, qpos: FloatArray, qvel: FloatArray) -> None:
     """Have MuJoCo's part of some rows take over what `qpos` and `qvel` say."""
     for i in which:
         own_qpos, own_qvel = _numbers(rows[i].qpos, qpos.shape[1]), _numbers(rows[i].qvel, qvel.shape[1])
@@ -119,7 +116,7 @@ def write_rows(which: Ints, rows: Table, qpos: Floats, qvel: Floats) -> None:
 
 
 @kernel
-def observe_rows(first: int, last: int, hulls: Table, qpos: Floats, qvel: Floats, features: Floats) -> None:
+def observe_rows(first: int, last: int, hulls: Table, qpos: FloatArray, qvel: FloatArray, features: FloatArray) -> None:
     """Write what is seen of every boat of the rows from `first` up to `last` to `features`, (n, boats, FEATURES)."""
     for i in range(first, last):
         for k in range(hulls.shape[1]):
@@ -127,7 +124,7 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: Floats, qvel: Floats
 
 
 @kernel
-def _observe(hull: Record, qpos: Floats, qvel: Floats, out: Floats) -> None:
+def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) -> None:
     body = motion(qpos, qvel, hull.qpos, hull.dof)
     for k in range(7):
         out[k] = qpos[hull.qpos + k]

@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.tasks.frame import Message
 
 __all__ = ["Listener", "Sampler", "check_listener"]
 
-FloatArray = npt.NDArray[np.float64]
 
 STRIDE, COUNTDOWN, FILLED = 0, 1, 2
 """Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.kernel import cached
 from vrx_mj.physics.surface import draw_surface
@@ -84,7 +84,7 @@ class Sights:
 
 
 def painted(
-    model: mujoco.MjModel, displays: Sequence[Display], marks: npt.NDArray[np.float64], time: float
+    model: mujoco.MjModel, displays: Sequence[Display], marks: FloatArray, time: float
 ) -> dict[int, tuple[float, ...]]:
     """Colours of lights and placards by the numbers of their geoms in a model, by their marks at a time [s]."""
     now = np.array([time])

@@ -9,10 +9,9 @@ from threading import get_ident
 from typing import Any
 
 import mujoco
-import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, as_seed, as_text, check_kind, check_name, whole
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
@@ -509,7 +508,7 @@ class Simulation:
         listener.rows(self.row()[None])
         self._live.renew_arguments()
 
-    def row(self) -> npt.NDArray[np.float64]:
+    def row(self) -> FloatArray:
         """Row of the current time, as listeners get it."""
         return self._live.rig.row(self.time)
 

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_path, check_kind
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError, shortened
@@ -68,7 +68,7 @@ class State:
     """Seed of the run."""
     time: float
     """Simulated time [s]."""
-    mujoco: npt.NDArray[np.float64]
+    mujoco: FloatArray
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
     ours: bytes
     """Bytes of the compiled loop's state: gusts, commands, servos, wave memory, shots, beacons, sensors' moments."""
@@ -192,14 +192,14 @@ class State:
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.float64]:
+def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
     flat = np.empty(mujoco.mj_stateSize(model, SIGNATURE))
     mujoco.mj_getState(model, data, flat, SIGNATURE)
     return flat
 
 
-def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: npt.NDArray[np.float64]) -> None:
+def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: FloatArray) -> None:
     """Write back what `integration_state` gave."""
     mujoco.mj_setState(model, data, flat, SIGNATURE)
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_text
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
@@ -26,7 +26,6 @@ from vrx_mj.tasks.registry import make_referee
 
 __all__ = ["TaskObservation", "TaskRunner"]
 
-FloatArray = npt.NDArray[np.float64]
 NEVER = 1 << 62
 """Steps to the next frame where there is no task, or no more."""
 TaskObservation = Mapping[str, Any]

@@ -4,15 +4,14 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.tables import RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, thrust_force
 from vrx_mj.runtime.rig import Rig
 
 __all__ = ["Thruster", "thrusters"]
 
-FloatArray = npt.NDArray[np.float64]
 SAMPLES = 401
 """Commands at which the mapping is tabulated."""
 DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")

@@ -6,13 +6,13 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import gust_step
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import as_numbers
 
-FloatArray = npt.NDArray[np.float64]
 FORESEEN = 1e5
 """Time up to which gusts can be asked for at any time [s]: each is drawn after the one before."""
 

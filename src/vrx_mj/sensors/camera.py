@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.physics.noise import bits
 from vrx_mj.physics.surface import HORIZON
@@ -21,8 +21,6 @@ from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
 
 __all__ = ["Cameras"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Cameras:

@@ -10,8 +10,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.errors import RenderError
 from vrx_mj.sensors.gl import check_process, is_forked, new_context
 from vrx_mj.sensors.sea import SeaSkin
@@ -82,7 +82,7 @@ class Canvas:
         data: mujoco.MjData,
         view: View,
         sea: SeaSkin,
-        out: npt.NDArray[np.uint8],
+        out: ByteArray,
         add: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `add` adds geoms to the scene."""

@@ -6,8 +6,8 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
 from vrx_mj.errors import StateError
 
@@ -16,8 +16,6 @@ __all__ = [
     "next_symbol", "symbol_mark",
 ]  # fmt: skip
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 CODES = (*LIGHT_COLORS, OFF)
 """What a light shows, by its number."""
@@ -54,7 +52,7 @@ class Display:
     marks: slice
     """Where its marks are among those of all displays."""
 
-    def codes(self, marks: Floats, time: Floats) -> Ints:
+    def codes(self, marks: FloatArray, time: FloatArray) -> IntArray:
         """What it shows (n,), as a number, by rows of all displays' marks (n, m) at times (n,) [s]."""
         own = marks[:, self.marks]
         return light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
@@ -66,13 +64,13 @@ class Display:
         color, shape = SYMBOLS[code].split("_")
         return {part: (*RGB[color], float(part == shape)) for part in self.parts}
 
-    def shows(self, marks: Floats, time: float) -> str:
+    def shows(self, marks: FloatArray, time: float) -> str:
         """`red`, or `off`, or `red_circle`, by all displays' marks (m,) at a time [s]."""
         code = int(self.codes(marks[None], np.array([time]))[0])
         return CODES[code] if self.kind == "light" else SYMBOLS[code]
 
 
-def light_codes(marks: Floats, time: Floats) -> Ints:
+def light_codes(marks: FloatArray, time: FloatArray) -> IntArray:
     """Numbers of the colours (n,) that a light shows, by rows of its marks (n, 7) at times (n,) [s].
 
     Each of its three colours lasts a second, then it is dark for two.
@@ -83,14 +81,14 @@ def light_codes(marks: Floats, time: Floats) -> Ints:
     return np.where(time + EARLY < marks[:, UNTIL], marks[:, HELD], shown).astype(np.int64)
 
 
-def new_pattern(marks: Floats, colors: Sequence[str], time: float) -> None:
+def new_pattern(marks: FloatArray, colors: Sequence[str], time: float) -> None:
     """Give a light's marks (7,) another pattern at a time [s]: its sequence begins a second later."""
     held = light_codes(marks[None], np.array([time]))[0]
     marks[:3] = [CODES.index(color) for color in colors]
     marks[HELD], marks[SINCE], marks[UNTIL] = held, time + BEAT, time + BEAT
 
 
-def next_pattern(marks: Floats, time: float) -> None:
+def next_pattern(marks: FloatArray, time: float) -> None:
     """Shuffle a light at a time [s]: it goes on with the next of VRX's patterns from the next beat on."""
     if time + EARLY >= marks[UNTIL]:
         marks[HELD] = light_codes(marks[None], np.array([time]))[0]
@@ -106,12 +104,12 @@ def symbol_mark(symbol: str) -> float:
     return float(SYMBOLS.index(symbol))
 
 
-def next_symbol(marks: Floats) -> None:
+def next_symbol(marks: FloatArray) -> None:
     """Shuffle a placard's mark (1,)."""
     marks[0] = (marks[0] + 1.0) % len(SYMBOLS)
 
 
-def check_display_marks(displays: Sequence[Display], marks: Floats) -> None:
+def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
     """Check rows of all displays' marks (n, m): what names a colour, a pattern or a symbol does so.
 
     Raises:

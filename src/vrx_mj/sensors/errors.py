@@ -7,15 +7,13 @@ drift has the standard deviation that is configured. VRX configures none.
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.physics.errors import axis_error
 from vrx_mj.physics.noise import stream_key
 
 __all__ = ["Draw", "axis_of", "covariance", "errors", "variances"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Draw:

@@ -6,12 +6,12 @@ from statistics import NormalDist
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import bits
 
 __all__ = ["copy_flipped", "grain_table", "with_grain"]
 
-Bytes = npt.NDArray[np.uint8]
 LEVELS = 4096
 """Quantiles of the normal distribution that a pixel's noise is one of: 12 random bits choose it."""
 
@@ -33,7 +33,7 @@ def grain_table(noise: float) -> npt.NDArray[np.int32]:
 
 
 @kernel
-def with_grain(drawn: Bytes, table: npt.NDArray[np.int32], key: np.uint64, out: Bytes) -> None:
+def with_grain(drawn: ByteArray, table: npt.NDArray[np.int32], key: np.uint64, out: ByteArray) -> None:
     """Write `drawn` (height, width, 3), whose first row is the lowest, into `out`, first row highest, with noise.
 
     A pixel's three channels get the same number of stream `key`, as VRX's do.
@@ -51,6 +51,6 @@ def with_grain(drawn: Bytes, table: npt.NDArray[np.int32], key: np.uint64, out: 
                 target[column, channel] = np.uint8(min(max(np.int32(source[column, channel]) + change, 0), 255))
 
 
-def copy_flipped(drawn: Bytes, out: Bytes) -> None:
+def copy_flipped(drawn: ByteArray, out: ByteArray) -> None:
     """Write `drawn`, whose first row is the lowest, into `out`, first row highest."""
     np.copyto(out, drawn[::-1])

@@ -4,8 +4,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
 from vrx_mj.sensors.errors import Draw, axis_of, covariance, errors, variances
 from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
@@ -22,7 +22,7 @@ _NO_ERRORS = ErrorModel()
 
 
 def inertia(
-    config: ImuConfig, place: Place, before: Place | None, interval: float, gravity: npt.NDArray[np.float64], draw: Draw
+    config: ImuConfig, place: Place, before: Place | None, interval: float, gravity: FloatArray, draw: Draw
 ) -> Inertia:
     """What a unit at `place` says, that was at the place `before` an `interval` [s] ago.
 
@@ -58,7 +58,7 @@ def covariances(config: ImuConfig) -> Covariances:
     )
 
 
-def _with_errors(config: ImuConfig, orientation: npt.NDArray[np.float64], draw: Draw) -> npt.NDArray[np.float64]:
+def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw) -> FloatArray:
     """(4,) the orientation turned about the world's z axis by the heading's error, and about its own x and y axes."""
     turned = product(_turn(axis_of(config.heading, draw, _HEADING, 2), 3), orientation)
     if config.tilt == _NO_ERRORS:
@@ -68,7 +68,7 @@ def _with_errors(config: ImuConfig, orientation: npt.NDArray[np.float64], draw: 
     return turned
 
 
-def _turn(angle: float, place: int) -> npt.NDArray[np.float64]:
+def _turn(angle: float, place: int) -> FloatArray:
     """(4,) quaternion of a turn [rad] about the axis that has this place in it."""
     quaternion = np.array([math.cos(angle / 2.0), 0.0, 0.0, 0.0])
     quaternion[place] = math.sin(angle / 2.0)

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import normal
@@ -20,8 +21,6 @@ from vrx_mj.sensors.sea_returns import cast_at_sea
 from vrx_mj.sensors.windows import angles, grid
 
 __all__ = ["Lidar", "Water", "noisy"]
-
-Floats = npt.NDArray[np.float64]
 
 
 class Water(NamedTuple):
@@ -81,7 +80,7 @@ class Lidar:
         noisy(config.noise, config.resolution, np.uint64(key), first, found)
         return self._cloud(found) if config.output == "points" else self._planar(found)
 
-    def ranges(self, data: mujoco.MjData, sea: Water | None = None) -> Floats:
+    def ranges(self, data: mujoco.MjData, sea: Water | None = None) -> FloatArray:
         """The true distances (rays,) to what the rays meet, infinite where nothing is within the range [m].
 
         They go sample by sample, in each from ring 0 up. `data` and `sea` are those of `scan`.
@@ -98,28 +97,28 @@ class Lidar:
         found[found >= self._config.range[1]] = np.inf
         return found
 
-    def _cloud(self, found: Floats) -> PointCloud:
+    def _cloud(self, found: FloatArray) -> PointCloud:
         near, far = self._config.range
         valid = np.flatnonzero((found > near) & (found < far))
         points = (found[valid, None] * self._directions[valid]).astype(np.float32)
         ring = (valid % self._config.rings).astype(np.uint16)
         return PointCloud(points, np.zeros(len(valid), np.float32), ring)
 
-    def _planar(self, found: Floats) -> Scan:
+    def _planar(self, found: FloatArray) -> Scan:
         near, far = self._config.range
         ranges = np.where(np.isfinite(found), np.clip(found, near, far), np.inf).astype(np.float32)
         first, step = (float(value) for value in self._rays["azimuth"][0])
         return Scan(ranges, first, first + step * (self._config.samples - 1), step, near, far)
 
 
-def _directions(elevation: Floats, azimuth: Floats) -> Floats:
+def _directions(elevation: FloatArray, azimuth: FloatArray) -> FloatArray:
     """Unit vectors in the sensor's frame, (samples * rings, 3): sample by sample, in each from ring 0 up."""
     up, course = (angle.reshape(-1) for angle in np.meshgrid(elevation, azimuth))
     return np.stack((np.cos(up) * np.cos(course), np.cos(up) * np.sin(course), np.sin(up)), axis=1)
 
 
 @kernel
-def noisy(noise: float, resolution: float, key: np.uint64, first: np.uint64, found: Floats) -> None:
+def noisy(noise: float, resolution: float, key: np.uint64, first: np.uint64, found: FloatArray) -> None:
     """Add noise of standard deviation `noise` to finite distances and round them to multiples of `resolution` [m].
 
     Ray `i` takes number `first` + i of stream `key`. A `resolution` of zero leaves distances as they are.

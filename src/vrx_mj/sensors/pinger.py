@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import PingerConfig
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
@@ -13,7 +11,7 @@ from vrx_mj.sensors.readings import Sound
 __all__ = ["sound"]
 
 
-def sound(config: PingerConfig, place: Place, beacon: npt.NDArray[np.float64], draw: Draw) -> Sound:
+def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) -> Sound:
     """Range, bearing and elevation of a beacon [m, ENU], from `place` and in its axes."""
     x, y, z = place.rotation.T @ (beacon - place.position)
     return Sound(

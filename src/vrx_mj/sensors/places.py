@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.motion import rotation_matrix
 
 __all__ = ["Mount", "Place", "carried", "conjugate", "product", "rotation_vector"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

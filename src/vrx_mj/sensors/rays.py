@@ -13,14 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.sensors.windows import ray_count, sample_window, turns, whole, window
 
 __all__ = ["VIEW", "Shapes", "cast", "reflecting", "shapes_of"]
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
 
 _DEPTH = 128
 """Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
@@ -59,24 +58,24 @@ _ray_hfield = c_function("mj_rayHfield", types.float64, _at, _at, types.int32, _
 class Shapes(NamedTuple):
     """MuJoCo's arrays of geoms and of the trees of boxes in which it keeps the faces of meshes."""
 
-    kind: Ints
-    mesh: Ints
-    size: Floats
-    bounds: Floats
+    kind: IntArray
+    mesh: IntArray
+    size: FloatArray
+    bounds: FloatArray
     """Of a geom: centre and half edges of the box about it, in its frame."""
-    pos: Floats
-    mat: Floats
-    tree: Ints
+    pos: FloatArray
+    mat: FloatArray
+    tree: IntArray
     """Of a mesh: where its nodes start."""
-    box: Floats
+    box: FloatArray
     """Of a node: centre and half edges, in the mesh's frame."""
-    child: Ints
+    child: IntArray
     """Of a node: its halves, counted from the tree's start; negative: none."""
-    leaf: Ints
+    leaf: IntArray
     """Of a node: its face, counted from the mesh's first; negative: it has halves."""
-    face_start: Ints
-    vertex_start: Ints
-    face: Ints
+    face_start: IntArray
+    vertex_start: IntArray
+    face: IntArray
     vertex: npt.NDArray[np.float32]
 
 
@@ -100,7 +99,7 @@ def shapes_of(model: mujoco.MjModel, data: mujoco.MjData) -> Shapes:
     )
 
 
-def reflecting(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
+def reflecting(model: mujoco.MjModel) -> IntArray:
     """The numbers of the geoms that a lidar sees: what is looked at, and what collides where there is no such.
 
     Water is in neither group. What is wholly transparent is not seen, nor is a signed distance field.
@@ -114,7 +113,7 @@ def reflecting(model: mujoco.MjModel) -> npt.NDArray[np.int64]:
 
 
 @kernel
-def _distance(view: Any, rays: Any, direction: Floats, shapes: Shapes, geom: int) -> float:
+def _distance(view: Any, rays: Any, direction: FloatArray, shapes: Shapes, geom: int) -> float:
     """Return how far a ray goes from the near end of the range until it meets a geom [m]; negative: it does not."""
     turned, origin = view.rotation, view.origin
     for i in range(3):
@@ -149,7 +148,7 @@ def _set_corner(view: Any, corner: int, x: float, y: float, z: float) -> None:
 
 
 @kernel
-def _box_window(view: Any, rays: Any, box: Floats) -> tuple[int, int, float, float]:
+def _box_window(view: Any, rays: Any, box: FloatArray) -> tuple[int, int, float, float]:
     """Return the window of a box in the present geom's frame: its centre and half edges [m]."""
     for corner in range(8):
         x = box[0] + (box[3] if corner & 1 else -box[3])
@@ -160,7 +159,9 @@ def _box_window(view: Any, rays: Any, box: Floats) -> tuple[int, int, float, flo
 
 
 @kernel
-def _meet_shape(view: Any, rays: Any, directions: Floats, shapes: Shapes, geom: int, seen: Any, found: Floats) -> None:
+def _meet_shape(
+    view: Any, rays: Any, directions: FloatArray, shapes: Shapes, geom: int, seen: Any, found: FloatArray
+) -> None:
     """Shorten the rays of a window that meet a geom."""
     lowest, highest, azimuth, half = seen
     first, last = turns(rays, azimuth, half)
@@ -174,7 +175,7 @@ def _meet_shape(view: Any, rays: Any, directions: Floats, shapes: Shapes, geom: 
 
 
 @kernel
-def _to_face(corners: Floats, x: float, y: float, z: float) -> float:
+def _to_face(corners: FloatArray, x: float, y: float, z: float) -> float:
     """Return how far a ray along the unit vector (x, y, z) goes until it meets a triangle; negative: it does not.
 
     From either side; Moeller and Trumbore (1997). The ray begins at the origin of the corners' frame.
@@ -193,7 +194,7 @@ def _to_face(corners: Floats, x: float, y: float, z: float) -> float:
 
 
 @kernel
-def _crosses(view: Any, box: Floats, begin: float, end: float) -> bool:
+def _crosses(view: Any, box: FloatArray, begin: float, end: float) -> bool:
     """Tell whether the present ray is in a box anywhere between two distances [m]."""
     for i in range(3):
         centre, half, slope = box[i] - view.eye[i], box[3 + i] + _PAD, view.along[i]
@@ -237,13 +238,13 @@ def _descend(view: Any, rays: Any, shapes: Shapes, mesh: int, node: int, waiting
 def _meet_part(
     view: Any,
     rays: Any,
-    directions: Floats,
+    directions: FloatArray,
     shapes: Shapes,
     mesh: int,
     node: int,
     waiting: int,
     seen: Any,
-    found: Floats,
+    found: FloatArray,
 ) -> None:
     """Shorten the rays of a window that meet a part of a mesh: what is below a node of its tree."""
     lowest, highest, azimuth, half = seen
@@ -260,7 +261,9 @@ def _meet_part(
 
 
 @kernel
-def _meet_face(view: Any, rays: Any, directions: Floats, shapes: Shapes, mesh: int, face: int, found: Floats) -> None:
+def _meet_face(
+    view: Any, rays: Any, directions: FloatArray, shapes: Shapes, mesh: int, face: int, found: FloatArray
+) -> None:
     """Shorten the rays that meet a face of a mesh."""
     vertices = shapes.face[shapes.face_start[mesh] + face]
     for corner in range(3):
@@ -279,7 +282,7 @@ def _meet_face(view: Any, rays: Any, directions: Floats, shapes: Shapes, mesh: i
 
 
 @kernel
-def _meet_mesh(view: Any, rays: Any, directions: Floats, shapes: Shapes, mesh: int, found: Floats) -> None:
+def _meet_mesh(view: Any, rays: Any, directions: FloatArray, shapes: Shapes, mesh: int, found: FloatArray) -> None:
     """Shorten the rays that meet a mesh: down its tree of boxes, as long as many rays may meet one."""
     root, count = shapes.tree[mesh], 1
     view.waiting[0] = 0
@@ -302,10 +305,10 @@ def _meet_mesh(view: Any, rays: Any, directions: Floats, shapes: Shapes, mesh: i
 def cast(
     view: Any,
     rays: Any,
-    directions: Floats,
+    directions: FloatArray,
     shapes: Shapes,
-    geoms: npt.NDArray[np.int64],
-    found: Floats,
+    geoms: IntArray,
+    found: FloatArray,
 ) -> None:
     """Write how far each ray goes until it meets one of `geoms`: beyond `rays.near`, else infinity [m].
 

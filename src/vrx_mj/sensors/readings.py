@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.sensors.places import Mount
 
 __all__ = ["CameraInfo", "Fix", "Image", "Inertia", "PointCloud", "Reading", "Scan", "Shooter", "Sound", "Truth"]
 
-FloatArray = npt.NDArray[np.float64]
 EXACT = (0.0,) * 9
 """Covariance of what has no errors."""
 
@@ -39,7 +39,7 @@ class CameraInfo:
 class Image:
     """A picture of a camera, in the optical frame (z forward, x right, y down)."""
 
-    rgb: npt.NDArray[np.uint8]
+    rgb: ByteArray
     """Pixels, (height, width, 3), red, green and blue from 0 to 255."""
     info: CameraInfo
     """Intrinsics of the camera."""

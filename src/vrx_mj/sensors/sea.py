@@ -5,15 +5,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import draw_surface, fan, ripples
 from vrx_mj.physics.waves import surface_heights
 
 __all__ = ["SeaSkin"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class SeaSkin:

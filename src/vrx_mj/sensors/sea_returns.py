@@ -3,9 +3,7 @@
 import math
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.cosine import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record, Table
@@ -13,7 +11,6 @@ from vrx_mj.physics.waves import ramp
 
 __all__ = ["cast_at_sea", "sea_distance"]
 
-Floats = npt.NDArray[np.float64]
 
 _TOUCH = 1e-9
 """A ray so little above the surface has met it [m]."""
@@ -47,7 +44,9 @@ def _bounds(waves: Table, dx: float, dy: float) -> tuple[float, float]:
 
 
 @kernel
-def sea_distance(waves: Table, sea: Record, t: float, origin: Floats, along: Floats, begin: float, end: float) -> float:
+def sea_distance(
+    waves: Table, sea: Record, t: float, origin: FloatArray, along: FloatArray, begin: float, end: float
+) -> float:
     """Return how far a ray goes until it first meets the sea's surface from above [m], else infinity.
 
     With f(s) the height of the ray over the surface, no bend of the surface is sharper than some M, so that
@@ -92,7 +91,9 @@ def sea_distance(waves: Table, sea: Record, t: float, origin: Floats, along: Flo
 
 
 @kernel
-def cast_at_sea(view: Any, rays: Any, directions: Floats, waves: Table, sea: Record, t: float, found: Floats) -> None:
+def cast_at_sea(
+    view: Any, rays: Any, directions: FloatArray, waves: Table, sea: Record, t: float, found: FloatArray
+) -> None:
     """Shorten rays to where they meet the sea; the arguments are those of `rays.cast` and of `sea_distance`."""
     turned, along = view.rotation, view.along
     for ray in range(len(found)):

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray
 
 __all__ = ["View"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SMALLEST = 0.25
 """Geoms of a smaller radius in the picture [pixels] are not drawn."""
@@ -36,7 +36,7 @@ class View:
     end: float = 6000.0
     """Where land and sea end [m]."""
 
-    def shows(self, centers: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:
+    def shows(self, centers: FloatArray, radii: FloatArray) -> BoolArray:
         """Whether spheres (n, 3), (n,) [m] may be seen: neither behind, beside, too far away, nor too small.
 
         A sphere is too far when all of it is beyond `far`. A radius of 0 means without end.

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 __all__ = ["GRID", "angles", "grid", "ray_count", "sample_window", "turns", "whole", "window"]
@@ -58,13 +59,13 @@ def _steps(span: tuple[float, float], count: int) -> tuple[float, float]:
     return span[0], (span[1] - span[0]) / (count - 1) if count > 1 else 0.0
 
 
-def angles(span: npt.NDArray[np.float64], count: int) -> npt.NDArray[np.float64]:
+def angles(span: FloatArray, count: int) -> FloatArray:
     """The (count,) angles [rad] that `GRID.elevation` or `GRID.azimuth` stands for."""
     return np.asarray(span[0] + span[1] * np.arange(count))
 
 
 @kernel
-def _interval(span: npt.NDArray[np.float64], count: int, low: float, high: float) -> tuple[int, int]:
+def _interval(span: FloatArray, count: int, low: float, high: float) -> tuple[int, int]:
     """Return the first and the last of `count` angles, span[0] and on by span[1], that lie in [low, high]."""
     if span[1] == 0.0:
         return 0, count - 1 if low <= span[0] <= high else -1
@@ -79,7 +80,7 @@ def whole(rays: Any) -> tuple[int, int, float, float]:
 
 
 @kernel
-def _azimuths(corners: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _azimuths(corners: FloatArray) -> tuple[float, float]:
     """Return the middle azimuth of points and half their width [rad]; half a turn or more: they are all round."""
     x, y = corners[0, 0], corners[0, 1]
     right, left = 0.0, 0.0
@@ -90,7 +91,7 @@ def _azimuths(corners: npt.NDArray[np.float64]) -> tuple[float, float]:
 
 
 @kernel
-def window(rays: Any, corners: npt.NDArray[np.float64]) -> tuple[int, int, float, float]:
+def window(rays: Any, corners: FloatArray) -> tuple[int, int, float, float]:
     """Return the window of rings for the convex hull of `corners`, its middle azimuth and half its width [rad].
 
     The half width is infinite where all samples may hit: where the hull is above, below or about the sensor.

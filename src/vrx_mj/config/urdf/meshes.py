@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.urdf.collada_sizes import sized_dae
 from vrx_mj.config.urdf.gltf_sizes import sized_glb
@@ -42,9 +42,9 @@ Color = tuple[float, float, float, float]
 class MeshData:
     """A mesh in its own frame [m]."""
 
-    points: NDArray[np.float64]
+    points: FloatArray
     """(n, 3)"""
-    triangles: NDArray[np.int64]
+    triangles: IntArray
     """(m, 3), rows of `points`, counter-clockwise seen from outside"""
     color: Color | None
     """The colour of most of its area, if the file has colours."""
@@ -130,11 +130,11 @@ def _read(path: Path, _changed: int, _size: int) -> MeshData:
 class _Part(NamedTuple):
     """A mesh of a file, at one of its places."""
 
-    points: NDArray[np.float64]
+    points: FloatArray
     """(n, 3), in its own frame"""
-    faces: NDArray[np.int64]
+    faces: IntArray
     """(m, 3), rows of `points`"""
-    matrix: NDArray[np.float64]
+    matrix: FloatArray
     """(4, 4), puts it there"""
     color: Color | None
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart.course import course_things, draw_course
 from vrx_mj.draw.chart.ground import SOFT, Box, ground, nice_length
 from vrx_mj.draw.chart.labels import INK, Thing, label, write
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_plan", "view_of"]
 
-FloatArray = npt.NDArray[np.float64]
 
 HULL_LENGTH, HULL_BEAM = 4.9, 2.4
 """Outline of a WAM-V [m]."""

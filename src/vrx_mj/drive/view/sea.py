@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.drawing import add_signs
 from vrx_mj.mjcf.world import World
 from vrx_mj.recording.scene import SeaHeight
 
 __all__ = ["SIDE", "SeaMesh", "sea_lines", "sea_of", "sea_points", "window_model"]
 
-FloatArray = npt.NDArray[np.float64]
 
 SIDE = 129
 """Vertices along one side: odd, so that the horizon's rings are alike on both sides."""

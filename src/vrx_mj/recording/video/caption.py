@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.video.footage import Standing
 from vrx_mj.sensors.view import View
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["clock_line", "name_boats", "project", "task_lines", "write_lines"]
 
-FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[int, int, int]
 
 FONT = "DejaVuSans.ttf"

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.errors import VideoError
 from vrx_mj.packages import install_command
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ENCODERS", "encoder_of"]
 
-Pictures = Iterator[npt.NDArray[np.uint8]]
+Pictures = Iterator[ByteArray]
 Encoder = Callable[[Path, Pictures, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
@@ -89,7 +89,7 @@ def write_gif(path: Path, pictures: Pictures, count: int, rate: Fraction) -> Non
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0)
 
 
-def reel_of(pictures: Iterable[npt.NDArray[np.uint8]], count: int) -> Image:
+def reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
     """An image of `count` frames which are made when they are asked for, in turn: pillow takes lists, of GB."""
     from PIL.Image import Image, fromarray
 

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.sensors.view import View
 
 __all__ = ["Above", "Chase", "Eye", "looking", "view_of"]
 
-FloatArray = npt.NDArray[np.float64]
 
 CALM = 1.2
 """Standard deviation over which a followed path is smoothed [s]."""

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.recording.colors import boat_colors
 from vrx_mj.recording.reader import Record, read_record
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "Film", "Shot", "write_video"]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 VIEWS = ("both", "chase", "above")
 """From where a video is seen; both: behind a boat, with the view from above in a corner."""
 SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}
@@ -147,7 +145,7 @@ class Film:
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
 
-    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
+    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[ByteArray]:
         """Every picture (height, width, 3), drawn when it is asked for."""
         for number, time in enumerate(self.times, 1):
             picture = self.picture(time)
@@ -155,7 +153,7 @@ class Film:
                 progress(number, len(self.times))
             yield picture
 
-    def picture(self, time: float) -> Picture:
+    def picture(self, time: float) -> ByteArray:
         """The picture of a simulated time [s]."""
         moment, (width, height) = self._footage.at(time), self.size
         first, *others = self._eyes

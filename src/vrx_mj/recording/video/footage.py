@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.companies import Company, columns_in
 from vrx_mj.recording.officiated import looks
@@ -18,8 +18,6 @@ from vrx_mj.recording.reader import Record
 from vrx_mj.tasks.meaning import MEANINGS
 
 __all__ = ["Footage", "Instant", "Standing"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

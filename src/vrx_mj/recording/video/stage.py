@@ -8,8 +8,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.physics.surface import EDGE, draw_surface
 from vrx_mj.recording.companies import Company
@@ -26,8 +26,6 @@ from vrx_mj.sensors.view import View
 
 __all__ = ["Stage", "sterns"]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 Paths = Mapping[str, FloatArray]
 
 SAMPLES = 4
@@ -79,7 +77,7 @@ class Stage:
         self.level = float(parameters["sea"]["level"])
         """Mean height of the water [m]."""
 
-    def draw(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> Picture:
+    def draw(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> ByteArray:
         """The picture (height, width, 3) of what an eye sees at a moment."""
         width, height = size
         model, data = self._model, self._data

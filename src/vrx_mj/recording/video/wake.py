@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
+
 __all__ = ["LASTS", "PIECES_PER_SECOND", "Wake", "add_triangles", "strip_of", "triangles_of"]
 
-FloatArray = npt.NDArray[np.float64]
 Triangles = tuple[FloatArray, FloatArray]
 Height = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
 

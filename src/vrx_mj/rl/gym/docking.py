@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
-from vrx_mj.rl.gym.seen import Floats, Seen, folded
+from vrx_mj.rl.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.rl.gym.seen import Seen, folded
 
 __all__ = ["Docking"]
 
@@ -72,12 +73,12 @@ class Docking(Problem):
         start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
         return *start, inward + random.uniform(-TURNED, TURNED)
 
-    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def begin(self, rows: IntArray, seen: Seen) -> None:
         """Nobody has held yet."""
         self._held[rows], self._inside[rows], self._fastest[rows] = 0, False, 0.0
         self._cost[rows] = self._costs(seen)[rows]
 
-    def observe(self, seen: Seen) -> Floats:
+    def observe(self, seen: Seen) -> FloatArray:
         """The bay from the boat."""
         x, y, inward, _, _, mouth = self._goal.T
         turn = folded(inward - seen.yaw)
@@ -85,7 +86,7 @@ class Docking(Problem):
         ahead, port = seen.toward(x, y)
         return np.stack((ahead, port, np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=1)
 
-    def judge(self, seen: Seen, going: Mask) -> Judged:
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
         """Gain by coming nearer and by staying inside, differences of a potential, which cycles cannot farm."""
         along, aside = seen.beyond(*self._goal.T[:3])
         _, _, inward, half_depth, half_width, _ = self._goal.T
@@ -110,9 +111,9 @@ class Docking(Problem):
         """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
         return {"bay": self._goal[:, :3].copy()}
 
-    def _costs(self, seen: Seen) -> Floats:
+    def _costs(self, seen: Seen) -> FloatArray:
         along, aside = seen.beyond(*self._goal.T[:3])
-        cost: Floats = np.hypot(along, aside) + 2.0 * np.abs(aside)
+        cost: FloatArray = np.hypot(along, aside) + 2.0 * np.abs(aside)
         return cost
 
 

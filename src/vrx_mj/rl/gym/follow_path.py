@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
-from vrx_mj.rl.gym.seen import Floats, Seen
+from vrx_mj.rl.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.rl.gym.seen import Seen
 
 __all__ = ["FollowPath"]
 
@@ -58,13 +59,13 @@ class FollowPath(Problem):
             self._gates[row, number] = *place, course
         return 0.0, 0.0, heading
 
-    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def begin(self, rows: IntArray, seen: Seen) -> None:
         """The first gate is the present one."""
         for array in (self._at, self._passed, self._missed, self._in_a_row):
             array[rows] = 0
         self._note(rows, seen)
 
-    def observe(self, seen: Seen) -> Floats:
+    def observe(self, seen: Seen) -> FloatArray:
         """The ends of the present gate and the middle of the next from the boat."""
         x, y, course = self._present().T
         left, right = x - 0.5 * WIDTH * np.sin(course), x + 0.5 * WIDTH * np.sin(course)
@@ -73,7 +74,7 @@ class FollowPath(Problem):
         more = (self._at < COUNT - 1).astype(np.float64)
         return np.stack((*seen.toward(left, up), *seen.toward(right, down), *seen.toward(*after[:2]), more), axis=1)
 
-    def judge(self, seen: Seen, going: Mask) -> Judged:
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
         """See whether the line was crossed since the step before, and where."""
         along, aside = seen.beyond(*self._present().T)
         x, y, _ = self._present().T
@@ -97,10 +98,10 @@ class FollowPath(Problem):
         """What became of the gates."""
         return {"passed": self._passed.copy(), "missed": self._missed.copy()}
 
-    def _present(self) -> Floats:
+    def _present(self) -> FloatArray:
         return self._gates[self._all, np.minimum(self._at, COUNT - 1)]
 
-    def _note(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def _note(self, rows: IntArray, seen: Seen) -> None:
         x, y, _ = self._present().T
         along, aside = seen.beyond(*self._present().T)
         for kept, now in ((self._gap, np.hypot(x - seen.x, y - seen.y)), (self._along, along), (self._aside, aside)):

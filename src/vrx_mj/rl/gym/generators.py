@@ -5,9 +5,9 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
 from gymnasium.utils import seeding
 
+from vrx_mj.arrays import IntArray
 from vrx_mj.errors import shown
 
 __all__ = ["Generators", "Seeds"]
@@ -28,11 +28,11 @@ class Generators:
         if not self._random:
             raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
-    def of(self, rows: npt.NDArray[np.int64]) -> list[np.random.Generator]:
+    def of(self, rows: IntArray) -> list[np.random.Generator]:
         """Those of some rows."""
         return [self._random[row] for row in rows.tolist()]
 
-    def seed(self, rows: npt.NDArray[np.int64], seed: Seeds) -> None:
+    def seed(self, rows: IntArray, seed: Seeds) -> None:
         """Give rows generators of their own.
 
         Raises:

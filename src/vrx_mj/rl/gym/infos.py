@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray
 from vrx_mj.rl.gym.features import Floats32
-from vrx_mj.rl.gym.problem import Mask
 
 __all__ = ["final", "masked"]
 
 
-def masked(facts: Mapping[str, npt.NDArray[Any]], rows: Mask) -> dict[str, Any]:
+def masked(facts: Mapping[str, npt.NDArray[Any]], rows: BoolArray) -> dict[str, Any]:
     """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
     info: dict[str, Any] = {}
     if rows.any():
@@ -22,7 +22,7 @@ def masked(facts: Mapping[str, npt.NDArray[Any]], rows: Mask) -> dict[str, Any]:
     return info
 
 
-def final(facts: Mapping[str, npt.NDArray[Any]], observation: Floats32, ended: Mask) -> dict[str, Any]:
+def final(facts: Mapping[str, npt.NDArray[Any]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
     """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():

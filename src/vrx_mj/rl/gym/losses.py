@@ -3,13 +3,11 @@
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.rl.gym.seen import Floats
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["CAPSIZED", "SUNK", "Watch"]
 
-Mask = npt.NDArray[np.bool_]
 SUNK = 2.0
 """A boat is sunk when it is so much deeper under the surface at its place than where it floats at rest [m]."""
 CAPSIZED = np.radians(90.0)
@@ -26,16 +24,16 @@ class Waters(Protocol):
         """Names of the boats."""
 
     @property
-    def features(self) -> Floats:
+    def features(self) -> FloatArray:
         """State of every boat, (n, boats, 13)."""
 
-    def afloat(self, boat: str, places: Floats, rows: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
+    def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6) each, with which a boat floats."""
 
-    def sea_height(self, x: Floats, y: Floats) -> Floats:
+    def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of each row's sea at points, (n, points)."""
 
-    def set_boat(self, boat: str, *, pose: Floats, velocity: Floats, rows: npt.NDArray[np.int64]) -> None:
+    def set_boat(self, boat: str, *, pose: FloatArray, velocity: FloatArray, rows: IntArray) -> None:
         """Set the poses and velocities of a boat in some rows."""
 
 
@@ -46,7 +44,7 @@ class Watch:
         self._batch = batch
         self._rest = np.zeros((batch.n, len(batch.boats)))
 
-    def launch(self, boat: int, rows: npt.NDArray[np.int64], spots: Floats, surge: Floats | float = 0.0) -> None:
+    def launch(self, boat: int, rows: IntArray, spots: FloatArray, surge: FloatArray | float = 0.0) -> None:
         """Put a boat of rows on the water, at x, y [m] and heading [rad], (rows, 3), with a surge velocity [m/s]."""
         name = self._batch.boats[boat]
         poses, velocities = self._batch.afloat(name, spots, rows)
@@ -55,20 +53,20 @@ class Watch:
         self._rest[rows, boat] = 0.0
         self._rest[rows, boat] = self._heights()[rows, boat]
 
-    def sunk(self) -> Mask:
+    def sunk(self) -> BoolArray:
         """Who is under water."""
-        deep: Mask = self._heights() - self._rest < -SUNK
+        deep: BoolArray = self._heights() - self._rest < -SUNK
         return deep
 
-    def capsized(self) -> Mask:
+    def capsized(self) -> BoolArray:
         """Who lies upside down, or nearly so."""
         features = self._batch.features
         x, y = features[..., 4], features[..., 5]
-        over: Mask = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZED)
+        over: BoolArray = 1.0 - 2.0 * (x * x + y * y) < np.cos(CAPSIZED)
         return over
 
-    def _heights(self) -> Floats:
+    def _heights(self) -> FloatArray:
         """Of the boats' origins over the surface [m]; NaN of those that have diverged."""
         features = self._batch.features
-        heights: Floats = features[..., 2] - self._batch.sea_height(features[..., 0], features[..., 1])
+        heights: FloatArray = features[..., 2] - self._batch.sea_height(features[..., 0], features[..., 1])
         return heights

@@ -4,8 +4,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.mjcf.drawing import drawing_model
@@ -37,7 +37,7 @@ class Picture:
         if self._model is not None:
             self._cameras.close()
 
-    def draw(self, batch: Batch, row: int) -> npt.NDArray[np.uint8]:
+    def draw(self, batch: Batch, row: int) -> ByteArray:
         """The picture (height, width, 3) of a row, from behind and above its first boat."""
         x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
@@ -46,12 +46,12 @@ class Picture:
 
     def take(
         self,
-        qpos: npt.NDArray[np.float64],
+        qpos: FloatArray,
         time: float,
-        place: npt.NDArray[np.float64],
+        place: FloatArray,
         turned: tuple[float, float, float],
         waves: Table,
-    ) -> npt.NDArray[np.uint8]:
+    ) -> ByteArray:
         """The picture (height, width, 3) of a state.
 
         Args:
@@ -69,5 +69,5 @@ class Picture:
         mujoco.mj_kinematics(self._model, self._data)
         self._cameras.set_sea(waves)
         axes = np.array(rotation(*turned))
-        rgb: npt.NDArray[np.uint8] = self._cameras.image(self._lens, self._data, place, axes, time).rgb
+        rgb: ByteArray = self._cameras.image(self._lens, self._data, place, axes, time).rgb
         return rgb

@@ -7,12 +7,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.gym.seen import Floats, Seen
+from vrx_mj.rl.gym.seen import Seen
 
-__all__ = ["LOSS", "Entry", "Judged", "Mask", "Problem", "Start", "open_water"]
+__all__ = ["LOSS", "Entry", "Judged", "Problem", "Start", "open_water"]
 
-Mask = npt.NDArray[np.bool_]
 Start = tuple[float, float, float]
 """x, y [m] and heading [rad] of a boat at the start of an episode."""
 
@@ -32,8 +32,8 @@ class Entry(NamedTuple):
 class Judged(NamedTuple):
     """What a step was worth, (n,) each."""
 
-    reward: Floats
-    done: Mask
+    reward: FloatArray
+    done: BoolArray
     """The problem is solved, or lost."""
 
 
@@ -55,15 +55,15 @@ class Problem(ABC):
         """Draw an episode of a row, and where its boat starts."""
 
     @abstractmethod
-    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def begin(self, rows: IntArray, seen: Seen) -> None:
         """Note how these rows stand at the start of their episodes."""
 
     @abstractmethod
-    def observe(self, seen: Seen) -> Floats:
+    def observe(self, seen: Seen) -> FloatArray:
         """What is observed of the task, (n, len(entries)), in the entries' units."""
 
     @abstractmethod
-    def judge(self, seen: Seen, going: Mask) -> Judged:
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
         """Judge a step, once; only the rows that were `going`, (n,), count."""
 
     @abstractmethod
@@ -74,13 +74,13 @@ class Problem(ABC):
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
         """What `start` drew, (n, ...) each: goals and the like, which `info` tells when an episode begins."""
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """What a boat that is lost forfeits, (n,), with so many steps of its episode left.
 
         At least as much as the rest of the episode could cost a boat that stays where it is: to end an episode by
         sinking is never better than to go on. Here: nothing is charged for time, and `LOSS` is a drift of 200 m.
         """
-        forfeit: Floats = np.where(left > 0, LOSS, 0.0)
+        forfeit: FloatArray = np.where(left > 0, LOSS, 0.0)
         return forfeit
 
 

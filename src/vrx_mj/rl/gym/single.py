@@ -8,6 +8,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import ByteArray
 from vrx_mj.rl.gym.features import Floats32
 from vrx_mj.rl.gym.options import as_floats, episode_steps
 from vrx_mj.rl.gym.problems import PROBLEMS
@@ -60,7 +61,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         self._ended = bool(done[0] or cut[0])
         return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), _alone(info)
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
+    def render(self) -> ByteArray | None:
         """Picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
         pictures = self._rows.render()
         return None if pictures is None else pictures[0]

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
-from vrx_mj.rl.gym.seen import Floats, Seen, folded, pose_error
+from vrx_mj.rl.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.rl.gym.seen import Seen, folded, pose_error
 
 __all__ = ["StationKeeping"]
 
@@ -41,17 +42,17 @@ class StationKeeping(Problem):
         self._yaw[row] = random.uniform(-np.pi, np.pi)
         return 0.0, 0.0, random.uniform(-np.pi, np.pi)
 
-    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def begin(self, rows: IntArray, seen: Seen) -> None:
         """The mean starts anew."""
         self._sum[rows], self._steps[rows] = 0.0, 0
         self._error[rows] = pose_error(seen, self._x, self._y, self._yaw)[rows]
 
-    def observe(self, seen: Seen) -> Floats:
+    def observe(self, seen: Seen) -> FloatArray:
         """The goal from the boat, from afar and close up."""
         turn, way = folded(self._yaw - seen.yaw), seen.toward(self._x, self._y)
         return np.stack((*way, *way, np.sin(turn), np.cos(turn)), axis=1)
 
-    def judge(self, seen: Seen, going: Mask) -> Judged:
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
         """Lose by the error."""
         self._error = pose_error(seen, self._x, self._y, self._yaw)
         self._sum += np.where(going, self._error, 0.0)
@@ -62,9 +63,9 @@ class StationKeeping(Problem):
         """The goals, (n, 3): x, y [m] and heading [rad]."""
         return {"goal": np.stack((self._x, self._y, self._yaw), axis=1)}
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
-        lost: Floats = 0.1 * (self._error + RADIUS) * left
+        lost: FloatArray = 0.1 * (self._error + RADIUS) * left
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:

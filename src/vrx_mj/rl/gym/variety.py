@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import IntArray
 from vrx_mj.errors import shown
 from vrx_mj.rl.gym.options import is_number
 from vrx_mj.runtime.batch import Batch
@@ -57,7 +58,7 @@ class Variety:
     def _shape(self, name: str) -> tuple[int, ...]:
         return (self._waves,) if name == "wave_phase" else ()
 
-    def draw(self, batch: Batch, rows: npt.NDArray[np.int64], random: Sequence[np.random.Generator]) -> None:
+    def draw(self, batch: Batch, rows: IntArray, random: Sequence[np.random.Generator]) -> None:
         """Draw for these rows, whose generators are given, what holds from their next reset on."""
         changed: dict[str, Any] = {}
         for name, (low, high) in self._ranges.items():

@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError, shown
 from vrx_mj.mjcf.compile import Source, compile_world
 from vrx_mj.mjcf.world import World
@@ -39,7 +40,7 @@ __all__ = ["LEAST_LEFT", "VectorEnv", "commanded"]
 LEAST_LEFT = 100
 """Steps, at least, that a lost boat is taken to have left: 10 s."""
 
-Arrays = tuple[Floats32, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
+Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
@@ -189,7 +190,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             return self._observe(self._seen()), reward, done, cut, info | self._begun(begun)
         return observation, reward, done, cut, masked(facts, ~idle) | self._begun(idle)
 
-    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
+    def render(self) -> tuple[ByteArray, ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
         self._check_open()
         if self.render_mode is None:
@@ -215,7 +216,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         """Have a row draw from this generator from now on."""
         self._random.use(row, random)
 
-    def _begin(self, rows: npt.NDArray[np.int64]) -> None:
+    def _begin(self, rows: IntArray) -> None:
         """Begin an episode in some rows."""
         random = self._random.of(rows)
         self._variety.draw(self._batch, rows, random)
@@ -225,11 +226,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._problem.begin(rows, self._seen())
         self._steps[rows], self._over[rows], self._last[rows] = 0, False, 0.0
 
-    def _begun(self, rows: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    def _begun(self, rows: BoolArray) -> dict[str, Any]:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
         return masked(self._problem.drawn() | self._variety.facts(), rows)
 
-    def _sail(self, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def _sail(self, rows: IntArray) -> BoolArray:
         """Advance rows; which of them have diverged."""
         values = commanded(self._last[rows], self._limits)
         with contextlib.suppress(DivergedError):
@@ -263,7 +264,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             raise gymnasium.error.InvalidAction(text)
         return given
 
-    def _masked(self, mask: Any) -> npt.NDArray[np.int64]:
+    def _masked(self, mask: Any) -> IntArray:
         if mask is None:
             return np.arange(self.num_envs)
         given = np.asarray(mask)
@@ -285,7 +286,7 @@ def _compiled(world: Source, fleet: Source | None) -> World:
     return compiled
 
 
-def commanded(actions: Floats32, limits: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def commanded(actions: Floats32, limits: FloatArray) -> FloatArray:
     """Commands (rows, channels) that actions in [-1, 1] mean, by the greatest astern and ahead, (channels, 2)."""
     wanted = actions.astype(np.float64)
     return np.where(wanted < 0.0, wanted * limits[:, 0], wanted * limits[:, 1])

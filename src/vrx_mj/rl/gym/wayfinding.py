@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.gym.problem import Entry, Judged, Mask, Problem, Start, open_water
-from vrx_mj.rl.gym.seen import Floats, Seen, folded, pose_error
+from vrx_mj.rl.gym.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.rl.gym.seen import Seen, folded, pose_error
 
 __all__ = ["Wayfinding"]
 
@@ -50,12 +51,12 @@ class Wayfinding(Problem):
             self._points[row, number] = *place, random.uniform(-np.pi, np.pi)
         return 0.0, 0.0, random.uniform(-np.pi, np.pi)
 
-    def begin(self, rows: npt.NDArray[np.int64], seen: Seen) -> None:
+    def begin(self, rows: IntArray, seen: Seen) -> None:
         """The first waypoint is the present one."""
         self._at[rows] = 0
         self._error[rows] = self._now(seen)[rows]
 
-    def observe(self, seen: Seen) -> Floats:
+    def observe(self, seen: Seen) -> FloatArray:
         """Both waypoints from the boat; where there is no next one it is the present one."""
         x, y, yaw = self._present().T
         turn = folded(yaw - seen.yaw)
@@ -63,7 +64,7 @@ class Wayfinding(Problem):
         more = (self._at < COUNT - 1).astype(np.float64)
         return np.stack((*seen.toward(x, y), np.sin(turn), np.cos(turn), *seen.toward(*after[:2]), more), axis=1)
 
-    def judge(self, seen: Seen, going: Mask) -> Judged:
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
         """Gain by what the error has become less."""
         error = self._now(seen)
         there = (error < REACHED) & (self._at < COUNT)
@@ -80,8 +81,8 @@ class Wayfinding(Problem):
         """How far it is."""
         return {"reached": self._at.copy(), "pose_error": self._error.copy()}
 
-    def _present(self) -> Floats:
+    def _present(self) -> FloatArray:
         return self._points[self._all, np.minimum(self._at, COUNT - 1)]
 
-    def _now(self, seen: Seen) -> Floats:
+    def _now(self, seen: Seen) -> FloatArray:
         return pose_error(seen, *self._present().T)

@@ -6,10 +6,9 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.rl.gym.features import Floats32
 from vrx_mj.rl.gym.options import as_floats
-from vrx_mj.rl.gym.problem import Mask
-from vrx_mj.rl.gym.seen import Floats
 from vrx_mj.rl.gym.vector import commanded
 
 __all__ = ["ActionError", "Actions"]
@@ -22,7 +21,7 @@ class ActionError(gymnasium.error.InvalidAction, AssertionError):
 class Actions:
     """Which channel of which boat is which command of the batch; boats may have unlike numbers of channels."""
 
-    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]], largest: Floats) -> None:
+    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]], largest: FloatArray) -> None:
         """Take the boats, and a batch's channels, boat and name of each, with their limits, (channels, 2)."""
         self._boats = tuple(boats)
         self.names = {boat: tuple(name for owner, name in channels if owner == boat) for boat in boats}
@@ -40,11 +39,11 @@ class Actions:
         """What the numbers of an action are called where they mean another channel for every boat."""
         return [f"previous action {k + 1}" for k in range(self.most)]
 
-    def commands(self, actions: Floats32) -> Floats:
+    def commands(self, actions: Floats32) -> FloatArray:
         """The batch's commands (rows, channels) that actions (rows, boats, most) mean."""
         return commanded(actions[:, self._boat, self._channel], self._limits)
 
-    def checked(self, actions: npt.ArrayLike, present: Mask) -> Floats32:
+    def checked(self, actions: npt.ArrayLike, present: BoolArray) -> Floats32:
         """Actions (n, boats, most), zero for absent boats and where a boat has no channel.
 
         Raises:

@@ -10,17 +10,16 @@ meeting is used, as others have programmed it, for we could not read the paper. 
 """
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.rl.gym.problem import Mask
-from vrx_mj.rl.gym.seen import Floats, folded
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.gym.seen import folded
 
 __all__ = [
     "GIVE_WAY", "HEAD_ON", "OVERTAKEN", "OVERTAKING", "ROLES", "STAND_ON", "approach", "bearings", "departure",
     "gone_by", "keeps_clear", "pose_score", "range_score", "roles",
 ]  # fmt: skip
 
-Roles = npt.NDArray[np.int64]
+Roles = IntArray
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
 ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")
 ABAFT = np.radians(112.5)
@@ -31,12 +30,12 @@ READILY = np.radians(30.0)
 """An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
 
 
-def bearings(x: Floats, y: Floats, yaw: Floats) -> Floats:
+def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """Where each sees the other, (n, 2), from places [m] and headings."""
     return folded(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
 
 
-def roles(bearing: Floats, yaw: Floats) -> Roles:
+def roles(bearing: FloatArray, yaw: FloatArray) -> Roles:
     """What each has to do, (n, 2), by how they stand when they sight each other; rule 13 (d): it stays so.
 
     Head-on where both are nearly ahead of each other on nearly reciprocal courses (rule 14). Else who is in the other's
@@ -53,13 +52,13 @@ def roles(bearing: Floats, yaw: Floats) -> Roles:
     return role
 
 
-def keeps_clear(role: Roles) -> Mask:
+def keeps_clear(role: Roles) -> BoolArray:
     """Who has to keep out of the way: rules 13 (a), 14 (a) and 15."""
-    clear: Mask = (role == HEAD_ON) | (role == GIVE_WAY) | (role == OVERTAKING)
+    clear: BoolArray = (role == HEAD_ON) | (role == GIVE_WAY) | (role == OVERTAKING)
     return clear
 
 
-def gone_by(role: Roles, x: Floats, y: Floats, course: Floats) -> Mask:
+def gone_by(role: Roles, x: FloatArray, y: FloatArray, course: FloatArray) -> BoolArray:
     """Whether both have gone by each other, (n,), from places [m] and the courses [rad] at their first sight.
 
     Each has the other abaft the beam of its course; who is overtaken has it before the beam.
@@ -69,7 +68,7 @@ def gone_by(role: Roles, x: Floats, y: Floats, course: Floats) -> Mask:
     return np.asarray(by.all(axis=1))
 
 
-def approach(x: Floats, y: Floats, east: Floats, north: Floats) -> tuple[Floats, Floats]:
+def approach(x: FloatArray, y: FloatArray, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Time [s] to the closest point of approach, 0 if that is past, and the distance there [m], (n,) each.
 
     Both keep their velocities: t = -p v / v^2, with p and v the relative place and velocity; d = |p + v t|.
@@ -80,22 +79,22 @@ def approach(x: Floats, y: Floats, east: Floats, north: Floats) -> tuple[Floats,
     return time, np.hypot(px + vx * time, py + vy * time)
 
 
-def departure(turn: Floats, speed: Floats, speed_before: Floats) -> Floats:
+def departure(turn: FloatArray, speed: FloatArray, speed_before: FloatArray) -> FloatArray:
     """How much a vessel departs from the course and speed it has to keep (rule 17 (a) (i)), 0 to 1.
 
     `turn` [rad] from that course over 30 degrees, plus the change of speed over the speed before.
     """
     slower = np.abs(speed - speed_before) / np.maximum(speed_before, 0.5)
-    share: Floats = np.minimum(np.abs(turn) / READILY + slower, 1.0)
+    share: FloatArray = np.minimum(np.abs(turn) / READILY + slower, 1.0)
     return share
 
 
-def range_score(distance: Floats, least: float, wanted: float) -> Floats:
+def range_score(distance: FloatArray, least: float, wanted: float) -> FloatArray:
     """1 for a closest approach at `wanted` [m] or beyond, 0 at `least` or nearer, linear between."""
     return np.clip((distance - least) / (wanted - least), 0.0, 1.0)
 
 
-def pose_score(role: Roles, bearing: Floats, kept: Floats) -> Floats:
+def pose_score(role: Roles, bearing: FloatArray, kept: FloatArray) -> FloatArray:
     """How each passed, 0 to 1, by the bearings (n, 2) at the closest point of approach.
 
     Head-on, port to port (14): ((1 + sin a) / 2)^2 ((1 + sin b) / 2)^2 with both bearings a and b, 1 where both have

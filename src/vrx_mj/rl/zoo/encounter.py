@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.rl.gym.problem import Entry, Mask, open_water
-from vrx_mj.rl.gym.seen import Floats, folded
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.gym.problem import Entry, open_water
+from vrx_mj.rl.gym.seen import folded
 from vrx_mj.rl.zoo import colregs
 from vrx_mj.rl.zoo.team import CLEAR, Spot, Team, TeamJudged, TeamProblem, mean_of
 
@@ -84,7 +85,7 @@ class Encounter(TeamProblem):
         """Nobody joins two boats that meet."""
         raise NotImplementedError
 
-    def begin(self, who: Mask, team: Team) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """Who is who."""
         rows = who.any(axis=1)
         bearing = colregs.bearings(team.x, team.y, team.yaw)
@@ -96,7 +97,7 @@ class Encounter(TeamProblem):
         for count in (self._passed, self._collided, self._reached, self._held, self._steps):
             count[rows] = 0
 
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, what it must do, and what it did."""
         turn = folded(team.yaw - self._course)
         head_on = self._role == colregs.HEAD_ON
@@ -106,7 +107,7 @@ class Encounter(TeamProblem):
              head_on, colregs.keeps_clear(self._role), passed), axis=-1
         )  # fmt: skip
 
-    def judge(self, team: Team, going: Mask) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
         """Gain by the goal, lose by faults, and be scored at the goal when they have passed."""
         far, gap, both = self._distances(team), _gap(team), team.present.all(axis=1)
         meet = both & going
@@ -125,7 +126,7 @@ class Encounter(TeamProblem):
         """The goals, (n, 2, 2): x, y [m] of each boat's."""
         return {"goals": self._goals.copy()}
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, being at fault for all steps left."""
         return super().forfeit(left) + 0.1 * left[:, None]
 
@@ -134,7 +135,7 @@ class Encounter(TeamProblem):
         found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
         return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
 
-    def _faults(self, team: Team, gap: Floats, meet: Mask) -> Floats:
+    def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = colregs.approach(team.x, team.y, team.east, team.north)
         port = np.clip(folded(team.yaw - self._course) / colregs.READILY, 0.0, 1.0)
@@ -146,10 +147,10 @@ class Encounter(TeamProblem):
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
         self._steps += before[:, 0]
         self._held += np.where(before, holds, 0.0)
-        faults: Floats = np.where(colregs.keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
+        faults: FloatArray = np.where(colregs.keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
         return np.where(before, faults, 0.0)
 
-    def _follow(self, team: Team, gap: Floats, meet: Mask) -> None:
+    def _follow(self, team: Team, gap: FloatArray, meet: BoolArray) -> None:
         """Keep the closest approach so far, and whether they have passed."""
         nearer = meet & (gap < self._closest)
         self._closest = np.where(nearer, gap, self._closest)
@@ -158,28 +159,28 @@ class Encounter(TeamProblem):
         behind = colregs.gone_by(self._role, team.x, team.y, self._course)
         self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
 
-    def _scores(self) -> Floats:
+    def _scores(self) -> FloatArray:
         """The scores (n, 2) as they stand: 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
         safe = colregs.range_score(self._closest, CLEAR, WANTED)
         counts = (safe * self._passed * ~self._collided)[:, None]
-        scores: Floats = counts * colregs.pose_score(self._role, self._bearing, kept)
+        scores: FloatArray = counts * colregs.pose_score(self._role, self._bearing, kept)
         return scores
 
-    def _distances(self, team: Team) -> Floats:
+    def _distances(self, team: Team) -> FloatArray:
         """(n, 2): to the goals [m]."""
         x, y = np.moveaxis(self._goals, -1, 0)
-        far: Floats = np.hypot(x - team.x, y - team.y)
+        far: FloatArray = np.hypot(x - team.x, y - team.y)
         return far
 
 
-def _gap(team: Team) -> Floats:
+def _gap(team: Team) -> FloatArray:
     """(n,): between both boats [m]."""
-    gap: Floats = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
+    gap: FloatArray = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
     return gap
 
 
-def _speeds(team: Team) -> Floats:
+def _speeds(team: Team) -> FloatArray:
     """(n, 2): over ground [m/s]."""
-    speed: Floats = np.hypot(team.east, team.north)
+    speed: FloatArray = np.hypot(team.east, team.north)
     return speed

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.control.formation import slots
 from vrx_mj.rl.gym.options import PERIOD
-from vrx_mj.rl.gym.problem import Entry, Mask, open_water
-from vrx_mj.rl.gym.seen import Floats, folded
+from vrx_mj.rl.gym.problem import Entry, open_water
+from vrx_mj.rl.gym.seen import folded
 from vrx_mj.rl.zoo.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
 
 __all__ = ["Formation"]
@@ -73,17 +74,17 @@ class Formation(TeamProblem):
         heading = float(self._leader[row, 2]) + random.uniform(-TURNED, TURNED)
         return x + dx, y + dy, heading, float(self._speed[row])
 
-    def begin(self, who: Mask, team: Team) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """How far they are off."""
         self._off = np.where(who, self._now(team), self._off)
 
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """The place from the boat."""
         x, y, east, north = self._places()
         turn = folded(self._leader[:, 2:] - team.yaw)
         return np.stack((*team.toward(x, y), *team.turned(east, north), np.sin(turn), np.cos(turn)), axis=-1)
 
-    def judge(self, team: Team, going: Mask) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
         """Lose by how far each is off, once the leader has gone on."""
         self._go_on(going)
         self._off = np.where(team.present, self._now(team), 0.0)
@@ -95,28 +96,28 @@ class Formation(TeamProblem):
         found = {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
         return {name: values.copy() for name, values in found.items()}
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
-        lost: Floats = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
+        lost: FloatArray = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
         """How far they are off."""
         return {"off": self._off.copy()}
 
-    def _rate(self) -> Floats:
+    def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""
-        rate: Floats = self._bend * np.sin(2.0 * np.pi * self._time / SWING + self._phase)
+        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / SWING + self._phase)
         return rate
 
-    def _go_on(self, going: Mask) -> None:
+    def _go_on(self, going: BoolArray) -> None:
         self._time += np.where(going, PERIOD, 0.0)
         self._leader[:, 2] += np.where(going, PERIOD * self._rate(), 0.0)
         way = np.where(going, PERIOD * self._speed, 0.0)
         self._leader[:, 0] += way * np.cos(self._leader[:, 2])
         self._leader[:, 1] += way * np.sin(self._leader[:, 2])
 
-    def _places(self, rows: slice = slice(None)) -> tuple[Floats, Floats, Floats, Floats]:
+    def _places(self, rows: slice = slice(None)) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(rows, boats): x, y [m], and the velocities east and north [m/s] of places, which turn with the leader."""
         x, y, course = self._leader[rows].T[:, :, None]
         ahead, left = np.moveaxis(self._slots[rows], -1, 0)
@@ -125,7 +126,7 @@ class Formation(TeamProblem):
         speed, rate = self._speed[rows, None], self._rate()[rows, None]
         return x + dx, y + dy, speed * cos - rate * dy, speed * sin + rate * dx
 
-    def _now(self, team: Team) -> Floats:
+    def _now(self, team: Team) -> FloatArray:
         x, y, *_ = self._places()
-        off: Floats = np.hypot(x - team.x, y - team.y)
+        off: FloatArray = np.hypot(x - team.x, y - team.y)
         return off

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.rl.gym.problem import Entry, Mask
-from vrx_mj.rl.gym.seen import Floats
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.gym.problem import Entry
 from vrx_mj.rl.zoo.team import Team
 
 __all__ = ["FEATURES", "Eyes", "Neighbours", "normals"]
@@ -56,18 +56,18 @@ class Neighbours:
         self._step, self._key = np.zeros(n, np.int64), np.zeros(n, np.uint64)
         self._pairs = np.arange(boats * boats, dtype=np.uint64).reshape(boats, boats)
 
-    def begin(self, rows: npt.NDArray[np.int64], keys: Keys, team: Team) -> None:
+    def begin(self, rows: IntArray, keys: Keys, team: Team) -> None:
         """Start rows anew, as if their boats had been where they are all the time; `keys` are those of their noise."""
         self._past[:, rows] = _report(team)[rows]
         self._step[rows], self._key[rows] = 0, keys
 
-    def note(self, going: Mask, team: Team) -> None:
+    def note(self, going: BoolArray, team: Team) -> None:
         """Remember the present of rows that have gone a step."""
         self._step += going
         at = self._step[going] % len(self._past)
         self._past[at, self._rows[going]] = _report(team)[going]
 
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """(n, boats, neighbours * 7): the nearest first, as `Eyes.entries` says; zeros where there is none."""
         then = self._past[(self._step - self._eyes.delay) % len(self._past), self._rows]
         x, y, _, _, _, there = np.moveaxis(then, -1, 0)
@@ -81,7 +81,7 @@ class Neighbours:
         whole[:, :, : order.shape[2]] = np.where(found[..., None], _seen_from(team, reported), 0.0)
         return whole.reshape(*found.shape[:2], -1)
 
-    def _noise(self, order: npt.NDArray[np.int64]) -> Floats:
+    def _noise(self, order: IntArray) -> FloatArray:
         """What is added to the reports, (n, boats, k, 6), of the boats `order`, (n, boats, k)."""
         boats = len(self._pairs)
         pair = self._pairs[np.arange(boats)[None, :, None], order]
@@ -92,12 +92,12 @@ class Neighbours:
         return np.concatenate((drawn[..., :2], drawn[..., 4:], drawn[..., 2:4], np.zeros((*order.shape, 1))), axis=-1)
 
 
-def _report(team: Team) -> Floats:
+def _report(team: Team) -> FloatArray:
     """(n, boats, 6): x, y, heading, east and north velocity, whether it is there."""
     return np.stack((team.x, team.y, team.yaw, team.east, team.north, team.present), axis=-1)
 
 
-def _seen_from(team: Team, reported: Floats) -> Floats:
+def _seen_from(team: Team, reported: FloatArray) -> FloatArray:
     """Reports, (n, boats, k, 6), in the observers' axes, (n, boats, k, 7)."""
     wide = Team._make(part[:, :, None] for part in team)
     x, y, yaw, east, north, _ = np.moveaxis(reported, -1, 0)
@@ -107,19 +107,19 @@ def _seen_from(team: Team, reported: Floats) -> Floats:
     return np.stack((np.ones_like(x), ahead, port, np.sin(turn), np.cos(turn), faster, aside), axis=-1)
 
 
-def normals(keys: Keys, counters: Keys) -> Floats:
+def normals(keys: Keys, counters: Keys) -> FloatArray:
     """Numbers of the standard normal distribution, those of `physics.noise.normal`, for whole arrays."""
     even = counters * np.uint64(2)
     radius = np.sqrt(-2.0 * np.log(1.0 - _uniform(keys, even)))
-    drawn: Floats = radius * np.cos(2.0 * math.pi * _uniform(keys, even + np.uint64(1)))
+    drawn: FloatArray = radius * np.cos(2.0 * math.pi * _uniform(keys, even + np.uint64(1)))
     return drawn
 
 
-def _uniform(keys: Keys, counters: Keys) -> Floats:
+def _uniform(keys: Keys, counters: Keys) -> FloatArray:
     """Numbers in [0, 1), those of `physics.noise.uniform`."""
     z = keys + (counters + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z ^= z >> np.uint64(31)
-    share: Floats = (z >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    share: FloatArray = (z >> np.uint64(11)).astype(np.float64) * 2.0**-53
     return share

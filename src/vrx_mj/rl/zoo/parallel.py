@@ -10,6 +10,7 @@ import pettingzoo
 from pettingzoo.utils.env_logger import EnvLogger
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import ByteArray
 from vrx_mj.rl.gym.features import BOUND, Floats32
 from vrx_mj.rl.gym.options import PERIOD, as_floats
 from vrx_mj.rl.zoo.actions import ActionError
@@ -105,7 +106,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         whole: Floats32 = self._seen.ravel().copy()
         return whole
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
+    def render(self) -> ByteArray | None:
         """Picture (height, width, 3) of the whole team; with `human` it is drawn in the terminal."""
         self._check_begun(EnvLogger.error_render_before_reset)
         if self.render_mode is None:

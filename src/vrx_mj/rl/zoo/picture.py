@@ -3,8 +3,8 @@
 import sys
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.physics.tables import Table
 from vrx_mj.rl.gym.picture import Picture
 
@@ -18,9 +18,7 @@ COLUMNS = 80
 """Of a picture in the terminal."""
 
 
-def team_picture(
-    picture: Picture, qpos: npt.NDArray[np.float64], time: float, places: npt.NDArray[np.float64], waves: Table
-) -> npt.NDArray[np.uint8]:
+def team_picture(picture: Picture, qpos: FloatArray, time: float, places: FloatArray, waves: Table) -> ByteArray:
     """A picture (height, width, 3) from the south, with all boats at `places`, (boats, 2) [m], in sight.
 
     The other arguments are those of `Picture.take`.
@@ -32,7 +30,7 @@ def team_picture(
     return picture.take(qpos, time, place, (0.0, PITCH, np.pi / 2), waves)
 
 
-def show(picture: npt.NDArray[np.uint8]) -> None:
+def show(picture: ByteArray) -> None:
     """Write a picture to the terminal, two pixels to a character, over the one before."""
     step = max(1, picture.shape[1] // COLUMNS)
     small = picture[::step, ::step]

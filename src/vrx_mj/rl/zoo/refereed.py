@@ -1,19 +1,16 @@
 """One world with a referee, as a batch of one row: what `TeamVectorEnv` wants of it, done by a `Simulation`."""
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import WAVE, Table, table
-from vrx_mj.rl.gym.problem import Mask
-from vrx_mj.rl.gym.seen import Floats
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["RefereedRow"]
 
-Rows = npt.NDArray[np.int64]
 HEIGHT = 0.1
 """Of a boat's origin over the water where it joins [m]."""
 
@@ -25,7 +22,7 @@ class RefereedRow:
 
     def __init__(self, world: World) -> None:
         self.sim = Simulation(world)
-        self.diverged: Mask = np.zeros(1, np.bool_)
+        self.diverged: BoolArray = np.zeros(1, np.bool_)
         rows = {(world.boats[row["hull"]], row["name"]): row for row in world.parameters["thrusters"]}
         newtons = world.parameters["profile"] == "vrx3"
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
@@ -40,7 +37,7 @@ class RefereedRow:
         return self.sim.boats
 
     @property
-    def features(self) -> Floats:
+    def features(self) -> FloatArray:
         """(1, boats, 13): position, quaternion, velocity and angular velocity of every boat."""
         seen = self.sim.observe()
         parts = (
@@ -50,17 +47,17 @@ class RefereedRow:
         return np.array([[np.concatenate(part) for part in parts]])
 
     @property
-    def wind(self) -> Floats:
+    def wind(self) -> FloatArray:
         """(1, 2): the wind's velocity [m/s], east and north."""
         return np.asarray(self.sim.wind.velocity(self.sim.time))[None, :2]
 
     @property
-    def time(self) -> Floats:
+    def time(self) -> FloatArray:
         """(1,) [s]."""
         return np.array([self.sim.time])
 
     @property
-    def qpos(self) -> Floats:
+    def qpos(self) -> FloatArray:
         """(1, nq): the positions of MuJoCo's model."""
         return np.asarray(self.sim.data.qpos)[None]
 
@@ -68,23 +65,23 @@ class RefereedRow:
         """Waves of the world's sea, `tables.WAVE`."""
         return table(WAVE, self.sim.world.parameters["sea"]["waves"])
 
-    def sea_height(self, x: Floats, y: Floats) -> Floats:
+    def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""
         return np.asarray(self.sim.sea.height(x, y, self.sim.time))
 
-    def afloat(self, boat: str, places: Floats, rows: Rows) -> tuple[Floats, Floats]:
+    def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
         x, y, yaw = places.T
         none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + HEIGHT
         return np.stack((x, y, height, none, none, yaw), axis=1), np.zeros((len(x), 6))
 
-    def reset(self, rows: Rows, *, seed: list[int]) -> None:
+    def reset(self, rows: IntArray, *, seed: list[int]) -> None:
         """Go back to the start."""
         if len(rows):
             self.diverged[:] = False
             self.sim.reset(seed[0])
 
-    def step(self, values: Floats, *, duration: float, rows: Rows) -> None:
+    def step(self, values: FloatArray, *, duration: float, rows: IntArray) -> None:
         """Advance under commands (rows, channels)."""
         if not len(rows):
             return
@@ -97,7 +94,7 @@ class RefereedRow:
             self.diverged[:] = True
             raise
 
-    def set_boat(self, boat: str, *, pose: Floats, velocity: Floats, rows: Rows) -> None:
+    def set_boat(self, boat: str, *, pose: FloatArray, velocity: FloatArray, rows: IntArray) -> None:
         """Put a boat somewhere, moving."""
         if len(rows):
             self.sim.set_boat(boat, pose=pose[0].tolist(), velocity=velocity[0].tolist())

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.gym.options import PERIOD
-from vrx_mj.rl.gym.problem import Entry, Mask, open_water
-from vrx_mj.rl.gym.seen import Floats
+from vrx_mj.rl.gym.problem import Entry, open_water
 from vrx_mj.rl.zoo.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
 
 __all__ = ["Rendezvous"]
@@ -69,17 +69,17 @@ class Rendezvous(TeamProblem):
         """Somewhere around."""
         return _around(random.uniform(-np.pi, np.pi), self.size, random)
 
-    def begin(self, who: Mask, team: Team) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """How far they are from the places."""
         self._far = np.where(who[..., None], self._now(team), self._far)
         self._distance = np.where(who.any(axis=1), self._least(self._far, team.present), self._distance)
 
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """Both places from the boat."""
         (x1, y1), (x2, y2) = np.moveaxis(self._places, 0, -1)[..., None]
         return np.stack((*team.toward(x1, y1), *team.toward(x2, y2)), axis=-1)
 
-    def judge(self, team: Team, going: Mask) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
         """Gain by coming nearer, alone and together."""
         self._places += np.where(going[:, None, None], PERIOD * self._drift, 0.0)
         far, near, present = self._now(team), crowded(team), team.present
@@ -98,7 +98,7 @@ class Rendezvous(TeamProblem):
         """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
         return {"places": self._places.copy(), "drift": self._drift.copy()}
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, having another boat too near for all steps left."""
         return super().forfeit(left) + TOO_NEAR * left[:, None]
 
@@ -106,13 +106,13 @@ class Rendezvous(TeamProblem):
         """How far it is."""
         return {"distance": self._distance.copy(), "met": self._held >= round(HOLD / PERIOD)}
 
-    def _now(self, team: Team) -> Floats:
+    def _now(self, team: Team) -> FloatArray:
         """(n, boats, 2): distances to both places [m]."""
         x, y = np.moveaxis(self._places, -1, 0)[:, :, None]
-        far: Floats = np.hypot(x - team.x[..., None], y - team.y[..., None])
+        far: FloatArray = np.hypot(x - team.x[..., None], y - team.y[..., None])
         return far
 
-    def _least(self, far: Floats, present: Mask) -> Floats:
+    def _least(self, far: FloatArray, present: BoolArray) -> FloatArray:
         """(n,): the boats' mean distance to the place where it is least [m]."""
         return np.minimum(mean_of(far[..., 0], present), mean_of(far[..., 1], present))
 

@@ -1,17 +1,15 @@
 """Who is in the water: boats that come late, go early, or are done."""
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.gym.losses import Watch
-from vrx_mj.rl.gym.problem import Mask
 from vrx_mj.rl.zoo.refereed import RefereedRow
 from vrx_mj.rl.zoo.team import Spot, Team, TeamProblem
 from vrx_mj.runtime.batch import Batch
 
 __all__ = ["Roster"]
 
-Rows = npt.NDArray[np.int64]
 Random = list[np.random.Generator]
 AWAY, BESIDE = 1e4, 200.0
 """Boats that are not there float so far north-east of all, and so far from each other [m]; waves and wind move them."""
@@ -41,7 +39,7 @@ class Roster:
         self.present = np.zeros(shape, np.bool_)
         self._joins, self._leaves = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
 
-    def begin(self, rows: Rows, random: Random) -> None:
+    def begin(self, rows: IntArray, random: Random) -> None:
         """Draw who is there from the start of an episode, and put the boats of these rows where they belong.
 
         A boat that joins does so in the first half of an episode, one that leaves in the second; the anchor stays.
@@ -56,11 +54,11 @@ class Roster:
                 self._put(boat, rows[here], spots[here, boat])
             self.park(boat, rows[~here])
 
-    def due(self, steps: Rows) -> Mask:
+    def due(self, steps: IntArray) -> BoolArray:
         """Who has to leave now, (n, boats), by the steps of each row."""
         return self.present & (self._leaves <= steps[:, None])
 
-    def join(self, steps: Rows, going: Mask, team: Team, generators: Random) -> Mask:
+    def join(self, steps: IntArray, going: BoolArray, team: Team, generators: Random) -> BoolArray:
         """Put boats into the water whose time has come, where there is room; who they are, (n, boats)."""
         joined = np.zeros_like(self.present)
         waiting = going[:, None] & (self._joins > 0) & (self._joins <= steps[:, None]) & ~self.present
@@ -73,13 +71,13 @@ class Roster:
         self.present |= joined
         return joined
 
-    def dismiss(self, gone: Mask) -> None:
+    def dismiss(self, gone: BoolArray) -> None:
         """Take boats out of the water, for good."""
         self.present &= ~gone
         for boat in range(gone.shape[1]):
             self.park(boat, np.flatnonzero(gone[:, boat]))
 
-    def park(self, boat: int, rows: Rows) -> None:
+    def park(self, boat: int, rows: IntArray) -> None:
         """Put a boat of some rows out of sight."""
         place = AWAY + BESIDE * boat, AWAY, 0.0, 0.0
         self._put(boat, rows, np.array([place] * len(rows)))
@@ -91,9 +89,7 @@ class Roster:
         self._joins[row] = np.where(late, random.integers(1, half + 1, boats), 0)
         self._leaves[row] = np.where(early, random.integers(half, max(self._most, half + 1), boats), self._most + 1)
 
-    def _free(
-        self, row: int, boat: int, team: Team, joined: npt.NDArray[np.bool_], random: np.random.Generator
-    ) -> Spot | None:
+    def _free(self, row: int, boat: int, team: Team, joined: BoolArray, random: np.random.Generator) -> Spot | None:
         others = self.present[row] | joined
         for _ in range(TRIES):
             spot = self._problem.entrance(row, boat, random)
@@ -102,7 +98,7 @@ class Roster:
                 return spot
         return None
 
-    def _put(self, boat: int, rows: Rows, spots: npt.NDArray[np.float64]) -> None:
+    def _put(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
         if not len(rows):
             return
         self._watch.launch(boat, rows, spots[:, :3], spots[:, 3])

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.rl.gym.problem import Entry, Mask, open_water
-from vrx_mj.rl.gym.seen import Floats
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.gym.problem import Entry, open_water
 from vrx_mj.rl.zoo.refereed import RefereedRow
 from vrx_mj.rl.zoo.team import Spot, Team, TeamJudged, TeamProblem
 from vrx_mj.runtime.task_runner import TaskObservation
@@ -70,11 +70,11 @@ class Score(TeamProblem):
         x, y = self._first[boat].tolist()
         return x, y, float(self._yaw[boat]), 0.0
 
-    def begin(self, who: Mask, team: Team) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """The score as it stands."""
         self._score = float(self._task["score"])
 
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """The way, the heading, and how the task stands."""
         task, every = self._task, np.ones_like(team.x)
         east, north = team.x - self._first[:, 0], team.y - self._first[:, 1]
@@ -82,17 +82,17 @@ class Score(TeamProblem):
         runs, left = every * (task["state"] == "running"), every * float(task["remaining_time"])
         return np.stack((east, north, np.cos(team.yaw), np.sin(team.yaw), runs, left, every * scored), axis=-1)
 
-    def judge(self, team: Team, going: Mask) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
         """Gain by the change of the score."""
         score = float(self._task["score"])
-        change: Floats = np.where(going, self._sign * (score - self._score) + 0.0, 0.0)  # no -0
+        change: FloatArray = np.where(going, self._sign * (score - self._score) + 0.0, 0.0)  # no -0
         self._score = score
         own = np.where(np.arange(self.size) == self.anchor, change[:, None], 0.0)
         return TeamJudged(change, own, team.present & self._row.sim.task_is_over)
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """For the scored boat more than most tasks pay."""
-        lost: Floats = np.where(np.arange(self.size) == self.anchor, LOST, 0.0)[None] * (left > 0)[:, None]
+        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, LOST, 0.0)[None] * (left > 0)[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:

@@ -7,9 +7,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.physics.motion import in_world_axes
-from vrx_mj.rl.gym.problem import LOSS, Entry, Mask
-from vrx_mj.rl.gym.seen import Floats, seen_of
+from vrx_mj.rl.gym.problem import LOSS, Entry
+from vrx_mj.rl.gym.seen import seen_of
 
 __all__ = ["CLEAR", "Spot", "Team", "TeamJudged", "TeamProblem", "crowded", "mean_of", "team_of"]
 
@@ -22,25 +23,25 @@ Spot = tuple[float, float, float, float]
 class Team(NamedTuple):
     """The boats at a moment, (n, boats) each unless it says otherwise."""
 
-    x: Floats
+    x: FloatArray
     """East of the world's origin [m]."""
-    y: Floats
+    y: FloatArray
     """North [m]."""
-    yaw: Floats
+    yaw: FloatArray
     """Heading, counter-clockwise from east [rad]."""
-    east: Floats
+    east: FloatArray
     """Velocity over ground [m/s]."""
-    north: Floats
-    own: Floats
+    north: FloatArray
+    own: FloatArray
     """(n, boats, 9): what `gym.seen.OWN_NAMES` says, in its units."""
-    present: Mask
+    present: BoolArray
     """Which are in the water; the others' numbers mean nothing."""
 
-    def toward(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    def toward(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where points are, ahead and to port [m] of each boat; they broadcast with (n, boats)."""
         return self.turned(x - self.x, y - self.y)
 
-    def turned(self, east: Floats, north: Floats) -> tuple[Floats, Floats]:
+    def turned(self, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Vectors of the world in each boat's axes, ahead and to port."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return cos * east + sin * north, cos * north - sin * east
@@ -49,11 +50,11 @@ class Team(NamedTuple):
 class TeamJudged(NamedTuple):
     """What a step was worth."""
 
-    team: Floats
+    team: FloatArray
     """(n,): to all."""
-    own: Floats
+    own: FloatArray
     """(n, boats): to each."""
-    ended: Mask
+    ended: BoolArray
     """(n, boats): who has solved, or lost, the problem."""
 
 
@@ -87,15 +88,15 @@ class TeamProblem(ABC):
         """Draw where a boat joins an episode under way."""
 
     @abstractmethod
-    def begin(self, who: Mask, team: Team) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """Note how these boats, (n, boats), stand where their parts begin."""
 
     @abstractmethod
-    def observe(self, team: Team) -> Floats:
+    def observe(self, team: Team) -> FloatArray:
         """What is observed of the task, (n, boats, len(entries)), in the entries' units."""
 
     @abstractmethod
-    def judge(self, team: Team, going: Mask) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
         """Judge a step, once; only the rows that were `going`, (n,), count, and the boats that were present."""
 
     @abstractmethod
@@ -106,7 +107,7 @@ class TeamProblem(ABC):
         """What `start` drew, (n, ...) each: goals and the like, which `info` tells when an episode begins."""
         return {}
 
-    def forfeit(self, left: npt.NDArray[np.int64]) -> Floats:
+    def forfeit(self, left: IntArray) -> FloatArray:
         """What each boat forfeits that is lost, (n, boats), with so many steps of the episode left, (n,).
 
         As for `gym.problem.Problem.forfeit`: at least what the rest could cost a boat that stays where it is.
@@ -114,7 +115,7 @@ class TeamProblem(ABC):
         return np.repeat(np.where(left > 0, LOSS, 0.0)[:, None], self.size, axis=1)
 
 
-def team_of(features: Floats, wind: Floats, present: Mask) -> Team:
+def team_of(features: FloatArray, wind: FloatArray, present: BoolArray) -> Team:
     """What is seen, from a batch's features, (n, boats, 13), and its wind, (n, 2) [m/s]."""
     n, boats, _ = features.shape
     seen = seen_of(features.reshape(n * boats, -1), np.repeat(wind, boats, axis=0))
@@ -124,13 +125,13 @@ def team_of(features: Floats, wind: Floats, present: Mask) -> Team:
     return Team(x.copy(), y.copy(), yaw, east, north, own, present)
 
 
-def mean_of(values: Floats, who: Mask) -> Floats:
+def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
     """The mean over these boats, (n,); 0 where there are none."""
-    mean: Floats = np.where(who, values, 0.0).sum(axis=1) / np.maximum(who.sum(axis=1), 1)
+    mean: FloatArray = np.where(who, values, 0.0).sum(axis=1) / np.maximum(who.sum(axis=1), 1)
     return mean
 
 
-def crowded(team: Team, distance: float = CLEAR) -> Mask:
+def crowded(team: Team, distance: float = CLEAR) -> BoolArray:
     """(n, boats): who is nearer than `distance` [m] to another one."""
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.gym.features import Features, Floats32
@@ -17,8 +18,6 @@ from vrx_mj.rl.gym.infos import masked
 from vrx_mj.rl.gym.losses import Watch
 from vrx_mj.rl.gym.options import PERIOD, check_count, check_picture, episode_steps
 from vrx_mj.rl.gym.picture import Picture
-from vrx_mj.rl.gym.problem import Mask
-from vrx_mj.rl.gym.seen import Floats
 from vrx_mj.rl.gym.variety import Range, Variety, ranges_of
 from vrx_mj.rl.gym.vector import LEAST_LEFT
 from vrx_mj.rl.zoo.actions import Actions
@@ -33,7 +32,7 @@ from vrx_mj.runtime.batch import Batch
 
 __all__ = ["NOISE", "TeamVectorEnv"]
 
-Arrays = tuple[Floats32, Floats, Mask, Mask, dict[str, Any]]
+Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 NOISE = (0.3, 0.1, 0.03)
 """Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
 
@@ -152,7 +151,7 @@ class TeamVectorEnv:
         return frozenset(self._problem.drawn()) | frozenset(self._variety.facts())
 
     @property
-    def present(self) -> Mask:
+    def present(self) -> BoolArray:
         """Whether each boat is present, (num_envs, boats)."""
         return self._roster.present.copy()
 
@@ -186,7 +185,7 @@ class TeamVectorEnv:
         """
         self._check_open()
         given = self._checked(actions)
-        idle: Mask = np.asarray(~self._roster.present.any(axis=1))
+        idle: BoolArray = np.asarray(~self._roster.present.any(axis=1))
         if idle.any():
             self._begin(np.flatnonzero(idle))
         acted = self._roster.present & ~idle[:, None]
@@ -213,7 +212,7 @@ class TeamVectorEnv:
         info |= self._begun(idle)
         return observation, reward, ended, cut, info
 
-    def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
+    def render(self) -> tuple[ByteArray, ...]:
         """Picture (height, width, 3) of each row, from the south, of the whole team."""
         self._check_open()
         self._random.check_begun()
@@ -226,7 +225,7 @@ class TeamVectorEnv:
 
     # Inside
 
-    def _begin(self, rows: npt.NDArray[np.int64]) -> None:
+    def _begin(self, rows: IntArray) -> None:
         """Begin an episode in some rows."""
         random = self._random.of(rows)
         if isinstance(self._batch, Batch):  # the world of a referee is as it is
@@ -241,22 +240,22 @@ class TeamVectorEnv:
         self._problem.begin(who, team)
         self._neighbours.begin(rows, keys, team)
 
-    def _lost(self, acted: Mask, diverged: Mask) -> dict[str, Mask]:
+    def _lost(self, acted: BoolArray, diverged: BoolArray) -> dict[str, BoolArray]:
         """Who sank or capsized in this step, (n, boats) each."""
         counts = acted & ~diverged[:, None]
         return {"sunk": self._watch.sunk() & counts, "capsized": self._watch.capsized() & counts}
 
-    def _begun(self, rows: Mask) -> dict[str, Any]:
+    def _begun(self, rows: BoolArray) -> dict[str, Any]:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
         return masked(self._problem.drawn() | self._variety.facts(), rows)
 
-    def _sail(self, rows: npt.NDArray[np.int64]) -> Mask:
+    def _sail(self, rows: IntArray) -> BoolArray:
         """Advance rows; which of them have diverged."""
         with contextlib.suppress(DivergedError):
             self._batch.step(self._actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
         return self._batch.diverged.copy()
 
-    def _come(self, going: Mask, team: Team) -> None:
+    def _come(self, going: BoolArray, team: Team) -> None:
         """Let boats join rows in which somebody goes on."""
         joined = self._roster.join(self._steps, going, team, self._random.of(np.arange(self.num_envs)))
         if joined.any():
@@ -270,7 +269,7 @@ class TeamVectorEnv:
         parts = team.own, self._last, self._problem.observe(team), self._neighbours.observe(team)
         return np.where(team.present[..., None], self._features.of(*parts), np.float32(0.0))
 
-    def _told(self, acted: Mask) -> dict[str, Any]:
+    def _told(self, acted: BoolArray) -> dict[str, Any]:
         return {**self._problem.facts(), "acted": acted, "present": self.present}
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
@@ -281,7 +280,7 @@ class TeamVectorEnv:
             raise gymnasium.error.ResetNeeded(text)
         return self._actions.checked(actions, self._roster.present)
 
-    def _drawn(self, row: int) -> npt.NDArray[np.uint8]:
+    def _drawn(self, row: int) -> ByteArray:
         places = self._batch.features[row, self._roster.present[row], :2]
         time = float(self._batch.time[row])
         return team_picture(self._picture, self._batch.qpos[row], time, places, self._batch.waves(row))

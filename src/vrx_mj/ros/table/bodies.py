@@ -5,15 +5,14 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["Bodies", "Placed", "header", "link_name", "pose_message", "turned", "twist_message", "vector"]
 
-FloatArray = npt.NDArray[np.float64]
 WORLD = frozenset({"", "world", "map", "/map"})
 """What Gazebo takes for the world's frame."""
 

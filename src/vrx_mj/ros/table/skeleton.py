@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 from vrx_mj.physics.tables import RUDDER
 from vrx_mj.ros.messages import Message, new
@@ -19,7 +19,6 @@ from vrx_mj.ros.table.urdf_tree import BASE, Bone, bones
 
 __all__ = ["Skeleton"]
 
-FloatArray = npt.NDArray[np.float64]
 JOINT_RATE = 100.0
 """[Hz], as VRX's."""
 NEAR = 1e-6

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.joints import read_joint, root_of
@@ -17,7 +17,6 @@ from vrx_mj.errors import ConfigError
 
 __all__ = ["BASE", "Bone", "bones"]
 
-FloatArray = npt.NDArray[np.float64]
 BASE = "base_link"
 """What the frame of a boat's root link is called, whatever the link's own name."""
 FIXED = "fixed"

@@ -1,0 +1,13 @@
+"""Types of arrays, for annotations in every layer."""
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["BoolArray", "ByteArray", "FloatArray", "IntArray"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.integer]
+"""Integers of any width: the width is the table's."""
+BoolArray = npt.NDArray[np.bool_]
+ByteArray = npt.NDArray[np.uint8]
+"""Pixels, or bytes of a file."""
