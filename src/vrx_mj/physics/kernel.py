@@ -1,13 +1,15 @@
-"""The `kernel` decorator: compiled by numba, cached in a folder that belongs to exactly these sources."""
+"""The `kernel` decorator: compiled by numba, cached in a folder that belongs to exactly these kernels."""
 
 import hashlib
 import importlib.metadata
 import platform
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core.registry import CPUDispatcher
 
 from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
 from vrx_mj.physics.kernel_folder import Choice, chosen_folder
@@ -16,21 +18,33 @@ __all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "kerne
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_PACKAGES = ("physics", "sensors", "runtime")
-"""The packages whose modules hold kernels. A kernel may call kernels of other files, so all count."""
+_PACKAGES = ("physics", "sensors", "runtime", "recording")
+"""The packages whose modules may hold kernels."""
+_HOLDS_KERNELS = re.compile(rb"^@(allocating_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
+_TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/tables.py")
+"""Modules without kernels whose numbers, columns and settings are compiled into them."""
+
+
+def kernel_modules(root: Path) -> dict[str, bytes]:
+    """Return the source of every module under the package's folder that decides what kernels compile to, by path."""
+    found = {name: (root / name).read_bytes() for name in _TAKEN_OVER}
+    for package in _PACKAGES:
+        for path in (root / package).glob("*.py"):
+            source = path.read_bytes()
+            if _HOLDS_KERNELS.search(source):
+                found[f"{package}/{path.name}"] = source
+    return found
 
 
 def source_hash() -> str:
-    """Return a digest of all kernel sources and of the versions that decide what they compile to.
+    """Return a digest of all modules with kernels and of the versions that decide what they compile to.
 
     numba's own cache looks only at the file of the kernel that was called, and so would keep old
     code when a kernel in another file changes.
     """
     digest = hashlib.blake2b(digest_size=10)
-    root = Path(__file__).resolve().parent.parent
-    for package in _PACKAGES:
-        for path in sorted((root / package).glob("*.py")):
-            digest.update(f"{package}/{path.name}\0".encode() + path.read_bytes() + b"\0")
+    for name, source in sorted(kernel_modules(Path(__file__).resolve().parent.parent).items()):
+        digest.update(f"{name}\0".encode() + source + b"\0")
     digest.update(f"{numba.__version__} {_mujoco_version()} {platform.python_version()}".encode())
     return digest.hexdigest()
 
@@ -77,13 +91,38 @@ def allocating_kernel(function: F) -> F:
     return _compiled(function, counting=True)
 
 
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function that has two forms, each compiled when first needed.
+
+    What Python calls has a wrapper that turns Python's objects into numbers and arrays. What other kernels call has
+    none, and so compiles in three quarters of the time: nearly all kernels of a run are of that form alone.
+    """
+
+    def __init__(self, py_func: F, locals: Any = None, targetoptions: Any = None, **settings: Any) -> None:  # noqa: A002
+        super().__init__(py_func, locals, targetoptions, **settings)
+        self._callee = CPUDispatcher(py_func, locals, {**targetoptions, "no_cpython_wrapper": True}, **settings)
+        self._cache, self._callee._cache = _cache_of(py_func), _cache_of(py_func, ".callee")
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """What numba needs to know to compile a call of this kernel in another one."""
+        return self._callee.get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """The code that another kernel calls."""
+        return self._callee.get_overload(sig)
+
+
+def _cache_of(function: Callable[..., Any], form: str = "") -> KernelCache | Uncached:
+    return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
+
+
 def _compiled(function: F, *, counting: bool) -> F:
     """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
     Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
     """
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, _nrt=counting)(function)
-    compiled._cache = Uncached() if _FOLDER is None else KernelCache(function, _FOLDER)
+    options = {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": counting}
+    compiled: Any = Kernel(function, None, options)
     result: F = compiled
     return result
 

@@ -144,19 +144,21 @@ class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):  # type: ignore[mi
 class _Entries(CompileResultCacheImpl):  # type: ignore[misc]
     """Turns what was compiled into plain data and back."""
 
-    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+    def __init__(self, function: Callable[..., Any], folder: Path, form: str) -> None:
         source = inspect.getfile(function)
         self._lineno = function.__code__.co_firstlineno
         self._locator = _Locator(function, source, folder)
-        self._filename_base = self.get_filename_base(f"{Path(source).stem}.{function.__qualname__}", sys.abiflags)
+        name = f"{Path(source).stem}.{function.__qualname__}{form}"
+        self._filename_base = self.get_filename_base(name, sys.abiflags)
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]
     """The cache of one kernel in a folder; nothing that goes wrong with it stops a run."""
 
-    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+    def __init__(self, function: Callable[..., Any], folder: Path, form: str = "") -> None:
+        """`form` is a suffix that tells apart what one function is compiled to."""
         self._name, self._py_func = repr(function), function
-        self._impl = _Entries(function, folder)
+        self._impl = _Entries(function, folder, form)
         self._cache_path = self._impl.locator.get_cache_path()
         self._cache_file = KernelFiles(
             self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()

@@ -11,12 +11,12 @@ from vrx_mj.physics.kernel import cached
 
 ONCE = "for this machine, once"
 EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
-KERNELS = 130
+KERNELS = 135
 """About how many kernels the loop is made of: for the progress only."""
 
 
 @contextlib.contextmanager
-def announced(first_call: Any, what: str = "the physics", seconds: int = 30) -> Iterator[None]:
+def announced(first_call: Any, what: str = "the physics", seconds: int = 15) -> Iterator[None]:
     """Around the first call of a kernel: if it is not in the cache, say so, and show how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.

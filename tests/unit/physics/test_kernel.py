@@ -1,6 +1,9 @@
 """Where compiled kernels are kept."""
 
+import ast
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -10,10 +13,11 @@ import numba
 import pytest
 
 import vrx_mj.physics.kernel as module
-from vrx_mj.physics.kernel import cache_folder, kernel, source_hash
+from vrx_mj.physics.kernel import cache_folder, kernel, kernel_modules, source_hash
 from vrx_mj.physics.waves import ramp
 
-SOURCE = Path(module.__file__).parents[2]
+PACKAGE = Path(module.__file__).parents[1]
+SOURCE = PACKAGE.parent
 PROGRAM = "from vrx_mj.physics.cosine import cosine; print(cosine(0.0))"
 
 
@@ -83,17 +87,57 @@ def test_kernels_lie_in_the_folder():
     assert Path(ramp.stats.cache_path).parent == module._FOLDER
 
 
-def test_a_change_in_any_source_changes_the_folder(tmp_path, monkeypatch):
-    for package in ("physics", "runtime"):
-        (tmp_path / package).mkdir()
-        (tmp_path / package / "some.py").write_text("one = 1\n", encoding="utf-8")
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """A copy of the sources whose kernels count."""
+    for package in ("physics", "runtime", "sensors", "recording"):
+        shutil.copytree(PACKAGE / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    for file in PACKAGE.glob("*.py"):
+        shutil.copy(file, tmp_path)
     monkeypatch.setattr(module, "__file__", str(tmp_path / "physics" / "kernel.py"))
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["runtime/limits.py", "runtime/simulation.py", "sensors/readings.py", "errors.py"])
+def test_a_change_in_a_module_without_kernels_compiles_nothing_again(copy, name):
+    before = source_hash()
+    (copy / name).write_text((copy / name).read_text(encoding="utf-8") + "# a comment\n", encoding="utf-8")
+    assert source_hash() == before
+
+
+@pytest.mark.parametrize(
+    "name", ["physics/drag.py", "runtime/loop.py", "sensors/rays.py", "recording/rows.py", "constants.py"]
+)
+def test_a_change_in_a_module_with_kernels_or_in_what_they_take_over_changes_the_folder(copy, name):
     hashes = [source_hash()]
-    (tmp_path / "runtime" / "some.py").write_text("one = 2\n", encoding="utf-8")
+    (copy / name).write_text((copy / name).read_text(encoding="utf-8") + "# a comment\n", encoding="utf-8")
     hashes.append(source_hash())
-    (tmp_path / "physics" / "some.py").rename(tmp_path / "physics" / "other.py")
-    hashes.append(source_hash())
-    assert len(set(hashes)) == 3
+    if "/" in name:
+        (copy / name).rename((copy / name).with_name("other.py"))
+        hashes.append(source_hash())
+    assert len(set(hashes)) == len(hashes)
+
+
+def test_every_module_that_imports_the_decorator_counts():
+    decorated = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        if re.search(r"kernel import .*\b(allocating_)?kernel\b|numba.extending", path.read_text(encoding="utf-8"))
+    }
+    assert decorated
+    assert decorated <= kernel_modules(PACKAGE).keys()
+
+
+def test_kernels_take_numbers_only_from_modules_that_count():
+    """A number of another module is compiled into a kernel: a change of it has to change the folder."""
+    modules = kernel_modules(PACKAGE)
+    for name, source in modules.items():
+        if name not in module._TAKEN_OVER and b"kernel import" in source:
+            for node in ast.parse(source).body:
+                if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vrx_mj."):
+                    numbers = [alias.name for alias in node.names if alias.name.strip("_").isupper()]
+                    file = node.module.removeprefix("vrx_mj.").replace(".", "/") + ".py"
+                    assert not numbers or file in modules, f"{name}: {numbers} of {file}"
 
 
 @pytest.mark.usefixtures("nowhere")
