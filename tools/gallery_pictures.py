@@ -162,8 +162,8 @@ class _Stage:
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = sim.data.qpos
         mujoco.mj_kinematics(self._model, self._data)
-        self._cameras = Cameras(self._model, sim.world.parameters)
-        for display in displays_of(sim.world.parameters):
+        self._cameras = Cameras(self._model, sim.world.tree)
+        for display in displays_of(sim.world.tree):
             codes = CODES if display.kind == "light" else SYMBOLS
             colors = display.colors(codes.index(sim.showing(display.name)))
             self._cameras.paint(

@@ -53,7 +53,7 @@ def saved() -> tuple[dict[str, bytes], ...]:
     """The files of those worlds."""
     return tuple(
         {
-            "scene.json": _dump(world.parameters).encode(),
+            "scene.json": _dump(world.tree).encode(),
             "scene.xml": world.mjcf.encode(),
             **{f"assets/{name}": content for name, content in world.assets.items()},
         }
@@ -108,9 +108,9 @@ def run_saved(folder: Path) -> None:
     sim = Simulation(world)
     use(sim)
     world.save(folder / "out" / "again")
-    if world.parameters["task"] is None and len(world.mjcf) < 200_000:
+    if world.tree["task"] is None and len(world.mjcf) < 200_000:
         batch = Batch(world, 2)
-        batch.step(np.full((2, len(batch.channels)), 0.5), duration=world.parameters["timestep"] * 5)
+        batch.step(np.full((2, len(batch.channels)), 0.5), duration=world.tree["timestep"] * 5)
 
 
 def use(sim: Simulation) -> None:

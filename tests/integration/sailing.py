@@ -54,9 +54,9 @@ def simulation(fleet=None, *, seed=None, edit=None, **world):
 
 def edited(world, change):
     """The world with other parameters: `change` edits a copy of the tree."""
-    parameters = json.loads(json.dumps(dict(world.parameters)))
+    parameters = json.loads(json.dumps(dict(world.tree)))
     change(parameters)
-    return dataclasses.replace(world, parameters=MappingProxyType(parameters))
+    return dataclasses.replace(world, tree=MappingProxyType(parameters))
 
 
 def added_mass(*values):

@@ -36,7 +36,7 @@ def row(boat, config):
 def equipped(world, sensors, **parameters):
     """The world with these sensors on its boats, a list of configurations for each."""
     rows = [row(boat, config) for boat, configs in sensors.items() for config in configs]
-    return make_world(world.mjcf, world.assets, {**world.parameters, "sensors": rows, **parameters})
+    return make_world(world.mjcf, world.assets, {**world.tree, "sensors": rows, **parameters})
 
 
 def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
@@ -53,14 +53,14 @@ def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
 def _renamed(world, guns):
     """The world whose objects ball0, ball1, ... belong to these guns, and sleep."""
     names = {f"ball{k}": ball_name(*gun) for k, gun in enumerate(guns)}
-    mjcf, parameters = world.mjcf, dict(world.parameters)
+    mjcf, parameters = world.mjcf, dict(world.tree)
     for old, new in names.items():
         mjcf = mjcf.replace(f'"{old}/', f'"{new}/')
     parameters["objects"] = [
         {**item, "name": names.get(item["name"], item["name"]), "body": _body(item["body"], names)}
-        for item in world.parameters["objects"]
+        for item in world.tree["objects"]
     ]
-    parameters["floats"] = [{**item, "body": _body(item["body"], names)} for item in world.parameters["floats"]]
+    parameters["floats"] = [{**item, "body": _body(item["body"], names)} for item in world.tree["floats"]]
     if guns:
         mjcf = re.sub(r"<option ", '<option sleep_tolerance="0" ', mjcf, count=1)
         mjcf = re.sub(r"<flag ", '<flag sleep="enable" ', mjcf, count=1)

@@ -42,7 +42,7 @@ def test_a_world_is_the_same_world(world, copied):
     assert other == world
     assert other.sha256 == world.sha256
     assert other.boats == world.boats
-    for mapping in (other.parameters, other.assets):
+    for mapping in (other.tree, other.assets):
         with pytest.raises(TypeError, match="does not support item assignment"):
             mapping["name"] = "other"
 

@@ -188,7 +188,7 @@ def test_a_collision_hands_its_momentum_to_the_dock():
         body = sim.model.body(name)
         return float(body.subtreemass[0]) * sim.data.subtree_linvel[body.id]
 
-    boat = sim.world.parameters["hulls"][0]["body"]
+    boat = sim.world.tree["hulls"][0]["body"]
     total = momentum(boat) + momentum("d/dock")
     sim.step(duration=3.0)
     assert momentum("d/dock")[0] > 100.0

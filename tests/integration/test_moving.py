@@ -87,7 +87,7 @@ def test_it_comes_to_look_at_its_waypoint_and_reaches_it():
 
 def rounds(sim, count):
     """Targets in the order in which they are swum to, and how far it was from each when it took the next [m]."""
-    points = np.array([row["position"] for row in sim.world.parameters["path_points"]])
+    points = np.array([row["position"] for row in sim.world.tree["path_points"]])
     state, seen, gaps = sim._live.rig.follower_state, [0], []
     for _ in range(20_000):
         sim.advance(10)
@@ -108,7 +108,7 @@ def test_a_circle_is_swum_point_by_point_and_again(profile):
          "path": {"circle": {"radius": 3}, "force": 18, "torque": 1.5}},
     ]}  # fmt: skip
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=ALONE))
-    assert sim.world.parameters["followers"][0]["turns_first"] == (profile == "vrx3")
+    assert sim.world.tree["followers"][0]["turns_first"] == (profile == "vrx3")
     seen, gaps = rounds(sim, 10)
     assert seen == [0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2]
     assert max(gaps) < 0.52  # 0.5 m, and what it swims in ten steps
@@ -128,7 +128,7 @@ def test_the_beacon_of_2023_races_along_and_stays_in_the_water():
 
 def test_a_line_is_swum_to_and_fro():
     sim = swimming({"line": {"length": 4, "direction": math.pi / 2}}, yaw=math.pi / 2)
-    assert sim.world.parameters["path_points"][1]["position"] == pytest.approx([-4.0, 0.0])
+    assert sim.world.tree["path_points"][1]["position"] == pytest.approx([-4.0, 0.0])
     assert rounds(sim, 3)[0] == [0, 1, 0, 1]
 
 
@@ -153,7 +153,7 @@ def test_without_a_path_it_drifts_as_the_static_one():
     ways = []
     for model, path in (("crocodile_buoy", None), ("crocodile_static", None)):
         sim = swimming(path, model=model, sea=ROUGH, wind=GUSTY)
-        assert sim.world.parameters["followers"] == []
+        assert sim.world.tree["followers"] == []
         sim.advance(500)
         ways.append(sim.data.qpos.copy())
     assert same_bits(*ways)
@@ -262,7 +262,7 @@ def test_a_recording_tells_what_was_shown_and_holds_changes_alone(lit, tmp_path)
             lit.advance(20)
     recorded = read_record(tmp_path / "run.rrd")
     rows = recorded.rows[:-1:4]
-    displays = {display.name: display for display in displays_of(lit.world.parameters)}
+    displays = {display.name: display for display in displays_of(lit.world.tree)}
     marks = rows[:, recorded.layout.marks]
     again = [
         tuple(displays[name].shows(mark, time) for name in ("buoy", BOARD))

@@ -81,7 +81,7 @@ def test_a_boat_that_turns_steadily_feels_the_centripetal_acceleration():
 
 def test_gps_and_truth_agree():
     sim = sailing((GPS, P3D), physics={"at_base_link": []}, fleet=boats((100.0, -50.0, 1.0)))
-    earth = Georeference(**sim.world.parameters["georeference"])
+    earth = Georeference(**sim.world.tree["georeference"])
     sim.sense("a")["gps"], sim.sense("a")["p3d"]
     sim.step({"a": AHEAD}, duration=10.0)
     fix, truth = sim.sense("a")["gps"].data, sim.sense("a")["p3d"].data

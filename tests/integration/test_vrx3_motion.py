@@ -102,7 +102,7 @@ def test_the_boat_moves_as_newton_and_euler_say():
     sim.command("a", left=700.0, right=350.0)
     sim.advance(1500)
     air = (7 * math.cos(math.radians(120)), 7 * math.sin(math.radians(120)))
-    height = functools.partial(surface, sim.world.parameters["sea"]["waves"])
+    height = functools.partial(surface, sim.world.tree["sea"]["waves"])
     position, turn, speed, spin = marched(start, angles, (700.0, 350.0), height, air, 1500)
     seen = sim.observe()["a"]
     # the figures of mass and inertia have 8 digits, and the roll is nearly undamped

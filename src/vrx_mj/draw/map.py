@@ -171,7 +171,7 @@ def _pixels(size: Any) -> tuple[int, int]:
 def map_of(world: World) -> MapScene:
     """The map of a compiled world at its start; CommandError if it is not one."""
     check_kind("map_of", world, World, "a World, as compile_world returns it")
-    values = world.parameters
+    values = world.tree
     fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
     wind, sea = values["wind"], values["sea"]
     toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
@@ -194,7 +194,7 @@ def _model(world: World) -> Any:
     """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
     import mujoco
 
-    if not world.parameters["objects"] and not world.parameters.get("placards"):
+    if not world.tree["objects"] and not world.tree.get("placards"):
         return None
     return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
 
@@ -214,16 +214,16 @@ def _boat(entry: Any, index: int) -> MapBoat:
 
 def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    return tuple(_object(model, item) for item in world.parameters["objects"] if item["model"] != BALL)
+    return tuple(_object(model, item) for item in world.tree["objects"] if item["model"] != BALL)
 
 
 def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
     import mujoco
 
-    rows = world.parameters.get("placards", ())
+    rows = world.tree.get("placards", ())
     if not rows:
         return
-    data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
+    data, symbols = mujoco.MjData(model), symbols_of(world.tree)
     mujoco.mj_kinematics(model, data)
     for row in rows:
         x, y, _ = data.body(row["body"]).xpos.tolist()

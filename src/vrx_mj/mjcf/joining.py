@@ -56,7 +56,7 @@ def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None)
         CommandError: something has the name already, or the boat would stand on land.
         CompileError: the boat cannot be built.
     """
-    spawn = world.parameters.get("spawn", {})
+    spawn = world.tree.get("spawn", {})
     own = {key: spawn[key] for key in ("robot", "thrusters", "sensors") if spawn.get(key) is not None}
     boat = newcomer(said, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
@@ -73,7 +73,7 @@ def without_boat(world: World, name: str) -> World:
         CommandError: it is the boat that the world's task scores.
     """
     check_name("boat", name, world.boats)
-    task = world.parameters.get("task")
+    task = world.tree.get("task")
     if task and task["boat"] == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{task['name']}' scores")
     parameters = _rows_without(world, name)
@@ -82,7 +82,7 @@ def without_boat(world: World, name: str) -> World:
 
 def boat_alone(world: World, name: str) -> mujoco.MjModel:
     """A model of nothing but a boat of the world, with all that is seen of it: what else there is takes a second."""
-    hull = world.parameters["hulls"][world.boats.index(name)]
+    hull = world.tree["hulls"][world.boats.index(name)]
     block = _block(world, hull["body"])[0]
     head, _, rest = world.mjcf.partition("\n  <asset>")
     lines, used = rest.partition("\n  </asset>")[0].splitlines(), block
@@ -96,7 +96,7 @@ def boat_alone(world: World, name: str) -> mujoco.MjModel:
 
 
 def _check_name(world: World, name: str) -> None:
-    parameters = world.parameters
+    parameters = world.tree
     taken = {item["name"]: "a dock" for item in parameters["docks"]}
     taken |= {item["name"].partition("/")[0]: "an object" for item in parameters["objects"]}
     taken |= dict.fromkeys(world.boats, "a boat")
@@ -110,7 +110,7 @@ class _Joining:
 
     def __init__(self, world: World, boat: BoatConfig) -> None:
         self._world, self._boat = world, boat
-        self._old = world.parameters
+        self._old = world.tree
         self._mjcf, self._assets = world.mjcf, dict(world.assets)
         self._rows: dict[str, list[Any]] = {}
 
@@ -183,7 +183,7 @@ def _built(boat: BoatConfig, profile: str) -> Boat:
 
 def _rows_without(world: World, name: str) -> Parameters:
     """The parameters of a world without a boat and its balls."""
-    old, index = world.parameters, world.boats.index(name)
+    old, index = world.tree, world.boats.index(name)
     hull = old["hulls"][index]
     balls = {row["config"]["name"] for row in old["sensors"] if row["boat"] == name}
     balls = {ball_name(name, shooter) for shooter in balls} & ball_names(old)
@@ -232,7 +232,7 @@ def _down(number: int, start: int, count: int) -> int:
 
 def _cut(world: World, name: str, parameters: Parameters) -> World:
     """The world with new parameters, a boat and its balls cut out of its MJCF."""
-    old = world.parameters
+    old = world.tree
     links = {row["body"] for row in old["hulls"]} - {row["body"] for row in parameters["hulls"]}
     links |= {row["body"] for row in old["objects"]} - {row["body"] for row in parameters["objects"]}
     mjcf, meshes = world.mjcf, set[str]()

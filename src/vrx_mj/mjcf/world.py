@@ -13,7 +13,7 @@ from vrx_mj.arguments import as_path
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.saved import checked
-from vrx_mj.model.world import FORMAT
+from vrx_mj.model.world import FORMAT, Parameters, parameters_of
 
 LARGEST_FILE = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
@@ -30,38 +30,43 @@ class World:
     """MJCF of the world, with every boat, dock and object attached under its name."""
     assets: Mapping[str, bytes]
     """Contents of the files that the MJCF refers to, by file name."""
-    parameters: Mapping[str, Any]
-    """Parameters as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
+    tree: Mapping[str, Any]
+    """`parameters` as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
     `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
 
     def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], dict[str, Any]]]:
         """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
-        return _read_only, (self.mjcf, dict(self.assets), dict(self.parameters))
+        return _read_only, (self.mjcf, dict(self.assets), dict(self.tree))
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
-        return f"<World {self.name}, fleet {self.parameters['fleet']}, {boats}, seed {self.seed}>"
+        return f"<World {self.name}, fleet {self.tree['fleet']}, {boats}, seed {self.seed}>"
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """What the world has besides its MJCF: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
+        return parameters_of(_dump(self.tree).encode())[0]
 
     @property
     def name(self) -> str:
         """Name of the world."""
-        return str(self.parameters["name"])
+        return str(self.tree["name"])
 
     @property
     def seed(self) -> int:
         """Default seed of `Simulation.reset`."""
-        return int(self.parameters["seed"])
+        return int(self.tree["seed"])
 
     @cached_property
     def boats(self) -> tuple[str, ...]:
         """Names of the boats, in the order of the fleet."""
-        return tuple(boat["name"] for boat in self.parameters["boats"])
+        return tuple(boat["name"] for boat in self.tree["boats"])
 
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the saved world."""
         digest = hashlib.sha256(self.mjcf.encode())
-        digest.update(_dump(self.parameters).encode())
+        digest.update(_dump(self.tree).encode())
         for name in sorted(self.assets):
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
@@ -84,7 +89,7 @@ class World:
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
             (scene.parent / "assets" / name).write_bytes(content)
-        scene.with_suffix(".json").write_text(_dump(self.parameters), encoding="utf-8", newline="\n")
+        scene.with_suffix(".json").write_text(_dump(self.tree), encoding="utf-8", newline="\n")
         scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
         return scene
 

@@ -78,7 +78,7 @@ class Company:
         Raises:
             StateError: the recording holds no world, or it is damaged or of another version.
         """
-        return self.world.parameters
+        return self.world.tree
 
 
 def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk:

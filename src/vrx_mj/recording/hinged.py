@@ -17,7 +17,7 @@ __all__ = ["part_paths", "part_poses", "parts_of"]
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
     """Entities by MuJoCo's bodies: those of floating docks, each under the one that it hangs on."""
     paths: dict[str, str] = {}
-    for dock in world.parameters["docks"]:
+    for dock in world.tree["docks"]:
         if not dock["dynamic"]:
             continue
         root, *blocks = dock["bodies"]
@@ -32,7 +32,7 @@ def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
 def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
     """The blocks, but for the roots, and the placards of all floating docks."""
     paths = part_paths(world, model)
-    for dock in (dock for dock in world.parameters["docks"] if dock["dynamic"]):
+    for dock in (dock for dock in world.tree["docks"] if dock["dynamic"]):
         for name in (*dock["bodies"][1:], *dock["placards"]):
             body = model.body(name).id
             hinged = bool(model.body_jntnum[body])

@@ -17,15 +17,15 @@ __all__ = ["recorded_sensors", "sensor_rates", "taker"]
 def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
     """By boat, its sensors and how often they measure [1/s]."""
     rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
-    for row in sim.world.parameters["sensors"]:
+    for row in sim.world.tree["sensors"]:
         rates[row["boat"]][row["config"]["name"]] = float(row["config"]["rate"])
     return rates
 
 
 def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
-    rows = {(row["boat"], row["config"]["name"]): row for row in world.parameters["sensors"]}
-    at_base = world.parameters["at_base_link"]
+    rows = {(row["boat"], row["config"]["name"]): row for row in world.tree["sensors"]}
+    at_base = world.tree["at_base_link"]
     for choice in choices:
         row = rows[choice.boat, choice.sensor]
         config = row["config"]

@@ -49,7 +49,7 @@ class Diagnosis:
     def changed(self) -> None:
         """Boats came or went: see whether they have receivers that cannot work here."""
         world = self._sim.world
-        if world.parameters["georeference"] is not None:
+        if world.tree["georeference"] is not None:
             return
         owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
         if owners:
@@ -151,7 +151,7 @@ class Diagnosis:
 
     def _rows(self, boat: str) -> Iterator[Mapping[str, Any]]:
         hull = self._sim.boats.index(boat)
-        return (row for row in self._sim.world.parameters["thrusters"] if row["hull"] == hull)
+        return (row for row in self._sim.world.tree["thrusters"] if row["hull"] == hull)
 
     def _timeout(self, boat: str, thruster: str) -> float:
         if boat not in self._sim.boats:

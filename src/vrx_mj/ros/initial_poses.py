@@ -43,7 +43,7 @@ class InitialPoses:
                 self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
 
     def _names(self) -> list[str]:
-        return [row["name"] for row in self._sim.world.parameters["objects"] if row["kind"] != "static"]
+        return [row["name"] for row in self._sim.world.tree["objects"] if row["kind"] != "static"]
 
     def _object(self, name: str) -> FloatArray | None:
         try:

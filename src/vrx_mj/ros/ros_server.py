@@ -215,7 +215,7 @@ class RosServer:
         """
         if not math.isfinite(force):
             raise CommandError(f"invalid thrust {force} N for {thruster} of {boat}: a finite number is needed")
-        newtons = self.sim.world.parameters["profile"] == "vrx3"
+        newtons = self.sim.world.tree["profile"] == "vrx3"
         command = force if newtons else self.seen[boat].thrusters[thruster].command(force)
         self.command(boat, {thruster: command})
         self._held.hold(boat, thruster, command)

@@ -21,18 +21,18 @@ class FreeBodies:
 
     def __init__(self, world: World, rig: Rig) -> None:
         self._data, self._rig = rig.data, rig
-        self._boats, self._thrusters = world.boats, world.parameters["thrusters"]
+        self._boats, self._thrusters = world.boats, world.tree["thrusters"]
         self._hulls: dict[str, Hull] = {}
-        floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
+        floating = [item["name"] for item in world.tree["objects"] if item["kind"] == "floating"]
         self.objects = tuple(floating)
-        docks = [dock["name"] for dock in world.parameters["docks"] if dock["dynamic"]]
+        docks = [dock["name"] for dock in world.tree["docks"] if dock["dynamic"]]
         self.afloat = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
         roots = rig.blocks[rig.blocks["parent"] < 0]
         for names, rows in ((world.boats, rig.hulls), (self.objects, rig.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
                 self._address[name] = (int(row["qpos"]), int(row["dof"]))
-        task = world.parameters.get("task") or {}
+        task = world.tree.get("task") or {}
         self._fixed = {
             name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in task.get("fixed", {}).items()
         }

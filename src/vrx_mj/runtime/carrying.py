@@ -38,7 +38,7 @@ class Staying:
     @staticmethod
     def of(world: World, rig: Rig, name: str | None) -> "Staying":
         """All rows but those of the boat called `name`; None: all of them."""
-        model, parameters = rig.model, world.parameters
+        model, parameters = rig.model, world.tree
         bodies = np.array([name is None or not _is_part(model.body(i).name, name) for i in range(model.nbody)])
         floating = [item for item in parameters["objects"] if item["kind"] == "floating"]
         floats = np.array([name is None or not _is_part(item["body"], name) for item in floating], np.bool_)

@@ -29,7 +29,7 @@ def fleet_controller(sim: Simulation) -> Controller | None:
     crews = _crews(sim)
     if not crews:
         return None
-    task = sim.world.parameters["task"]
+    task = sim.world.tree["task"]
     loaded = []
     for name, own in crews.items():
         takes = own | {TASK} if task is not None and task["boat"] in own else own
@@ -47,7 +47,7 @@ def fleet_controller(sim: Simulation) -> Controller | None:
 def _crews(sim: Simulation) -> dict[str, set[str]]:
     """The boats of each controller, by its name."""
     crews: dict[str, set[str]] = {}
-    for boat in sim.world.parameters["boats"]:
+    for boat in sim.world.tree["boats"]:
         if boat.get("controller") is not None:  # a world saved earlier has no such key
             crews.setdefault(boat["controller"], set()).add(boat["name"])
     return crews

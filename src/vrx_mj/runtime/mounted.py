@@ -58,10 +58,10 @@ class Mounted:
 
 def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
     """The sensors of a world's boats, in its order; those of boats that were there before are `known`."""
-    rows = world.parameters.get("sensors", ())
+    rows = world.tree.get("sensors", ())
     before = {(sensor.boat, sensor.life, sensor.name): sensor for sensor in known}
-    lives = {boat["name"]: int(boat.get("life", 0)) for boat in world.parameters["boats"]}
-    floating = [item["name"] for item in world.parameters["objects"] if item["kind"] == "floating"]
+    lives = {boat["name"]: int(boat.get("life", 0)) for boat in world.tree["boats"]}
+    floating = [item["name"] for item in world.tree["objects"] if item["kind"] == "floating"]
     joints = {body: int(model.body(body).jntadr[0]) for body in {row["body"] for row in rows}}
     found: list[Mounted] = []
     mark = 0

@@ -72,7 +72,7 @@ class Rig:
         known: "Rig | None" = None,
     ) -> None:
         """Tables of a world; `known` is the rig of one that differs by boats alone."""
-        parameters = world.parameters
+        parameters = world.tree
         sea, wind = parameters["sea"], parameters["wind"]
         self.model, self.data, self.quiet = model, data, quiet
         self.timestep = float(model.opt.timestep)

@@ -52,9 +52,9 @@ class Channel(NamedTuple):
 
 def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
     """Return every command of a world with that table of thrusters: thrusts, then steering angles."""
-    newtons = world.parameters["profile"] == "vrx3"
+    newtons = world.tree["profile"] == "vrx3"
     pushing, steering = [], []
-    for number, (given, row) in enumerate(zip(world.parameters["thrusters"], thrusters, strict=True)):
+    for number, (given, row) in enumerate(zip(world.tree["thrusters"], thrusters, strict=True)):
         boat, name = world.boats[row["hull"]], given["name"]
         if given["mapping"] != RUDDER:
             pushing.append(Channel(boat, name, number, "command", _thrusts(row) if newtons else (-1.0, 1.0)))

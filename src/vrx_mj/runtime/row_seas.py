@@ -29,7 +29,7 @@ class RowSeas:
     """What the sea of each row has of its own."""
 
     def __init__(self, waves: Table, sea: Mapping[str, Any], n: int) -> None:
-        """Take a world's `tables.WAVE` and its `World.parameters["sea"]`; all `n` rows have that sea."""
+        """Take a world's `tables.WAVE` and its `World.tree["sea"]`; all `n` rows have that sea."""
         self._world = waves
         peak = 2.0 * math.pi / sea["period"] if sea["period"] else 1.0
         self._nominal = np.array([(peak, tuple(sea["direction"]))], NOMINAL)

@@ -331,7 +331,7 @@ def summarize(
     }
     return Summary(
         world=sim.world.name,
-        fleet=str(sim.world.parameters["fleet"]),
+        fleet=str(sim.world.tree["fleet"]),
         seed=sim.seed,
         steps=steps,
         sim_time=elapsed,

@@ -112,7 +112,7 @@ class Sensing:
         self._world, self._rig = world, rig
         self._sights = Sights(world, rig, drawing)
         self._earth = _earth(world)
-        self._at_base = frozenset(world.parameters["at_base_link"])
+        self._at_base = frozenset(world.tree["at_base_link"])
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in rig.sensors:
             self._boats[sensor.boat][sensor.name] = sensor
@@ -215,7 +215,7 @@ class Sensing:
     @property
     def inherits(self) -> bool:
         """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return str(self._world.parameters["profile"]) not in AT_REST
+        return str(self._world.tree["profile"]) not in AT_REST
 
     # Inside
 
@@ -282,5 +282,5 @@ def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
 
 def _earth(world: World) -> Georeference | None:
     """Where on Earth a world is; a saved one has the values without their file."""
-    values = world.parameters["georeference"]
+    values = world.tree["georeference"]
     return None if values is None else Georeference(**values)

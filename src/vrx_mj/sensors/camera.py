@@ -31,7 +31,7 @@ class Cameras:
     """
 
     def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
-        """Take a world's drawing model and its `World.parameters`; nothing is drawn or opened yet."""
+        """Take a world's drawing model and its `World.tree`; nothing is drawn or opened yet."""
         self._model = copy.copy(model)
         self._fog = bool(parameters["scene"]["fog"])
         self._sea = SeaSkin(model, parameters)

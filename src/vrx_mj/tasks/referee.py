@@ -66,7 +66,7 @@ def same_length(first: Any, given: Any) -> bool:
 
 
 class Referee:
-    """One task under way. `task` is what the compiler made of it: `World.parameters["task"]`."""
+    """One task under way. `task` is what the compiler made of it: `World.tree["task"]`."""
 
     def __init__(self, task: Mapping[str, Any], rules: Rules) -> None:
         initial, ready, running = task["durations"]

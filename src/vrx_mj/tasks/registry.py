@@ -36,7 +36,7 @@ RULES: Mapping[str, Callable[[Mapping[str, Any]], Rules]] = {
 
 
 def make_referee(task: Mapping[str, Any]) -> Referee:
-    """The referee of a task: `World.parameters["task"]`.
+    """The referee of a task: `World.tree["task"]`.
 
     Raises:
         UnknownNameError: no task is of this type.

@@ -41,7 +41,7 @@ def test_a_sketch_holds_what_a_map_shows(world):
 def with_task(world, **task):
     """The same world with another task, as far as its sketch wants to know it."""
     task = {"type": "any", "name": "any", "boat": "wamv", **task}
-    return type(world)(world.mjcf, world.assets, {**world.parameters, "task": task})
+    return type(world)(world.mjcf, world.assets, {**world.tree, "task": task})
 
 
 def test_gates_and_animals_are_found_by_the_names_of_their_objects(world):

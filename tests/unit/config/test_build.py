@@ -287,7 +287,7 @@ def test_boats_of_a_fleet_have_their_own_files_and_namespaces(folder):
     for boat, z in (("alpha", 1.4), ("bravo", 1.6)):
         (folder / f"{boat}.yaml").write_text(f"wamv_imu:\n  - {{name: imu_{boat}, x: 0.3, y: 0, z: {z}}}\n", "utf-8")
     (folder / "fleet.yaml").write_text(FLEET, encoding="utf-8")
-    world = vrx_mj.compile_world("ocean", fleet="fleet.yaml").parameters
+    world = vrx_mj.compile_world("ocean", fleet="fleet.yaml").tree
     assert [(row["boat"], row["frame"], row["body"]) for row in world["sensors"]] == [
         ("alpha", "alpha/imu_alpha_link", "alpha/base_link"),
         ("bravo", "bravo/imu_bravo_link", "bravo/base_link"),

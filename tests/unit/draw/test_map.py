@@ -37,7 +37,7 @@ WORLD = World(
     <geom type="sphere" size="0.2" pos="0 0 1" rgba="1 1 1 1" group="2"/>
     <geom type="box" size="9 9 9" rgba="0 0 1 1" group="3"/></body></worldbody></mujoco>""",
     assets=MappingProxyType({}),
-    parameters=MappingProxyType(
+    tree=MappingProxyType(
         {
             "name": "bay",
             "fleet": "duo",
@@ -148,13 +148,13 @@ def test_a_world_becomes_a_scene():
 
 @pytest.mark.parametrize("name", ["blue_projectile", "wamv1/ball_shooter"])  # the regatta's own, and a shooter's
 def test_parked_balls_are_not_on_the_map(name):
-    ball = {**WORLD.parameters["objects"][0], "name": name, "model": "blue_projectile"}
-    values = {**WORLD.parameters, "objects": [*WORLD.parameters["objects"], ball]}
+    ball = {**WORLD.tree["objects"][0], "name": name, "model": "blue_projectile"}
+    values = {**WORLD.tree, "objects": [*WORLD.tree["objects"], ball]}
     assert map_of(World(WORLD.mjcf, WORLD.assets, values)).objects == map_of(WORLD).objects
 
 
 def test_still_air_and_a_calm_sea_have_no_arrows():
-    values = {**WORLD.parameters, "wind": {"direction": [1.0, 0.0], "mean": 0.0}}
+    values = {**WORLD.tree, "wind": {"direction": [1.0, 0.0], "mean": 0.0}}
     values["sea"] = {**values["sea"], "waves": []}
     scene = map_of(World(WORLD.mjcf, WORLD.assets, values))
     assert scene.wind is None

@@ -25,7 +25,7 @@ def compiled(*boats):
 
 def without_waiting_places(world):
     """Its parameters but for where balls wait, which goes by the order in which boats came."""
-    tree = json.loads(json.dumps(dict(world.parameters)))
+    tree = json.loads(json.dumps(dict(world.tree)))
     for item in tree["objects"]:
         if item["model"] == "blue_projectile":
             del item["pose"]
@@ -57,7 +57,7 @@ def test_a_boat_that_joins_is_as_if_compiled_last(said):
 
 def test_a_boat_that_leaves_is_as_if_never_compiled():
     left = without_boat(compiled(ONE, TWO, LATE), "two")
-    assert left.parameters["lives"] == {"two": 1}
+    assert left.tree["lives"] == {"two": 1}
     rest = {key: value for key, value in without_waiting_places(left).items() if key != "lives"}
     expected = compiled(ONE, LATE)
     assert rest == without_waiting_places(expected)
@@ -70,21 +70,21 @@ def test_who_comes_and_goes_leaves_nothing_behind():
         world = without_boat(with_boat(world, {**LATE, "robot": "skiff"}), "late")
     assert world.mjcf == began.mjcf
     assert world.assets == began.assets
-    assert world.parameters == {**began.parameters, "lives": {"late": 5}}
+    assert world.tree == {**began.tree, "lives": {"late": 5}}
 
 
 def test_a_world_is_not_changed_by_the_one_that_follows_from_it():
     world = compiled(ONE, TWO)
-    before, mjcf = json.dumps(dict(world.parameters)), world.mjcf
+    before, mjcf = json.dumps(dict(world.tree)), world.mjcf
     without_boat(with_boat(world, LATE), "one")
-    assert (json.dumps(dict(world.parameters)), world.mjcf) == (before, mjcf)
+    assert (json.dumps(dict(world.tree)), world.mjcf) == (before, mjcf)
 
 
 def test_balls_wait_apart():
     world = compiled(ONE, TWO)
     world = with_boat(without_boat(world, "one"), LATE)
     world = with_boat(world, {**ONE, "name": "again"})
-    places = [tuple(item["pose"][:3]) for item in world.parameters["objects"]]
+    places = [tuple(item["pose"][:3]) for item in world.tree["objects"]]
     assert len(set(places)) == len(places)
 
 

@@ -34,7 +34,7 @@ def worlds():
 
 def loaded(world, tree=None, mjcf=None, assets=None):
     """The world again, through its saved form, of which a part is another."""
-    text = json.dumps(dict(world.parameters) if tree is None else tree).encode()
+    text = json.dumps(dict(world.tree) if tree is None else tree).encode()
     files = dict(world.assets) if assets is None else assets
     return world_of((world.mjcf if mjcf is None else mjcf).encode(), text, lambda name: files[name], "scene.json")
 
@@ -47,7 +47,7 @@ def refusal(*args, **kwargs):
 
 def changed(world, *path, to):
     """The parameters of a world with another value at a path."""
-    tree = copy.deepcopy(dict(world.parameters))
+    tree = copy.deepcopy(dict(world.tree))
     owner = tree
     for step in path[:-1]:
         owner = owner[step]
@@ -73,7 +73,7 @@ def numbers_of(tree, path=()):
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
-    paths = list(numbers_of(dict(worlds[name].parameters)))
+    paths = list(numbers_of(dict(worlds[name].tree)))
     chance = random.Random(1)
     seen = {path[-1] for path, _ in paths}
     assert seen >= {"station_start", "thruster_count", "element_start", "hull", "race"}
@@ -144,7 +144,7 @@ def test_what_is_no_world_at_all_is_said_in_one_line(worlds, text, message):
 
 
 def test_an_engine_turns_on_its_own_hinge(worlds):
-    first, second = worlds["rafts"].parameters["thrusters"][:2]
+    first, second = worlds["rafts"].tree["thrusters"][:2]
     said = refusal(worlds["rafts"], changed(worlds["rafts"], "thrusters", 0, "joint", to=second["joint"]))
     place = f"thrusters[0].body: '{first['body']}'"
     assert said == f"scene.json is damaged: {place} is not the hull or a body on its own hinge"
@@ -257,7 +257,7 @@ def test_a_missing_asset_is_named(worlds, tmp_path):
 
 def test_a_world_made_by_hand_is_not_written_outside_its_folder(worlds, tmp_path):
     world = worlds["gates"]
-    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.parameters)
+    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.tree)
     with pytest.raises(StateError) as refused:
         evil.save(tmp_path / "a" / "b")
     assert str(refused.value) == "invalid asset name '../../evil.obj': a file name without folders is needed"

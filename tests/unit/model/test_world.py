@@ -17,19 +17,19 @@ RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout"
 
 @pytest.fixture(scope="module")
 def text():
-    return json.dumps(dict(compile_world("gymkhana").parameters)).encode()
+    return json.dumps(dict(compile_world("gymkhana").tree)).encode()
 
 
 @pytest.fixture(scope="module")
 def rafts():
     world = compile_world({"docks": [RAFT, {**RAFT, "name": "other", "pose": [60, 0, 0, 0, 0, 0]}]})
-    return parameters_of(json.dumps(dict(world.parameters)).encode())[0]
+    return parameters_of(json.dumps(dict(world.tree)).encode())[0]
 
 
 @pytest.fixture(scope="module")
 def swimmers():
     world = compile_world("wildlife_task", fleet={"usv_count": 2, "origin": "spawn"})
-    return parameters_of(json.dumps(dict(world.parameters)).encode())[0]
+    return parameters_of(json.dumps(dict(world.tree)).encode())[0]
 
 
 def test_the_tree_and_the_dataclasses_hold_the_same(text):

@@ -104,7 +104,7 @@ class Quiet:
 
     boats, model = ("a",), None
     data = SimpleNamespace(contact=())
-    world = SimpleNamespace(parameters={"georeference": {}, "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
+    world = SimpleNamespace(tree={"georeference": {}, "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
 
     def __init__(self):
         self.time = 0.0

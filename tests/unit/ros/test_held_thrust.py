@@ -15,7 +15,7 @@ class Sim:
 
     boats = ("a", "b")
     rows = ({"hull": 0, "name": "left", "timeout": TIMEOUT}, {"hull": 1, "name": "left", "timeout": 0.0})
-    world = SimpleNamespace(parameters={"thrusters": rows})
+    world = SimpleNamespace(tree={"thrusters": rows})
 
     def __init__(self):
         self.time, self.given = 0.0, []

@@ -268,11 +268,11 @@ def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
     told = json.loads(output.make().data)
     assert (output.name, output.type, output.latched) == ("/vrx_mj/world", "std_msgs/String", True)
     assert (told["name"], told["cmd_vel"], told["course"]) == ("example_course", "thrust", [])
-    assert [len(ring) for ring in told["shore"]] == [len(ring) for ring in world.parameters["shoreline"]]
-    there = {row["name"] for row in world.parameters["objects"]}
+    assert [len(ring) for ring in told["shore"]] == [len(ring) for ring in world.tree["shoreline"]]
+    there = {row["name"] for row in world.tree["objects"]}
     assert {row["name"] for row in told["objects"]} == there - {"blue_projectile"}  # the shooter's ball: not to be seen
     (dock,) = told["docks"]
-    assert len(dock["cells"]) == len(world.parameters["docks"][0]["cells"])
+    assert len(dock["cells"]) == len(world.tree["docks"][0]["cells"])
     made = {boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()}
     assert made == {boat: engines_of(world, boat) for boat in world.boats}
     host.sim.task = {"type": "stationkeeping", "goal": {"x": 1.0, "y": 2.0}}

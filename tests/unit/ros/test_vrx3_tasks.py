@@ -68,7 +68,7 @@ def tasks():
         return new("vrx_gazebo/ColorSequenceResponse", success=len(said) == 1)
 
     sim = SimpleNamespace(
-        boats=(), time=42.5, world=SimpleNamespace(parameters={"task": {"animals": [{}, {}]}}), placards=(), lights=()
+        boats=(), time=42.5, world=SimpleNamespace(tree={"task": {"animals": [{}, {}]}}), placards=(), lights=()
     )
     old = Table(
         {name: Output(name, "", lambda message=message: message, 1.0) for name, message in OLD.items()},

@@ -48,7 +48,7 @@ def different(one, other):
 
 
 def near_first(world, **said):
-    x, y, *_ = world.parameters["boats"][0]["pose"]
+    x, y, *_ = world.tree["boats"][0]["pose"]
     return {"pose": [x, y + 30.0, 0.1, 0, 0, 1.0], **said}
 
 

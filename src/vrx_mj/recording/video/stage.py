@@ -57,7 +57,7 @@ class Stage:
             RecordError: its rows are not of that world.
         """
         world = company.world
-        parameters = world.parameters
+        parameters = world.tree
         self._model = drawing_model(world)
         check_columns(company, self._model)
         self._data = mujoco.MjData(self._model)

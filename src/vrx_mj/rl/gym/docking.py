@@ -61,7 +61,7 @@ class Docking(Problem):
 
     def __init__(self, n: int, world: World) -> None:
         super().__init__(n, world)
-        self._bays = [_place_of(bay, dock) for dock in world.parameters["docks"] for bay in find_bays(_cells(dock))]
+        self._bays = [_place_of(bay, dock) for dock in world.tree["docks"] for bay in find_bays(_cells(dock))]
         self._goal = np.zeros((n, 6))
         self._cost, self._inside, self._held = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n, np.int64)
         self._fastest = np.zeros(n)

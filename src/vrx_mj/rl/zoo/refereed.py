@@ -23,8 +23,8 @@ class RefereedRow:
     def __init__(self, world: World) -> None:
         self.sim = Simulation(world)
         self.diverged: BoolArray = np.zeros(1, np.bool_)
-        rows = {(world.boats[row["hull"]], row["name"]): row for row in world.parameters["thrusters"]}
-        newtons = world.parameters["profile"] == "vrx3"
+        rows = {(world.boats[row["hull"]], row["name"]): row for row in world.tree["thrusters"]}
+        newtons = world.tree["profile"] == "vrx3"
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
         limits = {channel: _limits(rows, *channel, newtons=newtons) for channel in given}
         useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
@@ -63,7 +63,7 @@ class RefereedRow:
 
     def waves(self, row: int) -> Table:
         """Waves of the world's sea, `tables.WAVE`."""
-        return table(WAVE, self.sim.world.parameters["sea"]["waves"])
+        return table(WAVE, self.sim.world.tree["sea"]["waves"])
 
     def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""

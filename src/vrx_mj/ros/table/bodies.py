@@ -39,7 +39,7 @@ class Bodies:
 
     def bind(self) -> None:
         """Boats came or went, or the simulation began anew."""
-        model, parameters = self._sim.model, self._sim.world.parameters
+        model, parameters = self._sim.model, self._sim.world.tree
         self._data = mujoco.MjData(model)  # what steps keeps frames that are one step old
         self._then = -1.0
         boats = {name: str(hull["body"]) for name, hull in zip(self._sim.boats, parameters["hulls"], strict=True)}

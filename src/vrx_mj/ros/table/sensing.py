@@ -49,7 +49,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
     for sensor in host.sim.mounted(boat):
         config, key = sensor.config, (boat, sensor.name)
         stem = _stem(boat, config.topic, config.name, taken)
-        if config.type == "gps" and host.sim.world.parameters["georeference"] is None:
+        if config.type == "gps" and host.sim.world.tree["georeference"] is None:
             continue
         for tail, kind, make in _made(config):
             yield Output(stem + tail, kind, make, config.rate, key)

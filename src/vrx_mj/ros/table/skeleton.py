@@ -126,7 +126,7 @@ class Skeleton:
     @cached_property
     def _rows(self) -> Sequence[Mapping[str, Any]]:
         hull = self._host.sim.boats.index(self._boat)
-        return [row for row in self._host.sim.world.parameters["thrusters"] if row["hull"] == hull]
+        return [row for row in self._host.sim.world.tree["thrusters"] if row["hull"] == hull]
 
     @cached_property
     def _bones(self) -> Sequence[Bone]:

@@ -119,7 +119,7 @@ def _infos(host: Host, table: Table) -> Iterator[Output]:
 def _animals(host: Host, table: Table) -> Iterator[Output]:
     """A topic for each animal."""
     poses = table.outputs.get("/vrx/wildlife/animals/poses")
-    task = host.sim.world.parameters.get("task")
+    task = host.sim.world.tree.get("task")
     if poses is None or task is None:
         return
     for index in range(len(task["animals"])):

@@ -182,4 +182,4 @@ def test_every_world_of_the_examples_compiles_and_is_the_one_that_is_written(sam
             direct, second = load_world(f"{file}#{k}"), load_world(str(written))
             assert direct.name == second.name == f"{name}{k}"
             assert direct.model_dump(exclude={"folder"}) == second.model_dump(exclude={"folder"})
-            assert compile_world(f"{file}#{k}").parameters["sea"]
+            assert compile_world(f"{file}#{k}").tree["sea"]

@@ -207,7 +207,7 @@ def test_every_bay_is_drawn_and_looks_into_the_dock(docks):
         problem.start(0, np.random.default_rng(seed))
         goals.add(tuple(np.round(problem._goal[0, :3], 6)))
     assert len(goals) == 3
-    (dock,) = docks.parameters["docks"]
+    (dock,) = docks.tree["docks"]
     middle = np.array(dock["pose"][:2])
     for x, y, inward in goals:
         assert np.dot(middle - (x, y), (math.cos(inward), math.sin(inward))) > -2.0

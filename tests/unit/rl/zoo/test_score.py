@@ -20,7 +20,7 @@ def row(kind, score=0.0):
     features[0, :, :2], features[0, :, 3] = ((0, 0), (10, 5), (20, 0)), 1.0
     features[0, 2, 3], features[0, 2, 6] = math.cos(math.pi / 4), math.sin(math.pi / 4)
     parameters = {"task": {"durations": [10.0, 10.0, 300.0]}}
-    world = SimpleNamespace(parameters=parameters)
+    world = SimpleNamespace(tree=parameters)
     sim = SimpleNamespace(world=world, task=task, task_is_over=False)
     return SimpleNamespace(boats=tuple("abc"), features=features, sim=sim)
 
