@@ -16,7 +16,7 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from vrx_mj.rl.gym import VectorEnv
+from vrx_mj.rl import VectorEnv
 
 POLICY = Path(__file__).with_name("station_keeping_policy.npz")
 MINUTES = 14.0

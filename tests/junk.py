@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 
 from vrx_mj.errors import ConfigError, DivergedError, VrxError
-from vrx_mj.rl.zoo import ActionError
+from vrx_mj.rl import ActionError
 
 JUNK = {
     "None": None,

@@ -16,8 +16,7 @@ REFERENCE = REPO / "docs" / "reference"
 MODULES = (
     "vrx_mj",
     "vrx_mj.control",
-    "vrx_mj.rl.gym",
-    "vrx_mj.rl.zoo",
+    "vrx_mj.rl",
     "vrx_mj.recording",
 )
 """Modules whose `__all__` is the public API."""

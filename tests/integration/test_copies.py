@@ -15,8 +15,7 @@ import vrx_mj
 from integration.sailing import GUSTY, ROUGH, boats, edited, water
 from vrx_mj import errors
 from vrx_mj.errors import Problem, SensorError, UnknownNameError, VrxError
-from vrx_mj.rl.gym import Env, VectorEnv
-from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
+from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
 
 COPIES = {
     "pickle": lambda one: pickle.loads(pickle.dumps(one)),

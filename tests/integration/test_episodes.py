@@ -5,11 +5,9 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.rl.gym import Env, VectorEnv
-from vrx_mj.rl.gym.problems import PROBLEMS as ALONE
-from vrx_mj.rl.gym.variety import VARIED
-from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
-from vrx_mj.rl.zoo.problems import PROBLEMS as TEAMS
+from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
+from vrx_mj.rl.problems import ALONE, TEAMS
+from vrx_mj.rl.variety import VARIED
 
 GOALS = {"StationKeeping": "goal", "Wayfinding": "waypoints", "FollowPath": "gates", "Docking": "bay",
          "Formation": "leader", "Rendezvous": "places", "Encounter": "goals"}  # fmt: skip

@@ -6,13 +6,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-import vrx_mj.rl.gym
+import vrx_mj.rl
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.physics.tables import WAVE
-from vrx_mj.rl.gym import Env, VectorEnv
-from vrx_mj.rl.gym.picture import Picture
-from vrx_mj.rl.gym.problem import open_water
-from vrx_mj.rl.gym.problems import PROBLEMS
+from vrx_mj.rl import Env, VectorEnv
+from vrx_mj.rl.picture import Picture
+from vrx_mj.rl.problem import open_water
+from vrx_mj.rl.problems import ALONE as PROBLEMS
 
 ROWS = 3
 STEPS = 12
@@ -45,7 +45,7 @@ def problem(request):
 
 
 def test_gymnasium_s_checker_has_nothing_to_say(problem, recwarn):
-    env = gymnasium.make(f"vrx_mj.rl.gym:vrx_mj/{problem}-v0")
+    env = gymnasium.make(f"vrx_mj.rl:vrx_mj/{problem}-v0")
     check_env(env.unwrapped, skip_render_check=True)
     env.close()
     env.close()
@@ -179,7 +179,7 @@ def test_what_is_registered():
     assert {f"vrx_mj/{name}-v0" for name in PROBLEMS} <= set(gymnasium.registry)
     env = gymnasium.make_vec("vrx_mj/StationKeeping-v0", num_envs=2, waves=0.5)
     assert isinstance(env, VectorEnv)
-    assert vrx_mj.rl.gym.VectorEnv is VectorEnv
+    assert vrx_mj.rl.VectorEnv is VectorEnv
 
 
 @pytest.mark.parametrize(

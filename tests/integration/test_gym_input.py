@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, Error, InvalidAction, ResetNeeded
 
-from vrx_mj.rl.gym import Env, VectorEnv
+from vrx_mj.rl import Env, VectorEnv
 
 HALF = np.full(4, 0.5, np.float32)
 SEED = "a whole number of 0 or more is needed"

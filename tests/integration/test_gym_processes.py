@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv
 
-from vrx_mj.rl.gym import VectorEnv
+from vrx_mj.rl import VectorEnv
 
-ID = "vrx_mj.rl.gym:vrx_mj/StationKeeping-v0"
+ID = "vrx_mj.rl:vrx_mj/StationKeeping-v0"
 OPTIONS = {"duration": 0.5, "waves": (0, 1), "wind_speed": (0, 6)}
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")

@@ -8,11 +8,11 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-import vrx_mj.rl.gym  # noqa: F401
+import vrx_mj.rl  # noqa: F401
 from integration.returned import plain
-from vrx_mj.rl.gym import VectorEnv
-from vrx_mj.rl.gym.options import PERIOD
-from vrx_mj.rl.gym.problems import PROBLEMS
+from vrx_mj.rl import VectorEnv
+from vrx_mj.rl.options import PERIOD
+from vrx_mj.rl.problems import ALONE as PROBLEMS
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("vrx_mj/"))
 ROWS = 4

@@ -17,8 +17,7 @@ from vrx_mj import control
 from vrx_mj import recording as recordings
 from vrx_mj.draw.map import draw_map, map_of, map_png
 from vrx_mj.errors import DivergedError, VrxError
-from vrx_mj.rl.gym import Env, VectorEnv
-from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
+from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
 
 WORLD = {
     "extends": "ocean",

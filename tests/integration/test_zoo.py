@@ -8,8 +8,8 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from exploits import let_pass
-from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
-from vrx_mj.rl.zoo.problems import PROBLEMS
+from vrx_mj.rl import ParallelEnv, TeamVectorEnv
+from vrx_mj.rl.problems import TEAMS as PROBLEMS
 
 ROWS = 3
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}

@@ -6,7 +6,7 @@ import pytest
 
 import vrx_mj
 from exploits import let_pass
-from vrx_mj.rl.zoo import ActionError, ParallelEnv, TeamVectorEnv
+from vrx_mj.rl import ActionError, ParallelEnv, TeamVectorEnv
 
 THREE = {"usv_count": 3, "layout": "line", "spacing": 12, "sensors": "none"}
 

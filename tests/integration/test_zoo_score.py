@@ -8,8 +8,8 @@ import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import vrx_mj
-from vrx_mj.rl.zoo import ParallelEnv
-from vrx_mj.rl.zoo.refereed import RefereedRow
+from vrx_mj.rl import ParallelEnv
+from vrx_mj.rl.problems.refereed import RefereedRow
 
 MOVING = {"joining": 0.7, "leaving": 0.7}
 MIXED = {

@@ -8,8 +8,8 @@ from pettingzoo.test import render_test
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from integration.returned import plain
-from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
-from vrx_mj.rl.zoo.problems import PROBLEMS
+from vrx_mj.rl import ParallelEnv, TeamVectorEnv
+from vrx_mj.rl.problems import TEAMS as PROBLEMS
 
 KINDS = [*sorted(PROBLEMS), "Score"]
 VARIED = {"wind_speed": (0, 6), "waves": (0.2, 1), "mass": (0.9, 1.1)}

@@ -35,15 +35,25 @@ def test_an_environment_without_pip_needs_uv(monkeypatch):
     assert install_command("numba") == "uv pip install --python /x/python numba"
 
 
-@pytest.mark.parametrize(("name", "package"), [("gym", "Gymnasium"), ("zoo", "PettingZoo")])
+@pytest.mark.parametrize(("name", "package"), [("vrx_mj.rl", "Gymnasium"), ("vrx_mj.rl.zoo", "PettingZoo")])
 def test_environments_without_their_extra_name_it(monkeypatch, name, package):
-    for module in [module for module in sys.modules if module.startswith(f"vrx_mj.rl.{name}")]:
+    for module in [module for module in sys.modules if module.startswith(name)]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, package.lower(), None)
     with pytest.raises(ModuleNotFoundError) as raised:
-        __import__(f"vrx_mj.rl.{name}")
-    assert str(raised.value) == needs_extra(f"vrx_mj.rl.{name}", package, "rl")
+        __import__(name)
+    assert str(raised.value) == needs_extra(name, package, "rl")
     assert raised.value.name == package.lower()
+
+
+@pytest.mark.slow
+def test_environments_with_one_boat_need_no_pettingzoo():
+    code = (
+        "import sys; sys.modules['pettingzoo'] = None; import vrx_mj.rl; print(vrx_mj.rl.Env.__name__)\n"
+        "try: vrx_mj.rl.ParallelEnv\nexcept ModuleNotFoundError as error: print(error)\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, encoding="utf-8")
+    assert ran.stdout.splitlines() == ["Env", needs_extra("vrx_mj.rl.zoo", "PettingZoo", "rl")]
 
 
 def test_another_missing_package_is_not_blamed_on_the_extra():

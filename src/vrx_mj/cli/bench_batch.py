@@ -85,7 +85,7 @@ def environment_steps_per_second(rounds: int = ROUNDS, window: float = WINDOW) -
     """
     if importlib.util.find_spec("gymnasium") is None:
         return math.nan
-    from vrx_mj.rl.gym import VectorEnv
+    from vrx_mj.rl import VectorEnv
 
     rows = VectorEnv("StationKeeping", ROWS)
     rows.reset(seed=0)

@@ -10,7 +10,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError
-from vrx_mj.rl.gym.problems import PROBLEMS
+from vrx_mj.rl.problems import ALONE as PROBLEMS
 from vrx_mj.runtime import row_memory
 from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
 from vrx_mj.runtime.physics_models import stepping_models
@@ -149,7 +149,7 @@ def test_memory_that_the_system_refuses_is_an_error_with_the_rows_and_the_memory
 LIMITED = """
 import resource
 from pathlib import Path
-from vrx_mj.rl.gym import VectorEnv
+from vrx_mj.rl import VectorEnv
 VectorEnv("StationKeeping", 4, mass=(0.9, 1.1), threads=1).reset(seed=1)
 now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (now + 1_200_000_000,) * 2)

@@ -1,0 +1,377 @@
+"""Gymnasium environments with one boat each, one at a time or thousands; importing this module registers them."""
+
+import contextlib
+from collections.abc import Mapping
+from typing import Any, SupportsFloat
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from vrx_mj.arguments import check_name
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from vrx_mj.errors import DivergedError, shown
+from vrx_mj.mjcf.compile import Source, compile_world
+from vrx_mj.mjcf.world import World
+from vrx_mj.rl.features import BOUND, Features, Floats32
+from vrx_mj.rl.generators import Generators, Seeds
+from vrx_mj.rl.infos import final, masked
+from vrx_mj.rl.losses import Watch
+from vrx_mj.rl.options import (
+    PERIOD,
+    as_floats,
+    check_count,
+    check_picture,
+    episode_steps,
+    reset_mode,
+    step_limit,
+)  # fmt: skip
+from vrx_mj.rl.picture import Picture
+from vrx_mj.rl.problem import Problem
+from vrx_mj.rl.problems import ALONE as PROBLEMS
+from vrx_mj.rl.seen import Seen, seen_of
+from vrx_mj.rl.variety import Range, Variety, ranges_of
+from vrx_mj.runtime.batch import Batch
+
+__all__ = ["LEAST_LEFT", "Env", "RegisteredEnv", "VectorEnv", "commanded"]
+
+LEAST_LEFT = 100
+"""Steps, at least, that a lost boat is taken to have left: 10 s."""
+
+Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+
+
+class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
+    """`num_envs` worlds with one boat and one problem each; row i equals an `Env` with the seed of row i exactly.
+
+    Action, (num_envs, channels), float32 in [-1, 1]: every thrust as a share of full power ahead or astern, then every
+    steering angle as a share of the largest. An action holds for 0.1 s, 10 physics steps.
+
+    Observation, (num_envs, features), float32, clipped to [-5, 5]: surge and sway velocity [3 m/s], yaw rate
+    [0.5 rad/s], roll and pitch [0.3 rad], roll and pitch rate [0.5 rad/s], the air's velocity over ground ahead and to
+    port [10 m/s], the previous action, and the problem's entries (`observation_names`). Axes are the boat's: x ahead,
+    y to port. The values are exact, without sensor noise.
+
+    An episode begins with the boat afloat at rest. Its sea, and what else the options vary, is drawn from the row's
+    seed; what was drawn, and the problem's goals, is in the `info` of `reset`, and of the step that begins a row anew.
+
+    A row ends (terminated) when its boat is lost: 2 m deeper under the water than at rest (`info["sunk"]`), leaning
+    more than 90 degrees (`capsized`), or with a state that became NaN or too large (`diverged`). Its last reward is
+    what the problem has it forfeit, never less than going on would have cost.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
+
+    def __init__(
+        self,
+        problem: str,
+        num_envs: int = 1,
+        *,
+        world: Source | None = None,
+        fleet: Source | None = None,
+        duration: float | None = None,
+        max_episode_steps: int | None = None,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 320,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        **variety: Range,
+    ) -> None:
+        """Compile the world and make its rows.
+
+        Args:
+            problem: name of the problem: StationKeeping, Wayfinding, FollowPath or Docking.
+            num_envs: number of rows.
+            world: world to use instead of the problem's own; without a task, and with a dock for Docking.
+            fleet: fleet of one boat; by default a WAM-V with VRX's layout H.
+            duration: duration of an episode [s], after which it is truncated; by default the problem's.
+            max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
+                no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
+            threads: number of threads, as for `vrx_mj.Batch`.
+            render_mode: None or rgb_array.
+            width: width of the pictures [pixels].
+            height: height of the pictures [pixels].
+            autoreset_mode: when a row whose episode ended is reset (`gymnasium.vector.AutoresetMode`).
+            variety: what differs from episode to episode: a number, or a pair (least, greatest) from which each episode
+                draws; None: as in the world. `wind_speed` is the mean wind [m/s], from any direction, `gusts` their
+                standard deviation [m/s]; `waves` is a factor of the waves' heights, `wave_period` one of their periods,
+                by default (0.8, 1.4), `wave_band` one of the width of the spectrum's band, (0.5, 1.2), `wave_spread`
+                one of the angles between the waves, (0, 1.5); `wave_direction` is where the sea travels [rad], and
+                `wave_phase` the phase of each wave at the origin at the start [rad], both (-pi, pi); `mass` is a factor
+                of the boat's mass and inertia, refused where the boat does not float with it, `thrust` one of all
+                thrusters' forces.
+
+        Raises:
+            gymnasium.error.Error: an option is invalid.
+            VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
+        """
+        check_name("problem", problem, PROBLEMS)
+        check_count("num_envs", num_envs)
+        check_picture(render_mode, self.metadata["render_modes"], width, height)
+        kind = PROBLEMS[problem]
+        self._most = step_limit(duration, max_episode_steps, kind.duration)
+        self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
+        self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
+        compiled = _compiled(kind.world if world is None else world, fleet)
+        self._batch = Batch(compiled, num_envs, threads=threads)
+        self._variety, self._watch = Variety(self._batch, ranges_of(problem, variety)), Watch(self._batch)
+        self._horizon = episode_steps(kind.duration if duration is None else duration)
+        self._problem: Problem = kind(num_envs, compiled)
+        self._limits = np.abs(self._batch.largest)
+        self._steps, self._over = np.zeros(num_envs, np.int64), np.ones(num_envs, np.bool_)  # none has begun
+        self._last = np.zeros((num_envs, len(self._limits)), np.float32)
+        self._random = Generators(num_envs)
+        self._picture = Picture(compiled, width, height)
+        channels = [f"previous action: {name}" for _, name in self._batch.channels]
+        self._features = Features(channels, kind.entries)
+        self._spaces(len(channels))
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the features of an observation, with their units."""
+        return self._features.names
+
+    # What Gymnasium wants
+
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode in every row.
+
+        Args:
+            seed: seed of row 0, with seed + i for row i, or one seed for each row; None continues the rows' generators.
+            options: `reset_mask` (num_envs,), bool: rows to reset; the others are kept.
+
+        Raises:
+            gymnasium.error.Error: the seeds or the mask are invalid.
+        """
+        self._check_open()
+        if options is not None and not isinstance(options, Mapping):
+            raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
+        rows = self._masked((options or {}).get("reset_mask"))
+        self._random.seed(rows, seed)
+        self._begin(rows)
+        begun = np.zeros(self.num_envs, np.bool_)
+        begun[rows] = True
+        return self._observe(self._seen()), self._begun(begun)
+
+    def step(self, actions: npt.ArrayLike) -> Arrays:
+        """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
+
+        Raises:
+            gymnasium.error.InvalidAction: the shape is wrong, or a number is not finite or outside [-1, 1].
+            gymnasium.error.ResetNeeded: no episode has begun, or, with DISABLED, one has ended.
+        """
+        self._check_open()
+        given = self._checked(actions)
+        idle = np.zeros(self.num_envs, np.bool_)
+        if self._over.any():
+            idle = self._over.copy()
+            self._begin(np.flatnonzero(idle))
+        going = np.flatnonzero(~idle)
+        self._last[going] = given[going]
+        forfeit = self._problem.forfeit(np.maximum(self._horizon - self._steps, LEAST_LEFT))
+        diverged = self._sail(going)
+        sunk, capsized = (mask[:, 0] & ~idle & ~diverged for mask in (self._watch.sunk(), self._watch.capsized()))
+        lost = sunk | capsized | diverged
+        seen = self._seen()
+        reward, done = self._problem.judge(seen, ~idle)
+        self._steps[going] += 1
+        reward, done = np.where(idle, 0.0, np.where(lost, -forfeit, reward)), (done & ~idle) | lost
+        cut = (self._steps >= self._most) & ~idle
+        observation, facts = self._observe(seen), self._problem.facts()
+        facts |= {"sunk": sunk, "capsized": capsized, "diverged": diverged}
+        self._over = done | cut
+        if self._mode is AutoresetMode.SAME_STEP and self._over.any():
+            info = masked(facts, ~self._over) | final(facts, observation, self._over)
+            begun = self._over.copy()
+            self._begin(np.flatnonzero(begun))
+            return self._observe(self._seen()), reward, done, cut, info | self._begun(begun)
+        return observation, reward, done, cut, masked(facts, ~idle) | self._begun(idle)
+
+    def render(self) -> tuple[ByteArray, ...] | None:
+        """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
+        self._check_open()
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
+            return None
+        self._random.check_begun()
+        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free the renderer; the rows go with the environment."""
+        self._picture.close()
+
+    # Inside
+
+    def _spaces(self, channels: int) -> None:
+        box = gymnasium.spaces.Box
+        self.single_observation_space = box(-BOUND, BOUND, (len(self._features.names),), np.float32)
+        self.single_action_space = box(-1.0, 1.0, (channels,), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+
+    def use(self, row: int, random: np.random.Generator) -> None:
+        """Have a row draw from this generator from now on."""
+        self._random.use(row, random)
+
+    def _begin(self, rows: IntArray) -> None:
+        """Begin an episode in some rows."""
+        random = self._random.of(rows)
+        self._variety.draw(self._batch, rows, random)
+        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        starts = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
+        self._watch.launch(0, rows, np.array(starts).reshape(-1, 3))
+        self._problem.begin(rows, self._seen())
+        self._steps[rows], self._over[rows], self._last[rows] = 0, False, 0.0
+
+    def _begun(self, rows: BoolArray) -> dict[str, Any]:
+        """`info` for the rows whose episodes have just begun: what was drawn for them."""
+        return masked(self._problem.drawn() | self._variety.facts(), rows)
+
+    def _sail(self, rows: IntArray) -> BoolArray:
+        """Advance rows; which of them have diverged."""
+        values = commanded(self._last[rows], self._limits)
+        with contextlib.suppress(DivergedError):
+            self._batch.step(values, duration=PERIOD, rows=rows)
+        return self._batch.diverged
+
+    def _seen(self) -> Seen:
+        return seen_of(self._batch.features[:, 0], self._batch.wind)
+
+    def _observe(self, seen: Seen) -> Floats32:
+        """What is observed; rows that have diverged see nothing."""
+        return self._features.of(seen.own, self._last, self._problem.observe(seen))
+
+    def _checked(self, actions: npt.ArrayLike) -> Floats32:
+        self._random.check_begun()
+        if self._mode is AutoresetMode.DISABLED and self._over.any():
+            ended = np.flatnonzero(self._over)
+            text = "reset them with options={'reset_mask': ...}"
+            raise gymnasium.error.ResetNeeded(
+                f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
+            )
+        given = as_floats(actions, "actions")
+        if given.shape != self.action_space.shape:
+            text = f"invalid actions of shape {given.shape}: {self.action_space.shape} is needed"
+            raise gymnasium.error.InvalidAction(text)
+        wrong = ~(np.abs(given) <= 1.0)
+        if wrong.any():
+            row, channel = np.argwhere(wrong)[0]
+            name = self._batch.channels[channel][1]
+            text = f"invalid action {given[row, channel]} for {name} of row {row}: a number from -1 to 1 is needed"
+            raise gymnasium.error.InvalidAction(text)
+        return given
+
+    def _masked(self, mask: Any) -> IntArray:
+        if mask is None:
+            return np.arange(self.num_envs)
+        given = np.asarray(mask)
+        if given.shape != (self.num_envs,) or given.dtype != bool:
+            text = f"invalid reset_mask of shape {given.shape} and type {given.dtype}"
+            raise gymnasium.error.Error(f"{text}: ({self.num_envs},) of bool is needed")
+        return np.flatnonzero(given)
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
+
+
+class Env(gymnasium.Env[Floats32, Floats32]):
+    """One boat and one problem; actions, observations, rewards and options are those of `VectorEnv`.
+
+    `reset` must be called before the first episode and after each one. After `close` it opens the environment again.
+    """
+
+    metadata = VectorEnv.metadata
+
+    def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
+        """Compile the world; `options` are those of `VectorEnv` except `num_envs` and `autoreset_mode`."""
+        options = {"threads": 1} | options
+        self._rows = VectorEnv(problem, 1, render_mode=render_mode, autoreset_mode=AutoresetMode.DISABLED, **options)
+        self.render_mode, self._ended = render_mode, False
+        self.observation_space = self._rows.single_observation_space
+        self.action_space = self._rows.single_action_space
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the features of an observation, with their units."""
+        return self._rows.observation_names
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode; `options` are ignored."""
+        super().reset(seed=seed, options=options)
+        self._rows.closed = False
+        self._rows.use(0, self.np_random)
+        observation, info = self._rows.reset()
+        self._ended = False
+        return observation[0], _alone(info)
+
+    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
+        if self._ended and not self._rows.closed:
+            raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
+        given = as_floats(action)
+        if given.shape != self.action_space.shape:
+            text = f"invalid action of shape {given.shape}: {self.action_space.shape} is needed"
+            raise gymnasium.error.InvalidAction(text)
+        observation, reward, done, cut, info = self._rows.step(given[None])
+        self._ended = bool(done[0] or cut[0])
+        return observation[0], float(reward[0]), bool(done[0]), bool(cut[0]), _alone(info)
+
+    def render(self) -> ByteArray | None:
+        """Picture (height, width, 3) from behind and above the boat; None without `render_mode`."""
+        pictures = self._rows.render()
+        return None if pictures is None else pictures[0]
+
+    def close(self) -> None:
+        """Free the renderer; further calls have no effect."""
+        self._rows.close()
+
+
+class RegisteredEnv(Env):
+    """An `Env` as `gymnasium.make` makes it: Gymnasium's `TimeLimit` truncates its episodes, at `max_episode_steps`."""
+
+    def __init__(self, problem: str, *, duration: float | None = None, **options: Any) -> None:
+        """Compile the world; the arguments are those of `Env`, except that `duration` has no default.
+
+        Raises:
+            gymnasium.error.Error: an option is invalid, or `duration` is longer than the registered
+                `max_episode_steps`: `gymnasium.make` does not say whether its caller gave others.
+        """
+        check_name("problem", problem, PROBLEMS)
+        most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
+        super().__init__(problem, duration=duration, max_episode_steps=most, **options)
+
+
+def _alone(info: dict[str, Any]) -> dict[str, Any]:
+    """`info` of the only row: plain numbers, and copies of arrays."""
+    own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
+    return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
+
+
+def _compiled(world: Source, fleet: Source | None) -> World:
+    """The world with one boat."""
+    compiled = compile_world(world, fleet={"sensors": "none"} if fleet is None else fleet)
+    if len(compiled.boats) != 1:
+        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: this problem needs one")
+    return compiled
+
+
+def commanded(actions: Floats32, limits: FloatArray) -> FloatArray:
+    """Commands (rows, channels) that actions in [-1, 1] mean, by the greatest astern and ahead, (channels, 2)."""
+    wanted = actions.astype(np.float64)
+    return np.where(wanted < 0.0, wanted * limits[:, 0], wanted * limits[:, 1])
+
+
+for _name, _problem in PROBLEMS.items():
+    gymnasium.register(
+        f"vrx_mj/{_name}-v0",
+        entry_point="vrx_mj.rl.gym:RegisteredEnv",
+        vector_entry_point="vrx_mj.rl.gym:VectorEnv",
+        max_episode_steps=episode_steps(_problem.duration),
+        kwargs={"problem": _name},
+    )

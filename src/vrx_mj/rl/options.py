@@ -1,0 +1,153 @@
+"""Options of the environments, checked."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
+
+from vrx_mj.arguments import as_number
+from vrx_mj.errors import shown
+from vrx_mj.rl.neighbours import Eyes
+
+__all__ = [
+    "PERIOD", "as_floats", "chance", "check_count", "check_picture", "episode_steps", "eyes_of", "is_number",
+    "reset_mode", "step_limit", "team_share",
+]  # fmt: skip
+
+PERIOD = 0.1
+"""Of an action [s]: 10 physics steps."""
+LONGEST = 1e9
+"""Episode, at most [s]."""
+ENDLESS = 1 << 60
+"""Steps of an episode that is not truncated."""
+MOST = 1_000_000
+"""Rows of an environment."""
+LARGEST = 8192
+"""Width and height of a picture, at most [pixels]."""
+MOST_NEIGHBOURS = 10_000
+LONGEST_DELAY = 3600.0
+"""Of what boats see of each other [s]."""
+
+
+def episode_steps(duration: Any) -> int:
+    """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
+    if not is_number(duration) or duration < PERIOD:
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
+    if duration > LONGEST:
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {LONGEST:g} s")
+    return round(float(duration) / PERIOD)
+
+
+def step_limit(duration: Any, most: Any, default: float) -> int:
+    """Steps after which an episode is truncated.
+
+    Args:
+        duration: of an episode [s], or None.
+        most: Gymnasium's `max_episode_steps`, -1 for no such number, or None.
+        default: duration [s] where neither is given.
+
+    Raises:
+        gymnasium.error.Error: one of both is invalid, or the duration is longer than so many steps.
+    """
+    if most is None:
+        return episode_steps(default if duration is None else duration)
+    if not isinstance(most, int | np.integer) or isinstance(most, bool) or (most < 1 and most != -1):
+        text = "a whole number above 0 is needed, or -1 for no limit"
+        raise gymnasium.error.Error(f"invalid max_episode_steps {shown(most)}: {text}")
+    limit = ENDLESS if most == -1 else min(int(most), ENDLESS)
+    steps = limit if duration is None else episode_steps(duration)
+    if steps > limit:
+        text = f"truncates an episode after {limit * PERIOD:g} s; give max_episode_steps={steps} instead"
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: max_episode_steps={limit} {text}")
+    return steps
+
+
+def check_count(name: str, value: Any) -> None:
+    """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
+    if value > MOST:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {MOST} are possible")
+
+
+def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
+    """gymnasium.error.Error: `mode` is none of the ways to draw, or pictures have no such size [pixels]."""
+    if mode is not None and not (isinstance(mode, str) and mode in modes):
+        possible = ", ".join(["None", *map(repr, modes[:-1])])
+        raise gymnasium.error.Error(f"invalid render_mode {shown(mode)}: {possible} or {modes[-1]!r} is needed")
+    for name, size in (("width", width), ("height", height)):
+        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= LARGEST:
+            text = f"a whole number of pixels from 1 to {LARGEST} is needed"
+            raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
+
+
+def reset_mode(mode: Any) -> AutoresetMode:
+    """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
+    try:
+        return AutoresetMode(mode)
+    except (TypeError, ValueError):
+        known = ", ".join(repr(one.value) for one in AutoresetMode)
+        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
+
+
+def is_number(value: Any) -> bool:
+    """Whether it is a finite number."""
+    return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(as_number(value))
+
+
+def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
+    """An action as an array; gymnasium.error.InvalidAction: it has values that are not numbers."""
+    try:
+        with np.errstate(over="ignore"):  # an infinity is out of range like the number
+            given = np.asarray(action)
+            if given.dtype.kind == "c":
+                raise TypeError
+            return np.asarray(given, np.float32)
+    except (TypeError, ValueError, OverflowError):
+        raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None
+
+
+def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
+    """How boats see each other; gymnasium.error.Error: an option is none."""
+    if not isinstance(neighbours, int | np.integer) or neighbours < 0:
+        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
+    if neighbours > MOST_NEIGHBOURS:
+        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: at most {MOST_NEIGHBOURS} are possible")
+    if not is_number(reach) or reach <= 0.0:
+        raise gymnasium.error.Error(f"invalid range {shown(reach)}: a number of metres above 0 is needed")
+    given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
+    if len(given) != 3 or not all(is_number(one) and one >= 0.0 for one in given):
+        text = "three numbers of 0 or more are needed, of places [m], velocities [m/s] and headings [rad]"
+        raise gymnasium.error.Error(f"invalid noise {shown(noise)}: {text}")
+    if (
+        not is_number(delay)
+        or not 0.0 <= delay <= LONGEST_DELAY
+        or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6)
+    ):
+        raise gymnasium.error.Error(
+            f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s, up to {LONGEST_DELAY:g} s, is needed"
+        )
+    return Eyes(
+        int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
+    )
+
+
+def chance(name: str, value: Any) -> float:
+    """A share of boats; gymnasium.error.Error: not from 0 to 1."""
+    if not is_number(value) or not 0.0 <= value <= 1.0:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a share from 0 to 1 is needed")
+    return float(value)
+
+
+def team_share(reward: Any) -> float:
+    """The team's share of what a boat is given, from the option `reward`; gymnasium.error.Error: it is none."""
+    if isinstance(reward, str) and reward in {"team", "individual"}:
+        return float(reward == "team")
+    if not is_number(reward) or not 0.0 <= reward <= 1.0:
+        text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
+        raise gymnasium.error.Error(f"invalid reward {shown(reward)}: {text}")
+    return float(reward)

@@ -1,0 +1,137 @@
+"""Docking: into a bay of a dock, and stay there."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
+from vrx_mj.mjcf.world import World
+from vrx_mj.rl.problem import Entry, Judged, Problem, Start, open_water
+from vrx_mj.rl.seen import Seen, folded
+
+__all__ = ["Docking"]
+
+AWAY = (8.0, 18.0)
+"""Of the start from the bay's mouth [m]."""
+BESIDE = 6.0
+"""Of the start from the bay's axis, at most [m]."""
+TURNED = np.radians(60.0)
+"""Of the bow from the bay's axis at the start, at most [rad]."""
+HOLD = 3.0
+"""A boat has docked when it was inside for so long [s]."""
+STEP = 0.1
+"""Between two judgements [s]."""
+NEAR = 5.0
+"""Within this distance of the middle of the bay's zone the speed of the approach counts [m]."""
+SLOW, FAST = 1.0, 2.0
+"""Speeds up to which docking is worth all, and from which on nothing [m/s]."""
+WORTH = 10.0
+"""Of having docked."""
+
+
+class Docking(Problem):
+    """One of the three bays of VRX's dock of 2022, 4 m wide; a WAM-V is 2.4 m wide. Which one is drawn.
+
+    The boat starts 8 to 18 m off the mouth, up to 6 m beside the bay's axis and turned by up to 60 degrees. It has
+    docked when its origin was inside the zone that VRX watches, bow in, for 3 s.
+
+    Reward: 0.1 for every m by which c has become less, with c the distance [m] to the middle of the bay's zone plus
+    twice that from the bay's axis; 0.1 in every step inside, all of which is lost again by leaving; and for having
+    docked, which ends the episode, 10 (2 - v), within 0 and 10, with v the greatest speed [m/s] within 5 m of the
+    middle since the boat was last farther away: a boat that comes in at 1 m/s gets all of it, one that rams the dock
+    at 2 m/s nothing. `info`: `inside`, `docked` and `approach_speed` [m/s]; at the start `bay`, x, y [m] of its middle
+    and the heading into it [rad].
+    """
+
+    world = open_water(
+        docks=[{"name": "dock", "layout": "dock_2022", "pose": [30, 0, 0, 0, 0, 0]}],
+        spawn={"pose": [0, 0, 0.1, 0, 0, 0]},
+    )
+    duration = 90.0
+    entries = (
+        Entry("middle of the bay ahead [m]", 10.0), Entry("middle of the bay to port [m]", 10.0),
+        Entry("sine of the turn to the bay's axis", 1.0), Entry("cosine of the turn to the bay's axis", 1.0),
+        Entry("distance of the bay's mouth along its axis [m]", 10.0),
+        Entry("distance of the bay's axis to port of the boat [m]", 3.0),
+    )  # fmt: skip
+
+    def __init__(self, n: int, world: World) -> None:
+        super().__init__(n, world)
+        self._bays = [_place_of(bay, dock) for dock in world.tree["docks"] for bay in find_bays(_cells(dock))]
+        self._goal = np.zeros((n, 6))
+        self._cost, self._inside, self._held = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n, np.int64)
+        self._fastest = np.zeros(n)
+
+    def start(self, row: int, random: np.random.Generator) -> Start:
+        """A bay, and a place before it."""
+        self._goal[row] = x, y, inward, _, _, mouth = self._bays[int(random.integers(len(self._bays)))]
+        away, beside = mouth + random.uniform(*AWAY), random.uniform(-BESIDE, BESIDE)
+        start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
+        return *start, inward + random.uniform(-TURNED, TURNED)
+
+    def begin(self, rows: IntArray, seen: Seen) -> None:
+        """Nobody has held yet."""
+        self._held[rows], self._inside[rows], self._fastest[rows] = 0, False, 0.0
+        self._cost[rows] = self._costs(seen)[rows]
+
+    def observe(self, seen: Seen) -> FloatArray:
+        """The bay from the boat."""
+        x, y, inward, _, _, mouth = self._goal.T
+        turn = folded(inward - seen.yaw)
+        along, aside = seen.beyond(*self._goal.T[:3])
+        ahead, port = seen.toward(x, y)
+        return np.stack((ahead, port, np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=1)
+
+    def judge(self, seen: Seen, going: BoolArray) -> Judged:
+        """Gain by coming nearer and by staying inside, differences of a potential, which cycles cannot farm."""
+        along, aside = seen.beyond(*self._goal.T[:3])
+        _, _, inward, half_depth, half_width, _ = self._goal.T
+        straight = np.cos(inward - seen.yaw) > 0.0
+        self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
+        speed, near = np.hypot(seen.own[:, 0], seen.own[:, 1]), np.hypot(along, aside) <= NEAR
+        self._fastest = np.where(near, np.maximum(self._fastest, np.where(going, speed, 0.0)), 0.0)
+        held = np.where(self._inside, self._held + going, 0)
+        cost = self._costs(seen)
+        docked = held >= round(HOLD / STEP)
+        worth = WORTH * np.clip((FAST - self._fastest) / (FAST - SLOW), 0.0, 1.0)
+        reward = 0.1 * (self._cost - cost) + 0.1 * (held - self._held) + worth * docked
+        self._cost, self._held = cost, held
+        return Judged(reward, docked)
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """Whether it is in."""
+        docked = self._held >= round(HOLD / STEP)
+        return {"inside": self._inside.copy(), "docked": docked, "approach_speed": self._fastest.copy()}
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
+        return {"bay": self._goal[:, :3].copy()}
+
+    def _costs(self, seen: Seen) -> FloatArray:
+        along, aside = seen.beyond(*self._goal.T[:3])
+        cost: FloatArray = np.hypot(along, aside) + 2.0 * np.abs(aside)
+        return cost
+
+
+def _place_of(bay: Bay, dock: Mapping[str, Any]) -> tuple[float, ...]:
+    """A bay in the world.
+
+    x, y of its zone's middle [m], the heading inward [rad], half the zone's depth and width [m], and how far before
+    that middle the mouth is [m].
+    """
+    inside, outside = bay_zones(bay, dock["block"])
+    dx, dy, _, _, _, turn = dock["pose"]
+    x, y = inside.center[:2]
+    cos, sin = math.cos(turn), math.sin(turn)
+    depth, width = inside.size[:2] if bay.opens[0] else inside.size[1::-1]
+    mouth = math.dist(outside.center, inside.center) - MOUTH_GAP
+    inward = math.atan2(-bay.opens[1], -bay.opens[0]) + turn
+    return dx + cos * x - sin * y, dy + sin * x + cos * y, inward, depth / 2, width / 2, mouth
+
+
+def _cells(dock: Mapping[str, Any]) -> list[tuple[int, int]]:
+    return [(int(i), int(j)) for i, j in dock["cells"]]

@@ -1,0 +1,186 @@
+"""Encounter: two boats on collision courses, who pass by the rules of the road."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.problem import Entry, open_water
+from vrx_mj.rl.problems import colregs
+from vrx_mj.rl.seen import folded
+from vrx_mj.rl.team import CLEAR, Spot, Team, TeamJudged, TeamProblem, mean_of
+
+__all__ = ["Encounter"]
+
+AHEAD = 18.0
+"""So long after the start they would collide if both kept on [s]."""
+BEYOND = 20.0
+"""Of a goal from the point where they would collide [m]."""
+SPEED, SLOW, FAST = 1.5, 0.8, 2.0
+"""Meeting or crossing, overtaken, and overtaking [m/s]."""
+WANTED = 15.0
+"""A closest approach beyond this costs nothing [m]."""
+AGREED = 15.0
+"""Within this distance, with risk of collision, who stands on may act: rule 17 (a) (ii), (b) [m]."""
+ARRIVED = 5.0
+"""A boat is at its goal within this distance [m]."""
+OPENED = 1.0
+"""They have passed when they are behind each other, and farther apart than they were at the least by this [m]: waves
+shake them by less."""
+
+
+class Encounter(TeamProblem):
+    """Two boats meet head-on (within 5 degrees), cross (at 50 to 130) or overtake (within 10); one in three each.
+
+    They start under way, 1.5 m/s each or 2 and 0.8, so that both would be at one point after 18 s; each has its goal
+    20 m behind that point, straight ahead. `rl/problems/colregs.py` has roles and scores.
+
+    They have passed when each has the other abaft the beam of the course it started on, or, where one overtakes, when
+    the one that does is ahead; and the range has opened by 1 m. To stop, to go astern or to turn away does not pass.
+
+    Reward of a boat: 0.1 for every m by which its goal has come nearer, and 5 for the first time within 5 m of it.
+    -0.1 times its fault in each step until they have passed. The fault of who has to keep clear, while they approach
+    each other: 1 - d/15 with d [m] the closest approach at present velocities, so that early action pays (rules 8 and
+    16), and head-on also any turn to port over 30 degrees, at most 1 (14). Of who has to hold on: its departure from
+    course and speed (17), which is free within 15 m, where only the turn to port of who stands on in a crossing counts
+    (17 c). A boat that is at its goal when they have passed leaves, with 5 times the range's score, of 6 to 15 m, times
+    the pose's. -10 for being nearer than 6 m at any time, which ends the episode, without scores. A boat that is lost
+    forfeits 20, and 0.1 for each step left. The team's reward is the mean of both. `info`: `role`, `closest` [m] so
+    far, `passed`, `collided`, and `score` as it stands, 0 until they have passed; at the start `goals` [m].
+    """
+
+    world = open_water()
+    duration = 60.0
+    entries = (
+        Entry("goal ahead [m]", 20.0), Entry("goal to port [m]", 20.0),
+        Entry("sine of the turn since the start", 1.0), Entry("cosine of the turn since the start", 1.0),
+        Entry("change of speed since the start [m/s]", 3.0), Entry("whether the boats meet head-on", 1.0),
+        Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
+    )  # fmt: skip
+    boats = 2
+    fixed = True
+
+    def __init__(self, n: int, boats: int) -> None:
+        super().__init__(n, boats)
+        self._goals, self._far = np.zeros((n, 2, 2)), np.zeros((n, 2))
+        self._course, self._speed = np.zeros((n, 2)), np.zeros((n, 2))
+        self._role = np.zeros((n, 2), np.int64)
+        self._closest, self._passed = np.zeros(n), np.zeros(n, np.bool_)
+        self._bearing, self._held, self._steps = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(n, np.int64)
+        self._reached, self._collided = np.zeros((n, 2), np.bool_), np.zeros(n, np.bool_)
+
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """A situation, who is who in it, and the way it lies in the world."""
+        kind, course, side = int(random.integers(3)), random.uniform(-np.pi, np.pi), random.choice((-1.0, 1.0))
+        apart = (np.radians(180.0 + random.uniform(-5.0, 5.0)), side * np.radians(random.uniform(50.0, 130.0)),
+                 np.radians(random.uniform(-10.0, 10.0)))[kind]  # fmt: skip
+        ways = [(course, FAST if kind == 2 else SPEED), (course + apart, SLOW if kind == 2 else SPEED)]
+        if random.random() < 0.5:
+            ways.reverse()
+        self._goals[row] = [(BEYOND * np.cos(way), BEYOND * np.sin(way)) for way, _ in ways]
+        return [(-AHEAD * speed * np.cos(way), -AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
+
+    def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
+        """Nobody joins two boats that meet."""
+        raise NotImplementedError
+
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """Who is who."""
+        rows = who.any(axis=1)
+        bearing = colregs.bearings(team.x, team.y, team.yaw)
+        for kept, now in (
+            (self._far, self._distances(team)), (self._course, team.yaw), (self._speed, _speeds(team)),
+            (self._role, colregs.roles(bearing, team.yaw)), (self._closest, _gap(team)), (self._bearing, bearing),
+        ):  # fmt: skip
+            kept[rows] = now[rows]
+        for count in (self._passed, self._collided, self._reached, self._held, self._steps):
+            count[rows] = 0
+
+    def observe(self, team: Team) -> FloatArray:
+        """The goal from the boat, what it must do, and what it did."""
+        turn = folded(team.yaw - self._course)
+        head_on = self._role == colregs.HEAD_ON
+        passed = np.repeat(self._passed[:, None], 2, axis=1)
+        return np.stack(
+            (*team.toward(*np.moveaxis(self._goals, -1, 0)), np.sin(turn), np.cos(turn), _speeds(team) - self._speed,
+             head_on, colregs.keeps_clear(self._role), passed), axis=-1
+        )  # fmt: skip
+
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+        """Gain by the goal, lose by faults, and be scored at the goal when they have passed."""
+        far, gap, both = self._distances(team), _gap(team), team.present.all(axis=1)
+        meet = both & going
+        self._follow(team, gap, meet)
+        fault, touched = self._faults(team, gap, meet), meet & (gap < CLEAR)
+        self._collided |= touched
+        inside = (far < ARRIVED) & team.present & ~touched[:, None]
+        leaves = inside & (self._passed | ~both)[:, None]
+        own = 0.1 * (self._far - far) - 0.1 * fault + 5.0 * (inside & ~self._reached) - 10.0 * touched[:, None]
+        own = np.where(team.present, own + 5.0 * np.where(leaves, self._scores(), 0.0), 0.0)
+        self._reached |= inside
+        self._far = far
+        return TeamJudged(mean_of(own, team.present), own, touched[:, None] | leaves)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The goals, (n, 2, 2): x, y [m] of each boat's."""
+        return {"goals": self._goals.copy()}
+
+    def forfeit(self, left: IntArray) -> FloatArray:
+        """Beside the usual, being at fault for all steps left."""
+        return super().forfeit(left) + 0.1 * left[:, None]
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """Who is who, how near they came, and what that was worth."""
+        found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
+        return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
+
+    def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
+        """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
+        time, distance = colregs.approach(team.x, team.y, team.east, team.north)
+        port = np.clip(folded(team.yaw - self._course) / colregs.READILY, 0.0, 1.0)
+        risk = np.clip(1.0 - distance / WANTED, 0.0, 1.0)[:, None]
+        clear = np.minimum(risk + np.where(self._role == colregs.HEAD_ON, port, 0.0), 1.0)
+        off = colregs.departure(folded(team.yaw - self._course), _speeds(team), self._speed)
+        late = np.where(self._role == colregs.STAND_ON, port, 0.0)
+        holds = np.where((gap < AGREED)[:, None], late, off)
+        before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
+        self._steps += before[:, 0]
+        self._held += np.where(before, holds, 0.0)
+        faults: FloatArray = np.where(colregs.keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
+        return np.where(before, faults, 0.0)
+
+    def _follow(self, team: Team, gap: FloatArray, meet: BoolArray) -> None:
+        """Keep the closest approach so far, and whether they have passed."""
+        nearer = meet & (gap < self._closest)
+        self._closest = np.where(nearer, gap, self._closest)
+        now = colregs.bearings(team.x, team.y, team.yaw)
+        self._bearing = np.where(nearer[:, None], now, self._bearing)
+        behind = colregs.gone_by(self._role, team.x, team.y, self._course)
+        self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
+
+    def _scores(self) -> FloatArray:
+        """The scores (n, 2) as they stand: 0 until the boats have passed, and after a collision."""
+        kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
+        safe = colregs.range_score(self._closest, CLEAR, WANTED)
+        counts = (safe * self._passed * ~self._collided)[:, None]
+        scores: FloatArray = counts * colregs.pose_score(self._role, self._bearing, kept)
+        return scores
+
+    def _distances(self, team: Team) -> FloatArray:
+        """(n, 2): to the goals [m]."""
+        x, y = np.moveaxis(self._goals, -1, 0)
+        far: FloatArray = np.hypot(x - team.x, y - team.y)
+        return far
+
+
+def _gap(team: Team) -> FloatArray:
+    """(n,): between both boats [m]."""
+    gap: FloatArray = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
+    return gap
+
+
+def _speeds(team: Team) -> FloatArray:
+    """(n, 2): over ground [m/s]."""
+    speed: FloatArray = np.hypot(team.east, team.north)
+    return speed

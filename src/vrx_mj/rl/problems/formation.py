@@ -1,0 +1,132 @@
+"""Formation: keep one's place beside a leader that is not there."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.control.formation import slots
+from vrx_mj.rl.options import PERIOD
+from vrx_mj.rl.problem import Entry, open_water
+from vrx_mj.rl.seen import folded
+from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
+
+__all__ = ["Formation"]
+
+SHAPES = ("line", "column", "wedge", "circle")
+SPACING = 12.0
+"""Between neighbours [m]."""
+SPEEDS = (0.6, 1.2)
+"""Of the leader [m/s]."""
+BENDS = 0.08
+"""The leader's yaw rate swings to this at most [rad/s]; half of that at the end of the widest arm is 0.7 m/s."""
+SWING = 40.0
+"""Period of that [s]."""
+OFF = 3.0
+"""A boat starts no farther beside or behind its place than this [m]."""
+FARTHER = 10.0
+"""A boat that is lost forfeits what it is off and so much more [m], for the time left."""
+TURNED = np.radians(45.0)
+"""Of the bow from the leader's course at the start, at most [rad]."""
+
+
+class Formation(TeamProblem):
+    """Places of a line, column, wedge or circle, 12 m apart, that go along with a leader who is only a point.
+
+    The shape and the leader's speed, 0.6 to 1.2 m/s, are drawn; the leader's yaw rate swings like a sine with a period
+    of 40 s to at most 0.08 rad/s. Boats start within 3 m of their places, at the leader's speed.
+
+    Reward of a boat: -0.1 for every m that it is off its place, in each step, and -1 while another one is nearer than
+    6 m. The team's is the mean of that. Nothing but the loss of a boat ends its episode before time is up; it forfeits
+    1 + 0.1 (off + 10) for each step left. `info`: `off` [m]; at the start `leader`, x, y [m] and course [rad],
+    `leader_speed` [m/s], and `slots`, ahead and to port of the leader [m].
+    """
+
+    world = open_water()
+    duration = 60.0
+    entries = (
+        Entry("own place ahead [m]", 10.0), Entry("own place to port [m]", 10.0),
+        Entry("velocity of that place ahead [m/s]", 3.0), Entry("velocity of that place to port [m/s]", 3.0),
+        Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of the turn to the leader's course", 1.0),
+    )  # fmt: skip
+
+    def __init__(self, n: int, boats: int) -> None:
+        super().__init__(n, boats)
+        self._shapes = np.array([slots(shape, boats, SPACING) for shape in SHAPES]).reshape(len(SHAPES), boats, 2)
+        self._slots = np.zeros((n, boats, 2))
+        self._leader = np.zeros((n, 3))
+        self._speed, self._bend, self._phase, self._time = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+        self._off = np.zeros((n, boats))
+
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """A shape and a leader, and the boats near their places."""
+        self._slots[row] = self._shapes[random.integers(len(SHAPES))]
+        self._leader[row] = 0.0, 0.0, random.uniform(-np.pi, np.pi)
+        self._speed[row], self._bend[row] = random.uniform(*SPEEDS), random.uniform(0.0, BENDS)
+        self._phase[row], self._time[row] = random.uniform(-np.pi, np.pi), 0.0
+        return [self.entrance(row, boat, random) for boat in range(self.size)]
+
+    def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
+        """Near its place, where that is by now."""
+        x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
+        dx, dy = random.uniform(-OFF, OFF), random.uniform(-OFF, OFF)
+        heading = float(self._leader[row, 2]) + random.uniform(-TURNED, TURNED)
+        return x + dx, y + dy, heading, float(self._speed[row])
+
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """How far they are off."""
+        self._off = np.where(who, self._now(team), self._off)
+
+    def observe(self, team: Team) -> FloatArray:
+        """The place from the boat."""
+        x, y, east, north = self._places()
+        turn = folded(self._leader[:, 2:] - team.yaw)
+        return np.stack((*team.toward(x, y), *team.turned(east, north), np.sin(turn), np.cos(turn)), axis=-1)
+
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+        """Lose by how far each is off, once the leader has gone on."""
+        self._go_on(going)
+        self._off = np.where(team.present, self._now(team), 0.0)
+        own = np.where(team.present, -0.1 * self._off - crowded(team), 0.0)
+        return TeamJudged(mean_of(own, team.present), own, np.zeros_like(team.present))
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""
+        found = {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
+        return {name: values.copy() for name, values in found.items()}
+
+    def forfeit(self, left: IntArray) -> FloatArray:
+        """What it is off, 10 m more, and having another too near, for all steps left."""
+        lost: FloatArray = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
+        return lost
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """How far they are off."""
+        return {"off": self._off.copy()}
+
+    def _rate(self) -> FloatArray:
+        """The leaders' yaw rates (n,) [rad/s]."""
+        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / SWING + self._phase)
+        return rate
+
+    def _go_on(self, going: BoolArray) -> None:
+        self._time += np.where(going, PERIOD, 0.0)
+        self._leader[:, 2] += np.where(going, PERIOD * self._rate(), 0.0)
+        way = np.where(going, PERIOD * self._speed, 0.0)
+        self._leader[:, 0] += way * np.cos(self._leader[:, 2])
+        self._leader[:, 1] += way * np.sin(self._leader[:, 2])
+
+    def _places(self, rows: slice = slice(None)) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """(rows, boats): x, y [m], and the velocities east and north [m/s] of places, which turn with the leader."""
+        x, y, course = self._leader[rows].T[:, :, None]
+        ahead, left = np.moveaxis(self._slots[rows], -1, 0)
+        cos, sin = np.cos(course), np.sin(course)
+        dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
+        speed, rate = self._speed[rows, None], self._rate()[rows, None]
+        return x + dx, y + dy, speed * cos - rate * dy, speed * sin + rate * dx
+
+    def _now(self, team: Team) -> FloatArray:
+        x, y, *_ = self._places()
+        off: FloatArray = np.hypot(x - team.x, y - team.y)
+        return off

@@ -1,0 +1,124 @@
+"""Rendezvous: to meet at one of two places, all at the same."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.options import PERIOD
+from vrx_mj.rl.problem import Entry, open_water
+from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
+
+__all__ = ["Rendezvous"]
+
+APART = (24.0, 36.0)
+"""The two places are so far apart [m]."""
+DRIFT = 0.2
+"""Speed of the places, each its own way, at most [m/s]."""
+ROOM = 5.0
+"""Boats have met within this times the root of their number of a place [m]."""
+HOLD = 3.0
+"""For so long [s]."""
+AWAY = (25.0, 35.0)
+"""Of the boats from the middle between the places at the start [m]."""
+
+TOO_NEAR = 0.2
+"""Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
+
+
+class Rendezvous(TeamProblem):
+    """Two places 24 to 36 m apart that drift by up to 0.2 m/s; the boats, all around, have to agree upon one.
+
+    They have met when all that are in the water were within 5 m times the root of the fleet's size of the same place
+    for 3 s (10 m for four boats); that ends the episode.
+
+    Reward of a boat: 0.1 for every m by which the place nearest to it has come nearer, and -0.2 while another one is
+    nearer than 6 m. The team's: 0.1 for every m by which the boats' mean distance to the place where that is least has
+    become less, -0.2 times the share of boats that are too near, and 10 for having met, which every boat gets as well.
+    A boat that is lost forfeits 20, and 0.2 for each step left. `info`: `distance`, that mean [m], and `met`; at the
+    start `places` [m] and their `drift` [m/s], two each.
+    """
+
+    world = open_water()
+    duration = 90.0
+    entries = (
+        Entry("first place ahead [m]", 10.0), Entry("first place to port [m]", 10.0),
+        Entry("second place ahead [m]", 10.0), Entry("second place to port [m]", 10.0),
+    )  # fmt: skip
+
+    def __init__(self, n: int, boats: int) -> None:
+        super().__init__(n, boats)
+        self._places, self._drift = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
+        self._far = np.zeros((n, boats, 2))
+        self._distance, self._held = np.zeros(n), np.zeros(n, np.int64)
+        self.room = ROOM * float(np.sqrt(boats))
+
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """Two places, and the boats around them, heading anywhere."""
+        bearing, half = random.uniform(-np.pi, np.pi), 0.5 * random.uniform(*APART)
+        middle = half * np.array([np.cos(bearing), np.sin(bearing)])
+        self._places[row] = middle, -middle
+        ways, speeds = random.uniform(-np.pi, np.pi, 2), random.uniform(0.0, DRIFT, 2)
+        self._drift[row] = np.stack((speeds * np.cos(ways), speeds * np.sin(ways)), axis=1)
+        self._held[row] = 0
+        first = random.uniform(-np.pi, np.pi)
+        return [_around(first + 2.0 * np.pi * boat / self.size, self.size, random) for boat in range(self.size)]
+
+    def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
+        """Somewhere around."""
+        return _around(random.uniform(-np.pi, np.pi), self.size, random)
+
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """How far they are from the places."""
+        self._far = np.where(who[..., None], self._now(team), self._far)
+        self._distance = np.where(who.any(axis=1), self._least(self._far, team.present), self._distance)
+
+    def observe(self, team: Team) -> FloatArray:
+        """Both places from the boat."""
+        (x1, y1), (x2, y2) = np.moveaxis(self._places, 0, -1)[..., None]
+        return np.stack((*team.toward(x1, y1), *team.toward(x2, y2)), axis=-1)
+
+    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+        """Gain by coming nearer, alone and together."""
+        self._places += np.where(going[:, None, None], PERIOD * self._drift, 0.0)
+        far, near, present = self._now(team), crowded(team), team.present
+        inside = np.asarray(((far < self.room) | ~present[..., None]).all(axis=1))
+        there = inside.any(axis=1) & present.any(axis=1)
+        self._held = np.where(there, self._held + going, 0)
+        met = self._held >= round(HOLD / PERIOD)
+        own = 0.1 * (self._far.min(axis=2) - far.min(axis=2)) - TOO_NEAR * near + 10.0 * met[:, None]
+        self._distance = self._least(far, present)
+        team_gain = 0.1 * (self._least(self._far, present) - self._distance)
+        self._far = np.where(present[..., None], far, 0.0)
+        shared = team_gain - TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
+        return TeamJudged(shared, np.where(present, own, 0.0), met[:, None] & present)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
+        return {"places": self._places.copy(), "drift": self._drift.copy()}
+
+    def forfeit(self, left: IntArray) -> FloatArray:
+        """Beside the usual, having another boat too near for all steps left."""
+        return super().forfeit(left) + TOO_NEAR * left[:, None]
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """How far it is."""
+        return {"distance": self._distance.copy(), "met": self._held >= round(HOLD / PERIOD)}
+
+    def _now(self, team: Team) -> FloatArray:
+        """(n, boats, 2): distances to both places [m]."""
+        x, y = np.moveaxis(self._places, -1, 0)[:, :, None]
+        far: FloatArray = np.hypot(x - team.x[..., None], y - team.y[..., None])
+        return far
+
+    def _least(self, far: FloatArray, present: BoolArray) -> FloatArray:
+        """(n,): the boats' mean distance to the place where it is least [m]."""
+        return np.minimum(mean_of(far[..., 0], present), mean_of(far[..., 1], present))
+
+
+def _around(bearing: float, boats: int, random: np.random.Generator) -> Spot:
+    """A place around the middle in a direction [rad]; with many boats farther out, so that there is room."""
+    away = random.uniform(*AWAY) + max(0.0, 2.0 * (boats - 10))
+    x, y = away * np.cos(bearing), away * np.sin(bearing)
+    return float(x), float(y), random.uniform(-np.pi, np.pi), 0.0

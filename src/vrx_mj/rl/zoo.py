@@ -1,0 +1,493 @@
+"""PettingZoo environments for teams of boats, one world at a time or thousands.
+
+`ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`.
+"""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arguments import check_name
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from vrx_mj.errors import DivergedError
+from vrx_mj.mjcf.compile import Source
+from vrx_mj.packages import importing
+from vrx_mj.rl.actions import ActionError, Actions
+from vrx_mj.rl.features import BOUND, Features, Floats32
+from vrx_mj.rl.generators import Generators, Seeds
+from vrx_mj.rl.gym import LEAST_LEFT
+from vrx_mj.rl.infos import masked
+from vrx_mj.rl.losses import Watch
+from vrx_mj.rl.neighbours import Neighbours
+from vrx_mj.rl.options import (
+    PERIOD,
+    as_floats,
+    chance,
+    check_count,
+    check_picture,
+    episode_steps,
+    eyes_of,
+    team_share,
+)
+from vrx_mj.rl.picture import Picture, show, team_picture
+from vrx_mj.rl.problems import TEAMS as PROBLEMS
+from vrx_mj.rl.roster import Roster
+from vrx_mj.rl.stage import SCORE, staged
+from vrx_mj.rl.team import Team, mean_of, team_of
+from vrx_mj.rl.variety import Range, Variety, ranges_of
+from vrx_mj.runtime.batch import Batch
+
+with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
+    import pettingzoo
+    from pettingzoo.utils.env_logger import EnvLogger
+
+__all__ = ["NOISE", "ActionError", "ParallelEnv", "TeamVectorEnv"]
+
+Told = dict[str, dict[str, Any]]
+Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], Told]
+Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+RENDER_MODES = ["human", "rgb_array"]
+NOISE = (0.3, 0.1, 0.03)
+"""Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
+
+
+class TeamVectorEnv:
+    """`num_envs` worlds with a team and a problem each, as arrays; row i equals a `ParallelEnv` with its seed exactly.
+
+    Action, (num_envs, boats, channels), float32 in [-1, 1]: every thrust of a boat as a share of full power ahead or
+    astern, then every steering angle as a share of the largest. An action holds for 0.1 s, 10 physics steps. Numbers
+    for absent boats, or beyond a boat's own channels where boats differ, are ignored.
+
+    Observation, (num_envs, boats, features), float32, clipped to [-5, 5], in each boat's axes: its own motion, as
+    in `VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). IntArray of
+    absent boats are zero.
+
+    Reward, terminated and truncated, (num_envs, boats). `info["acted"]` has the boats to which these numbers belong,
+    `info["present"]` the boats in the next step, `team_reward` (num_envs,) and `own_reward` the parts of the rewards,
+    `sunk` and `capsized` (num_envs, boats) the boats that are lost, and `diverged` (num_envs,) the rows whose state
+    became NaN or too large. These end, as in `VectorEnv`, and forfeit what their problem says. When rows begin,
+    `info` has what was drawn for them (`drawn_names`), with masks.
+
+    A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
+    `autoreset` is false.
+    """
+
+    closed = False
+    """Whether `close` was called."""
+
+    def __init__(
+        self,
+        problem: str,
+        num_envs: int = 1,
+        *,
+        boats: int | None = None,
+        world: Source | None = None,
+        fleet: Source | None = None,
+        duration: float | None = None,
+        reward: str | float = "individual",
+        neighbours: int = 3,
+        range: float = 50.0,  # noqa: A002
+        noise: Sequence[float] = NOISE,
+        delay: float = 0.5,
+        joining: float = 0.0,
+        leaving: float = 0.0,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 320,
+        autoreset: bool = True,
+        **variety: Range,
+    ) -> None:
+        """Compile the world and make its rows.
+
+        Args:
+            problem: name of the problem: Formation, Rendezvous, Encounter, or Score, one row of any world with a task.
+            num_envs: number of rows.
+            boats: number of boats; by default that of the problem or of the fleet.
+            world: world to use instead of the problem's own; without a task, except for Score.
+            fleet: fleet of the team; by default WAM-Vs with VRX's layout H.
+            duration: duration of an episode [s], after which it is truncated.
+            reward: `individual`, `team`, or the share of the team's reward in every boat's reward, 0 to 1.
+            neighbours: number of other boats that a boat observes, the nearest ones.
+            range: greatest distance at which a boat observes others [m].
+            noise: standard deviations of their positions [m], velocities [m/s] and headings [rad].
+            delay: delay of the observation of neighbours [s].
+            joining: share of the boats, except the first, that join in the first half of an episode.
+            leaving: share of them that leave in its second half; they are truncated.
+            threads: number of threads, as for `vrx_mj.Batch`.
+            render_mode: None, rgb_array, or human, which draws in the terminal.
+            width: width of the pictures [pixels].
+            height: height of the pictures [pixels].
+            autoreset: whether rows begin another episode automatically.
+            variety: wind_speed, gusts, waves, wave_period, wave_band, wave_direction, wave_spread, wave_phase, mass and
+                thrust, as in `VectorEnv`; not with Score.
+
+        Raises:
+            gymnasium.error.Error: an option is invalid.
+            VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
+        """
+        check_count("num_envs", num_envs)
+        check_picture(render_mode, RENDER_MODES, width, height)
+        eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
+        late, early = chance("joining", joining), chance("leaving", leaving)
+        compiled, self._batch, self._problem = staged(
+            problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
+        )
+        self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
+        self._most = episode_steps(self._problem.duration if duration is None else duration)
+        self._variety, self._watch = Variety(self._batch, _ranges(problem, variety)), Watch(self._batch)
+        self._roster = Roster(self._batch, self._problem, self._watch, joining=late, leaving=early, most=self._most)
+        self._actions = Actions(self.boats, self._batch.channels, self._batch.largest)
+        self._neighbours = Neighbours(num_envs, len(self.boats), eyes)
+        self._random, self._steps = Generators(num_envs), np.zeros(num_envs, np.int64)
+        self._last = np.zeros((num_envs, len(self.boats), self._actions.most), np.float32)
+        self._picture = Picture(compiled, width, height)
+        self._features = Features(self._actions.columns(), (*self._problem.entries, *eyes.entries()))
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Names of the boats, in the order of the second axis of actions and observations."""
+        return self._batch.boats
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the features of an observation, with their units."""
+        return self._features.names
+
+    @property
+    def action_names(self) -> dict[str, tuple[str, ...]]:
+        """Names of the channels of each boat's actions."""
+        return self._actions.names
+
+    @property
+    def drawn_names(self) -> frozenset[str]:
+        """Names of what `info` has for the whole of a row when its episode begins."""
+        return frozenset(self._problem.drawn()) | frozenset(self._variety.facts())
+
+    @property
+    def present(self) -> BoolArray:
+        """Whether each boat is present, (num_envs, boats)."""
+        return self._roster.present.copy()
+
+    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: seed of row 0, with seed + i for row i, or one seed for each row; None continues the rows' generators.
+            rows: mask (num_envs,), bool, of the rows to reset; by default all.
+
+        Raises:
+            gymnasium.error.Error: the seeds or the mask are invalid.
+        """
+        self._check_open()
+        mask = np.ones(self.num_envs, np.bool_) if rows is None else np.asarray(rows)
+        if mask.shape != (self.num_envs,) or mask.dtype != bool:
+            text = f"({self.num_envs},) of bool is needed"
+            raise gymnasium.error.Error(f"invalid rows of shape {mask.shape} and type {mask.dtype}: {text}")
+        which = np.flatnonzero(mask)
+        self._random.seed(which, seed)
+        self._begin(which)
+        acted = np.zeros_like(self._roster.present)
+        return self._observe(self._seen()), self._told(acted) | self._begun(mask)
+
+    def step(self, actions: npt.ArrayLike) -> Arrays:
+        """Apply the actions for 0.1 s.
+
+        Raises:
+            ActionError: the shape is wrong, or a number of a present boat is outside [-1, 1].
+            gymnasium.error.ResetNeeded: no episode has begun, or, without `autoreset`, one has ended.
+        """
+        self._check_open()
+        given = self._checked(actions)
+        idle: BoolArray = np.asarray(~self._roster.present.any(axis=1))
+        if idle.any():
+            self._begin(np.flatnonzero(idle))
+        acted = self._roster.present & ~idle[:, None]
+        self._last = np.where(acted[..., None], given, np.float32(0.0))
+        forfeit = self._problem.forfeit(np.maximum(self._most - self._steps, LEAST_LEFT))
+        diverged = self._sail(np.flatnonzero(~idle))
+        lost = self._lost(acted, diverged)
+        team = self._seen()
+        judged = self._problem.judge(team, ~idle)
+        self._steps += ~idle
+        gone = lost["sunk"] | lost["capsized"] | (acted & diverged[:, None])
+        ended = acted & (judged.ended | gone)
+        cut = acted & ~ended & ((self._steps >= self._most)[:, None] | self._roster.due(self._steps))
+        own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
+        paid = judged.team - mean_of(np.where(gone, judged.own + forfeit, 0.0), acted)
+        shared = np.where(idle, 0.0, np.where(diverged, mean_of(own, acted), paid))
+        reward = np.where(acted, self._share * shared[:, None] + (1.0 - self._share) * own, 0.0)
+        self._come(np.asarray((acted & ~ended & ~cut).any(axis=1)), team)
+        now = self._seen()
+        self._neighbours.note(~idle, now)
+        observation = self._observe(now)
+        self._roster.dismiss(ended | cut)
+        info = self._told(acted) | {"team_reward": shared, "own_reward": own, "diverged": diverged} | lost
+        info |= self._begun(idle)
+        return observation, reward, ended, cut, info
+
+    def render(self) -> tuple[ByteArray, ...]:
+        """Picture (height, width, 3) of each row, from the south, of the whole team."""
+        self._check_open()
+        self._random.check_begun()
+        return tuple(self._drawn(row) for row in range(self.num_envs))
+
+    def close(self) -> None:
+        """Free the renderer; further calls have no effect."""
+        self._picture.close()
+        self.closed = True
+
+    # Inside
+
+    def _begin(self, rows: IntArray) -> None:
+        """Begin an episode in some rows."""
+        random = self._random.of(rows)
+        if isinstance(self._batch, Batch):  # the world of a referee is as it is
+            self._variety.draw(self._batch, rows, random)
+        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random], np.uint64)
+        self._roster.begin(rows, random)
+        self._steps[rows], self._last[rows] = 0, 0.0
+        team = self._seen()
+        who = np.zeros_like(team.present)
+        who[rows] = team.present[rows]
+        self._problem.begin(who, team)
+        self._neighbours.begin(rows, keys, team)
+
+    def _lost(self, acted: BoolArray, diverged: BoolArray) -> dict[str, BoolArray]:
+        """Who sank or capsized in this step, (n, boats) each."""
+        counts = acted & ~diverged[:, None]
+        return {"sunk": self._watch.sunk() & counts, "capsized": self._watch.capsized() & counts}
+
+    def _begun(self, rows: BoolArray) -> dict[str, Any]:
+        """`info` for the rows whose episodes have just begun: what was drawn for them."""
+        return masked(self._problem.drawn() | self._variety.facts(), rows)
+
+    def _sail(self, rows: IntArray) -> BoolArray:
+        """Advance rows; which of them have diverged."""
+        with contextlib.suppress(DivergedError):
+            self._batch.step(self._actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
+        return self._batch.diverged.copy()
+
+    def _come(self, going: BoolArray, team: Team) -> None:
+        """Let boats join rows in which somebody goes on."""
+        joined = self._roster.join(self._steps, going, team, self._random.of(np.arange(self.num_envs)))
+        if joined.any():
+            self._problem.begin(joined, self._seen())
+
+    def _seen(self) -> Team:
+        return team_of(self._batch.features, self._batch.wind, self._roster.present.copy())
+
+    def _observe(self, team: Team) -> Floats32:
+        """What is observed; absent boats and rows that have diverged see nothing."""
+        parts = team.own, self._last, self._problem.observe(team), self._neighbours.observe(team)
+        return np.where(team.present[..., None], self._features.of(*parts), np.float32(0.0))
+
+    def _told(self, acted: BoolArray) -> dict[str, Any]:
+        return {**self._problem.facts(), "acted": acted, "present": self.present}
+
+    def _checked(self, actions: npt.ArrayLike) -> Floats32:
+        self._random.check_begun()
+        if not self.autoreset and not self._roster.present.any(axis=1).all():
+            ended = np.flatnonzero(~self._roster.present.any(axis=1))
+            text = f"the episodes of rows {ended[:5].tolist()} have ended: reset them with rows=..."
+            raise gymnasium.error.ResetNeeded(text)
+        return self._actions.checked(actions, self._roster.present)
+
+    def _drawn(self, row: int) -> ByteArray:
+        places = self._batch.features[row, self._roster.present[row], :2]
+        time = float(self._batch.time[row])
+        return team_picture(self._picture, self._batch.qpos[row], time, places, self._batch.waves(row))
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
+
+
+class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ignore[misc]
+    """One team of boats and one problem; actions, observations, rewards and options are those of `TeamVectorEnv`.
+
+    Agents are the boats. A boat that has not joined, has left, or is done is only in `possible_agents`; `step` returns
+    a boat that joins from the step in which it joins, with reward 0. `reset` must be called after all have ended.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "vrx_mj", "render_modes": RENDER_MODES, "render_fps": round(1 / PERIOD), "is_parallelizable": True,
+    }  # fmt: skip
+    """What PettingZoo asks about the environment: its name, ways to draw it, pictures per second."""
+
+    def __init__(self, problem: str, *, render_mode: str | None = None, **options: Any) -> None:
+        """Compile the world; `options` are those of `TeamVectorEnv` except `num_envs` and `autoreset`."""
+        self._rows = TeamVectorEnv(problem, 1, render_mode=render_mode, autoreset=False, **({"threads": 1} | options))
+        self.render_mode = render_mode
+        self.possible_agents = list(self._rows.boats)
+        self.agents: list[str] = []
+        self._begun = False
+        size, names = len(self._rows.observation_names), self._rows.action_names
+        box = gymnasium.spaces.Box
+        self.observation_spaces = {boat: box(-BOUND, BOUND, (size,), np.float32) for boat in self.possible_agents}
+        self.action_spaces = {boat: box(-1.0, 1.0, (len(names[boat]),), np.float32) for boat in self.possible_agents}
+        self.state_space = box(-BOUND, BOUND, (len(self.possible_agents) * size,), np.float32)
+        self._most = max(len(channels) for channels in names.values())
+        self._seen = np.zeros((len(self.possible_agents), size), np.float32)
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the features of an observation, with their units."""
+        return self._rows.observation_names
+
+    def observation_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
+        """Space of a boat's observations, of the same size for every boat; UnknownNameError if the boat is unknown."""
+        check_name("boat", agent, self.possible_agents)
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
+        """Space of a boat's actions, its thrusts and steering angles; UnknownNameError if there is no such boat."""
+        check_name("boat", agent, self.possible_agents)
+        return self.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:
+        """Begin an episode; `options` are ignored."""
+        seen, info = self._rows.reset(seed=seed)
+        self._begun = True
+        there = self._note(seen, info)
+        self._show()
+        return {boat: self._observation(boat) for boat in there}, self._facts(there, info)
+
+    def step(self, actions: Mapping[str, npt.ArrayLike]) -> Step:
+        """Apply one action for each of `agents` for 0.1 s; actions of absent boats are ignored.
+
+        Raises:
+            ActionError: an action is missing, names an unknown boat, has the wrong shape, or is not in its space.
+            AssertionError: no episode has begun.
+            gymnasium.error.ClosedEnvironmentError: after `close`.
+        """
+        self._check_begun(EnvLogger.error_step_before_reset)
+        if not self.agents:
+            EnvLogger.warn_step_after_terminated_truncated()
+            return {}, {}, {}, {}, {}
+        acted = self.agents
+        seen, reward, ended, cut, info = self._rows.step(self._array(actions))
+        there = self._note(seen, info)
+        told = [boat for boat in self.possible_agents if boat in acted or boat in there]
+        at = {boat: self.possible_agents.index(boat) for boat in told}
+        self._show()
+        return (
+            {boat: self._observation(boat) for boat in told},
+            {boat: float(reward[0, k]) for boat, k in at.items()},
+            {boat: bool(ended[0, k]) for boat, k in at.items()},
+            {boat: bool(cut[0, k]) for boat, k in at.items()},
+            self._facts(told, info),
+        )
+
+    def state(self) -> Floats32:
+        """Observations of all boats, one after another, with zeros for absent ones, as in `state_space`."""
+        self._check_begun(EnvLogger.error_state_before_reset)
+        whole: Floats32 = self._seen.ravel().copy()
+        return whole
+
+    def render(self) -> ByteArray | None:
+        """Picture (height, width, 3) of the whole team; with `human` it is drawn in the terminal."""
+        self._check_begun(EnvLogger.error_render_before_reset)
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
+            return None
+        (picture,) = self._rows.render()
+        if self.render_mode == "rgb_array":
+            return picture
+        show(picture)
+        return None
+
+    def close(self) -> None:
+        """Close the environment; further calls have no effect."""
+        self._rows.close()
+        self.agents = []
+
+    # Inside
+
+    def _note(self, seen: Floats32, info: dict[str, Any]) -> list[str]:
+        """Keep what was seen, and who goes on."""
+        self._seen = seen[0]
+        here = zip(self.possible_agents, info["present"][0].tolist(), strict=True)
+        self.agents = [boat for boat, present in here if present]
+        return list(self.agents)
+
+    def _observation(self, boat: str) -> Floats32:
+        own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
+        return own
+
+    def _facts(self, boats: list[str], info: dict[str, Any]) -> Told:
+        """What `info` tells each boat: its own, and what is the whole world's."""
+        own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
+        whole = self._rows.drawn_names
+        return {
+            boat: {
+                name: _plain(value if name in whole or not np.ndim(value) else value[k]) for name, value in own.items()
+            }
+            for boat in boats
+            for k in (self.possible_agents.index(boat),)
+        }
+
+    def _array(self, actions: Mapping[str, npt.ArrayLike]) -> Floats32:
+        """Actions by boat as an array (1, boats, channels)."""
+        if not isinstance(actions, Mapping):
+            raise ActionError(
+                f"invalid actions of type {type(actions).__name__}: a mapping of boats to actions is needed"
+            )
+        strange, missing = [set(actions) - set(self.possible_agents), set(self.agents) - set(actions)]
+        if strange:
+            text = f"known: {', '.join(self.possible_agents)}"
+            raise ActionError(f"invalid actions: no boat named '{sorted(map(str, strange))[0]}'; {text}")
+        if missing:
+            raise ActionError(
+                f"invalid actions: none for {min(missing, key=self.possible_agents.index)}, which is present"
+            )
+        whole = np.zeros((1, len(self.possible_agents), self._most), np.float32)
+        for boat in self.agents:
+            own = self._one(boat, actions[boat])
+            whole[0, self.possible_agents.index(boat), : len(own)] = own
+        return whole
+
+    def _one(self, boat: str, action: npt.ArrayLike) -> Floats32:
+        names = self._rows.action_names[boat]
+        try:
+            given = as_floats(action)
+        except gymnasium.error.InvalidAction:
+            raise ActionError(f"invalid action of {boat}: an array of numbers is needed") from None
+        if given.shape != (len(names),):
+            raise ActionError(f"invalid action of {boat} of shape {given.shape}: {(len(names),)} is needed")
+        wrong = np.flatnonzero(~(np.abs(given) <= 1.0))
+        if len(wrong):
+            name, value = names[wrong[0]], given[wrong[0]]
+            why = "step() cannot take in a nan action" if np.isnan(value) else "action is not in action space"
+            raise ActionError(f"{why}: {value:g} for {name} of {boat}; a number from -1 to 1 is needed")
+        return given
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self.render()
+
+    def _check_begun(self, complain: Any) -> None:
+        if self._rows.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
+        if not self._begun:
+            complain()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.copy() if value.ndim else value.item()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _ranges(problem: str, given: dict[str, Range]) -> dict[str, Range]:
+    """Ranges of what is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
+    check_name("problem", problem, (*PROBLEMS, SCORE))
+    ranges = ranges_of(problem, given)
+    if problem == SCORE and given:
+        raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
+    return {} if problem == SCORE else ranges
