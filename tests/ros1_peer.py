@@ -4,7 +4,7 @@ import socket
 import struct
 from xmlrpc.client import ServerProxy
 
-from vrx_mj.ros.ros1.header import decode_header, encode_header
+from vrx_mj.ros.ros1.connection import decode_header, encode_header
 
 ME = "/peer"
 

@@ -19,7 +19,7 @@ from fuzz.yaml_files import json_bytes
 from ros1_peer import ME, frame, stream_of
 from ros1_served import Served, free_port, small_table
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.ros1.header import encode_header
+from vrx_mj.ros.ros1.connection import encode_header
 
 PORT = b"@PORT@"
 """Stands in a head for the port of the server."""

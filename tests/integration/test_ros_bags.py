@@ -17,7 +17,7 @@ from needs import ROSBAG, needs
 from vrx_mj.cli.program import app
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording import read_record, record
-from vrx_mj.ros.bagging import bagged
+from vrx_mj.ros.bags import bagged
 from vrx_mj.ros.convert import convert
 from vrx_mj.ros.messages import encode
 from vrx_mj.ros.table.boats import command_topic

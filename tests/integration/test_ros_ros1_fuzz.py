@@ -13,7 +13,7 @@ from fuzz.raw import mutated
 from fuzz.ros1_messages import CALLS, HEADERS
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of
 from ros1_served import LEFT, Served, free_port, small_table, until
-from vrx_mj.ros.ros1.header import encode_header
+from vrx_mj.ros.ros1.connection import encode_header
 
 FLOAT32 = "73fcbf46b49191e672908e50842a83d4"
 Said = tuple[tuple[str, int], bytes]

@@ -13,10 +13,10 @@ import pytest
 from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 from vrx_mj.errors import NetworkError
+from vrx_mj.ros.access import announced, is_local
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros1 import Ros1
-from vrx_mj.ros.ros1.address import announced, is_local
 
 GONE = "127.0.0.9"
 
@@ -99,7 +99,7 @@ def refusal(uri, **options):
     return str(caught.value)
 
 
-SINCE = rf"pid {os.getpid()} \(.*\), since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d; stop it with: kill {os.getpid()}"
+SINCE = rf"process {os.getpid()} \(.*\), since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d; to stop it: kill {os.getpid()}"
 
 
 def test_a_second_simulation_on_a_master_is_told_who_is_there():
@@ -155,21 +155,21 @@ def test_what_is_no_master_is_named_with_its_process():
 def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
     port = free_port()
     with monkeypatch.context() as patch:
-        patch.setattr("vrx_mj.ros.ros1.graph.is_local", lambda host: False)
+        patch.setattr("vrx_mj.ros.ros1.registrar.is_local", lambda host: False)
         assert refusal(f"http://{GONE}:{port}") == (
             f"no ROS master answers at http://{GONE}:{port}, and {GONE} is another machine: start roscore there, "
             "or unset ROS_MASTER_URI to start a master here"
         )
     assert refusal("roscore") == "ROS_MASTER_URI: invalid URI 'roscore': http://host:port is needed"
     with monkeypatch.context() as patch:
-        patch.setattr("vrx_mj.ros.ros1.graph.addresses", lambda host: ["10.9.8.7"])
+        patch.setattr("vrx_mj.ros.ros1.registrar.addresses", lambda host: ["10.9.8.7"])
         assert refusal(f"http://{GONE}:{port}") == (
             f"no ROS master answers at http://{GONE}:{port}, and this server listens at 127.0.0.1 only: "
             f"give --host {GONE} or --host 0.0.0.0"
         )
     with socket.create_server(("127.0.0.1", 0)) as mute:
         port = mute.getsockname()[1]
-        monkeypatch.setattr("vrx_mj.ros.ros1.graph.PATIENCE", 0.1)
+        monkeypatch.setattr("vrx_mj.ros.ros1.registrar.PATIENCE", 0.1)
         told = refusal(f"http://127.0.0.1:{port}")
     assert re.fullmatch(
         rf"no ROS master at http://127\.0\.0\.1:{port}: no answer; port {port} is held by {SINCE}", told

@@ -12,10 +12,10 @@ import pytest
 
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of, taken
 from ros1_served import LEFT, Served, free_port, small_table, until
+from vrx_mj.ros.limits import MOST_FRAME_BYTES
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.offer import Sent
-from vrx_mj.ros.ros1.header import decode_header, encode_header
-from vrx_mj.ros.ros1.outbox import MOST_BYTES
+from vrx_mj.ros.ros1.connection import decode_header, encode_header
 
 STRING = "992ce8a1687cec8c8bd883ec73ca41d1"  # std_msgs/String, as Debian's genpy has it
 FLOAT32 = "73fcbf46b49191e672908e50842a83d4"
@@ -124,7 +124,7 @@ def test_too_large_a_request_is_not_waited_for(served):
 
 
 def test_who_connects_and_says_nothing_is_put_out(monkeypatch, stream):
-    monkeypatch.setattr("vrx_mj.ros.ros1.incoming.HANDSHAKE", 0.1)
+    monkeypatch.setattr("vrx_mj.ros.ros1.publication.HANDSHAKE", 0.1)
     with socket.create_connection(stream, timeout=5.0) as silent:
         silent.sendall(b"\x40\x00\x00\x00half")
         assert silent.recv(1) == b""
@@ -149,7 +149,7 @@ def test_a_subscriber_that_does_not_read_costs_neither_time_nor_memory():
             kept = readers[max(readers)].waiting
             assert max(readers) == served.ros.traffic.dropped > count / 2
             assert min(readers) == 0
-            assert kept <= MOST_BYTES
+            assert kept <= MOST_FRAME_BYTES
             assert longest < 0.01  # CPU time of the simulation's thread
             last = b""
             while last != b"%06d" % (count - 1):

@@ -20,7 +20,7 @@ from bridged import Bridged
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of, taken
 from ros1_served import Served, free_port, small_table, until
 from rosbridge_client import Talk
-from vrx_mj.ros.ros1.header import encode_header
+from vrx_mj.ros.ros1.connection import encode_header
 
 pytestmark = pytest.mark.slow
 
@@ -169,7 +169,7 @@ def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served
 
 
 def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.stall.SECONDS", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.limits.SECONDS", 0.2)
     connection, _ = dial(service_of(served.uri, "/trigger"), service="/trigger", persistent="1")
     with connection:
         connection.sendall(frame(b""))
@@ -191,7 +191,7 @@ def test_a_request_that_does_not_go_on_is_not_waited_for(served, monkeypatch, da
 
 
 def test_nodes_that_take_no_calls_keep_no_news_from_others(served, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.notifier.MOST_NODES", 16)
+    monkeypatch.setattr("vrx_mj.ros.ros1.master.MOST_NODES", 16)
     with contextlib.ExitStack() as stack:
         deaf = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(64)]
         master = stack.enter_context(ServerProxy(served.uri))

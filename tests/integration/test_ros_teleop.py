@@ -23,7 +23,7 @@ from vrx_command import environment, start
 from vrx_mj.drive.helm.engines import Engine, Wheel, engine_commands
 from vrx_mj.drive.helm.keys import OURS
 from vrx_mj.drive.helm.pilot import Pilot
-from vrx_mj.ros.teleop.client import Bridge
+from vrx_mj.ros.teleop.driving import Bridge
 from vrx_mj.ros.teleop.web import PageServer
 
 FLEET = "{usv_count: 2, layout: line, spacing: 30, sensors: none}\n"

@@ -132,9 +132,8 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
     """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
 
-    from vrx_mj.ros.ros1.address import is_local
-    from vrx_mj.ros.ros1.http import BROKEN, Proxy, address
-    from vrx_mj.ros.ros1.xmlrpc import Fault
+    from vrx_mj.ros.access import is_local
+    from vrx_mj.ros.ros1.xmlrpc import BROKEN, Fault, Proxy, address
 
     async def asked() -> Any:
         proxy = Proxy(uri)
@@ -183,9 +182,8 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
     """Whether the address that other nodes get is one of this machine, and can be reached by those they ask."""
-    from vrx_mj.ros.access import is_loopback
-    from vrx_mj.ros.ros1.address import addresses, is_local
-    from vrx_mj.ros.ros1.http import address
+    from vrx_mj.ros.access import addresses, is_local, is_loopback
+    from vrx_mj.ros.ros1.xmlrpc import address
 
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)
     if name is None:
@@ -209,7 +207,7 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
 
 def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int], str | None] | None = None) -> Row:
     """Whether a port on loopback is free, or held by a master that is joined."""
-    from vrx_mj.ros.listener import who_listens
+    from vrx_mj.ros.network import who_listens
 
     name = f"port {port} ({what})"
     with socket.socket() as probe:

@@ -53,7 +53,7 @@ def _bagging(
         yield sim.advance, controller
         return
     with needing_rosbags():
-        from vrx_mj.ros.bagging import bagged
+        from vrx_mj.ros.bags import bagged
     with bagged(sim, path, controller, topics=topics) as pair:
         yield pair
 

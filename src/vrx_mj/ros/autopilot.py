@@ -1,4 +1,4 @@
-"""What steers boats on behalf of `cmd_vel` and `/swarm/formation`, ten times a simulated second."""
+"""What steers boats on behalf of topics: `cmd_vel`, `/swarm/formation`, and thrusts that last."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.tasks.frame import EARLY
 
-__all__ = ["Autopilot", "parse_formation"]
+__all__ = ["Autopilot", "HeldThrust", "parse_formation"]
 
 TIMEOUT = 1.0
 """For how long a `cmd_vel` is kept [s], as thrusts are."""
@@ -24,7 +24,7 @@ NUMBERS = ("spacing", "speed", "radius", "apart")
 OFF = ("off", "none", "stop")
 
 
-class _Order(NamedTuple):
+class _VelocityOrder(NamedTuple):
     surge: float
     turn: float
     expires: float
@@ -35,7 +35,7 @@ class Autopilot:
 
     def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
         self._sim, self._tell = sim, tell
-        self._orders: dict[str, _Order] = {}
+        self._orders: dict[str, _VelocityOrder] = {}
         self._keepers: dict[str, VelocityKeeper] = {}
         self._formation: Formation | None = None
         self._number = -1
@@ -52,7 +52,7 @@ class Autopilot:
 
     def steer_boat(self, boat: str, surge: float, turn: float) -> None:
         """Keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-        self._orders[boat] = _Order(surge, turn, self._sim.time + TIMEOUT)
+        self._orders[boat] = _VelocityOrder(surge, turn, self._sim.time + TIMEOUT)
 
     def let_go(self, boat: str) -> None:
         """Somebody else commands the boat's thrusters."""
@@ -172,3 +172,54 @@ def _path(value: Any) -> list[tuple[float, float]]:
         raise CommandError(
             f"formation: invalid path {value!r}: pairs of numbers are needed, as in [[0, 0], [50, 20]]"
         ) from None
+
+
+class _ThrustOrder(NamedTuple):
+    command: float
+    renewed: float
+    """Simulated time at which it was given last [s]."""
+    period: float
+    """After which it is given again [s]."""
+
+
+class HeldThrust:
+    """The last command of each thruster that was told to go on."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._orders: dict[str, dict[str, _ThrustOrder]] = {}
+
+    def bind(self) -> None:
+        """Boats came or went."""
+        self._orders = {boat: orders for boat, orders in self._orders.items() if boat in self._sim.boats}
+
+    def begin(self) -> None:
+        """Time began anew, or others steer now."""
+        self._orders.clear()
+
+    def hold(self, boat: str, thruster: str, command: float) -> None:
+        """Go on giving a command that the simulation has taken just now."""
+        hull = self._sim.boats.index(boat)
+        rows = self._sim.world.tree["thrusters"]
+        timeout = next(row["timeout"] for row in rows if row["hull"] == hull and row["name"] == thruster)
+        period = 0.5 * timeout if timeout > 0.0 else math.inf
+        self._orders.setdefault(boat, {})[thruster] = _ThrustOrder(command, self._sim.time, period)
+
+    def let_go(self, boat: str, thruster: str | None = None) -> None:
+        """Somebody else commands a thruster, or all of the boat's."""
+        if thruster is None:
+            self._orders.pop(boat, None)
+        else:
+            self._orders.get(boat, {}).pop(thruster, None)
+
+    def renew(self) -> None:
+        """Give commands again before they end."""
+        time = self._sim.time
+        due: dict[str, dict[str, float]] = {}
+        for boat, orders in self._orders.items():
+            for name, order in orders.items():
+                if time - order.renewed >= order.period:
+                    due.setdefault(boat, {})[name] = order.command
+                    orders[name] = order._replace(renewed=time)
+        if due:
+            self._sim.command_all(due)

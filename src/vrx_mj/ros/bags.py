@@ -1,18 +1,280 @@
-"""A bag as a transport: it listens to what a simulation publishes, and nothing of a network is needed."""
+"""Bags: the files of ROS's tools, the transport that writes them, and runs that are written into them."""
 
 import fnmatch
+import os
 import sqlite3
+import struct
+import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
+from numbers import Real
 from pathlib import Path
+from typing import Any, BinaryIO, Final, NamedTuple, Protocol
+
+from rosbags.convert.converter import LATCH, is_same_wireformat, migrate_message
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError
-from vrx_mj.ros.bag_files import BagFile, open_bag
-from vrx_mj.ros.messages import Message, new, stamp
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
 from vrx_mj.ros.offer import Sent, Table, Traffic
+from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
+from vrx_mj.ros.table.boats import command_topic
+from vrx_mj.runtime.observation import Observation
+from vrx_mj.runtime.run import Controller
+from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["HEAVY", "Bag"]
+__all__ = ["HEAVY", "Bag", "BagFile", "bagged", "open_bag"]
+
+CALLER = "/vrx_mj"
+"""The node by which a ROS 1 bag says that its messages were sent."""
+CHUNK = 1 << 20
+"""Of a ROS 1 bag [bytes]; those of MCAP are as large."""
+NEVER = 1 << 62
+HEAD_FIELDS = 13 + 4 + 69
+"""Where the padding of a bag's first record begins, with its length: after the file's mark, and the record's fields."""
+HEAD_SIZE = 4096 - 69
+"""Of this padding [bytes], as `rosbag` has it."""
+WIDER = 8
+"""What rosbags takes off it: the lengths of the fields and of the padding [bytes]."""
+ROS1_MAGIC, MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
+VERSION: Final = 9
+"""Of rosbag2's metadata."""
+KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
+
+
+class BagFile(Protocol):
+    """A bag that is being written."""
+
+    def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
+        """Add a message of a moment [ns]; returns its size [bytes]."""
+
+    def flush(self) -> None:
+        """Bring what was written to the disk: it is there if the process is killed."""
+
+    def close(self) -> None:
+        """Complete it."""
+
+    def abort(self) -> None:
+        """Close it as it is."""
+
+
+def open_bag(path: Path) -> BagFile:
+    """A new bag in place of an earlier one, of the kind that its name says.
+
+    Raises:
+        RecordError: the name says none, or something is there that is no bag of this kind.
+    """
+    if path.suffix == ".bag":
+        _make_room(path, ROS1_MAGIC)
+        return Ros1File(path)
+    if path.suffix == ".mcap":
+        _make_room(path, MCAP_MAGIC)
+        return _mcap(path)
+    if path.suffix:
+        raise RecordError(f"invalid bag name '{path}'; allowed: {KINDS}")
+    _clear(path)
+    return _rosbag2(path)
+
+
+def _make_room(path: Path, magic: bytes) -> None:
+    """Remove an earlier bag, or an empty file."""
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        head = file.read(len(magic))
+    if head not in {b"", magic}:
+        raise RecordError(f"'{path}' already exists and is not a bag: choose another name, or remove it")
+    path.unlink()
+
+
+def _clear(folder: Path) -> None:
+    """Remove an earlier bag of rosbag2, finished or not, or an empty folder."""
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise RecordError(f"'{folder}' already exists and is not a folder: choose another name, or remove it")
+    ours = {"metadata.yaml", f"{folder.name}.db3", f"{folder.name}.db3-journal"}
+    for file in sorted(folder.iterdir()):
+        if file.name not in ours:
+            raise RecordError(f"'{file}' already exists and is not part of a bag: choose another folder, or remove it")
+    for file in folder.iterdir():
+        file.unlink()
+    folder.rmdir()
+
+
+class Ros1File:
+    """A ROS 1 bag, its chunks compressed by LZ4."""
+
+    def __init__(self, path: Path) -> None:
+        self._writer = Writer1(path)
+        self._writer.set_compression(Writer1.CompressionFormat.LZ4)
+        self._writer.compressor = _compressed
+        self._writer.chunk_threshold = NEVER  # chunks are cut here
+        self._writer.open()
+        assert self._writer.bio is not None
+        _widen(self._writer.bio)
+        self._writer.bio.seek(0, os.SEEK_END)
+        self._writer.bio.write(b" " * WIDER)
+        self._connections: dict[tuple[str, str], Connection] = {}
+
+    def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
+        """Add a message of a moment [ns]; returns its size [bytes]."""
+        connection = self._connections.get((topic, type_name))
+        if connection is None:
+            connection = self._writer.add_connection(
+                topic,
+                full_name(type_name),
+                msgdef=definition(type_name),
+                md5sum=md5sum(type_name),
+                callerid=CALLER,
+                latching=int(latched),
+            )
+            self._connections[topic, type_name] = connection
+        raw = encode(message, type_name)
+        self._writer.write(connection, time, raw)
+        if self._writer.chunks[-1].data.tell() > CHUNK:
+            self._cut()
+        return len(raw)
+
+    def flush(self) -> None:
+        """Bring what was written to the disk: it is there if the process is killed."""
+        if self._writer.chunks[-1].connections:
+            self._cut()
+        if self._writer.bio is not None:
+            self._writer.bio.flush()
+
+    def close(self) -> None:
+        """Complete it."""
+        self._writer.close()
+        with self._writer.path.open("r+b") as file:
+            _widen(file)
+
+    def abort(self) -> None:
+        """Close it as it is."""
+        self._writer.abort()
+
+    def _cut(self) -> None:
+        """Write a chunk. Of its index only the counts are needed from now on, and an hour's would fill the memory."""
+        chunk = self._writer.chunks[-1]
+        self._writer.write_chunk(chunk)
+        counts: Any = {number: range(len(rows)) for number, rows in chunk.connections.items()}
+        chunk.connections = counts
+
+
+class Ros2File:
+    """A bag of rosbag2."""
+
+    def __init__(self, writer: Writer2) -> None:
+        self._writer = writer
+        self._connections: dict[tuple[str, str], Connection] = {}
+
+    def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
+        """Add a message of a moment [ns]; returns its size [bytes]."""
+        connection = self._connections.get((topic, type_name))
+        kind = ros2_type(type_name)
+        if connection is None:
+            connection = self._writer.add_connection(
+                topic, kind.name, typestore=ros2_types(), offered_qos_profiles=LATCH if latched else ()
+            )
+            self._connections[topic, type_name] = connection
+        raw = _cdr(message, type_name, kind)
+        self._writer.write(connection, time, raw)
+        return len(raw)
+
+    def flush(self) -> None:
+        """Bring what was written to the disk: it is there if the process is killed."""
+        storage: Any = self._writer.storage
+        if self._writer.storage_plugin == StoragePlugin.SQLITE3:
+            storage.conn.commit()
+            return
+        if storage.chunk.msgs:
+            storage.close_chunk()
+        storage.bio.flush()
+
+    def close(self) -> None:
+        """Complete it."""
+        with tempfile.TemporaryDirectory() as elsewhere:
+            if not self._writer.path.is_dir():  # a file alone has no metadata beside it
+                self._writer.metapath = Path(elsewhere) / "metadata.yaml"
+            self._writer.close()
+
+    def abort(self) -> None:
+        """Close it as it is."""
+        self._writer.abort()
+
+
+def _widen(file: BinaryIO) -> None:
+    """Have the bag's first record be as long as `rosbag` makes it, which writes it anew when it mends a bag."""
+    file.seek(HEAD_FIELDS)
+    file.write(struct.pack("<I", HEAD_SIZE))
+
+
+def _compressed(raw: bytes) -> bytes:
+    """As ROS 1's own reader of LZ4 needs it: blocks by themselves, a checksum at the end, no size at the beginning."""
+    from lz4 import frame
+
+    return bytes(frame.compress(raw, block_linked=False, content_checksum=True, store_size=False))
+
+
+def _rosbag2(path: Path) -> Ros2File:
+    """A folder with a database of SQLite."""
+    writer = Writer2(path, version=VERSION, storage_plugin=StoragePlugin.SQLITE3)
+    writer.open()
+    return Ros2File(writer)
+
+
+def _mcap(path: Path) -> Ros2File:
+    """A single file, which rosbags begins in a folder."""
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bag-") as scratch:
+        folder = Path(scratch) / path.stem
+        writer = Writer2(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        writer.open()
+        (folder / path.name).rename(path)
+    return Ros2File(writer)
+
+
+class Ros2Type(NamedTuple):
+    """What a ROS 1 type is in ROS 2."""
+
+    name: str
+    """As `sensor_msgs/msg/Imu`."""
+    same: bool
+    """Whether both have the same fields, but for the number in headers that ROS 2 has not."""
+
+
+@cache
+def ros2_types() -> Typestore:
+    """ROS 2's types."""
+    return get_typestore(Stores.ROS2_HUMBLE)
+
+
+@cache
+def ros2_type(type_name: str) -> Ros2Type:
+    """The type of that name; of those that ROS 2 does not bring, one with the same fields."""
+    name, types = full_name(type_name), ros2_types()
+    if name not in types.types:
+        texts = get_types_from_msg(typestore().generate_msgdef(name, ros_version=2)[0], name)
+        types.register({kind: fields for kind, fields in texts.items() if kind not in types.types})
+    return Ros2Type(name, is_same_wireformat(typestore(), types, name, name))
+
+
+def _cdr(message: Message, type_name: str, kind: Ros2Type) -> bytes:
+    """A ROS 1 message as ROS 2's bytes; fields that only ROS 2 has are zero or empty."""
+    types = ros2_types()
+    if kind.same:
+        return bytes(types.ros1_to_cdr(encode(message, type_name), kind.name))
+    there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
+    return bytes(types.serialize_cdr(there, kind.name))
+
 
 HEAVY = frozenset({"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2"})
 """Types that are recorded only where they are named: measuring them takes most of a run's time, and most of a file."""
@@ -138,3 +400,55 @@ class Bag:
                 self._file = None
             reason = getattr(error, "strerror", None) or error
             raise RecordError(f"cannot write the bag '{self.path}': {reason}") from error
+
+
+COMMAND = "std_msgs/Float32"
+Advance = Callable[[int], None]
+
+
+@contextmanager
+def bagged(
+    sim: Simulation, path: str | Path, controller: Controller | None = None, *, topics: Sequence[str] = ()
+) -> Iterator[tuple[Advance, Controller | None]]:
+    """Write all that happens inside the `with` statement into a bag; the motion stays the same to the last bit.
+
+    Gives what advances the simulation meanwhile, and a controller that does as `controller` and is heard: its commands
+    are messages too. `topics` are those of `Bag`. An exception, Ctrl-C included, completes the file and goes on.
+
+    Raises:
+        RecordError: the bag cannot be written.
+        UnknownNameError: there is no topic like one that was named.
+    """
+    bag = Bag(path, topics=topics)
+    bag.start()
+    try:
+        rate = min(CLOCK_RATE, 1.0 / sim.timestep)
+        station = RosServer(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
+        try:
+            station.announce()
+            yield station.advance, None if controller is None else heard(bag, sim, controller)
+        finally:
+            station.close()
+    finally:
+        bag.close()
+
+
+def heard(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
+    """A controller whose commands go into a bag."""
+
+    def command(seen: Observation, time: float) -> Mapping[str, Any] | None:
+        commands = controller(seen, time)
+        if isinstance(commands, Mapping):
+            for boat in sim.boats:
+                _write_commands(bag, boat, sim.command_names(boat), commands.get(boat), time)
+        return commands
+
+    return command
+
+
+def _write_commands(bag: Bag, boat: str, names: Sequence[str], given: Any, time: float) -> None:
+    """Write a boat's commands; whether they are right is the simulation's to say."""
+    if isinstance(given, Mapping):
+        for name in names:
+            if isinstance(given.get(name), Real):
+                bag.write(command_topic(boat, name), COMMAND, new(COMMAND, data=float(given[name])), time)

@@ -15,14 +15,12 @@ from vrx_mj.recording.companies import Company, columns_in
 from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
 from vrx_mj.recording.readings import RecordedReadings
 from vrx_mj.recording.session import check_columns
-from vrx_mj.ros.bagging import COMMAND
-from vrx_mj.ros.bags import Bag
+from vrx_mj.ros.bags import COMMAND, Bag
 from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.offer import Output
 from vrx_mj.ros.table import make_table
 from vrx_mj.ros.table.boats import command_topic, description
-from vrx_mj.ros.table.bodies import Bodies, header, turned, vector
-from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.host import Bodies, Host, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading

@@ -5,30 +5,118 @@ Only this touches the simulation, and only between two calls of `advance`.
 
 import math
 import tempfile
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.urdf.namespaces import in_namespace
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.ros.autopilot import Autopilot
+from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
-from vrx_mj.ros.held_thrust import HeldThrust
 from vrx_mj.ros.inbox import Call, Command, Inbox
-from vrx_mj.ros.initial_poses import InitialPoses
-from vrx_mj.ros.lockstep import Lockstep
 from vrx_mj.ros.offer import Dialect, Table, Transport, dialect_of
 from vrx_mj.ros.publisher import Publisher
 from vrx_mj.ros.table import make_table
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.bodies import Bodies
-from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.ros.table.host import Bodies, CmdVel
 from vrx_mj.ros.table.vrx3 import make_vrx3_table
-from vrx_mj.runtime.observation import Observation
+from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.tasks.frame import EARLY
 
-__all__ = ["CLOCK_RATE", "Level", "RosServer", "Tell"]
+__all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Level", "Lockstep", "RosServer", "Tell"]
+
+STEP = "/vrx_mj/step"
+"""The service by which time goes on where no topics are listed."""
+
+MOST_ANSWERS = 1024
+"""Answers of one topic that wait for their clock, at most."""
+
+
+class Lockstep:
+    """Answers by topic; each clock takes one of each, in the order in which they came."""
+
+    def __init__(self, topics: Sequence[str]) -> None:
+        """Without topics, time goes on by `/vrx_mj/step` alone."""
+        self.topics = tuple(topics)
+        self._answers: dict[str, deque[Command]] = {topic: deque(maxlen=MOST_ANSWERS) for topic in topics}
+
+    def keep(self, command: Command) -> bool:
+        """Keep a command for its clock, if its topic is one of the list."""
+        if command.topic not in self._answers:
+            return False
+        self._answers[command.topic].append(command)
+        return True
+
+    def answers(self) -> list[Command] | None:
+        """One answer of each topic, or None while one is missing."""
+        if not self._answers or not all(self._answers.values()):
+            return None
+        return [waiting.popleft() for waiting in self._answers.values()]
+
+    def begin(self) -> None:
+        """Forget what was answered: time begins anew."""
+        for waiting in self._answers.values():
+            waiting.clear()
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What time waits for: topics, or the service."""
+        if not self._answers:
+            return (STEP,)
+        return tuple(topic for topic, waiting in self._answers.items() if not waiting)
+
+
+STILL = (0.0,) * 6
+CLOSE = 1e-9
+"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
+
+
+class InitialPoses:
+    """Poses by name, each from when its body was first seen."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._boats: dict[str, FloatArray] = {}
+        self._objects: dict[str, FloatArray] = {}
+        self.bind()
+
+    def bind(self) -> None:
+        """Boats came or went."""
+        seen = self._sim.observe()
+        self._boats = {name: self._boats.get(name, _pose(seen[name])) for name in self._sim.boats}
+        afloat = {name: place for name in self._names() if (place := self._object(name)) is not None}
+        self._objects = {name: self._objects.get(name, place) for name, place in afloat.items()}
+
+    def put_back(self) -> None:
+        """Put everything that moved where it started, at rest; boats that their task holds stay where it does."""
+        task = self._sim.task
+        held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
+        for name, pose in self._boats.items():
+            if name not in held:
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=STILL)
+        for name, pose in self._objects.items():
+            now = self._object(name)
+            if now is not None and np.abs(now - pose).max() > CLOSE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
+
+    def _names(self) -> list[str]:
+        return [row["name"] for row in self._sim.world.tree["objects"] if row["kind"] != "static"]
+
+    def _object(self, name: str) -> FloatArray | None:
+        try:
+            return _pose(self._sim.observe_object(name))
+        except VrxError:
+            return None
+
+
+def _pose(seen: BoatObservation) -> FloatArray:
+    return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])
+
 
 Level = Literal["INFO", "WARN", "ERROR"]
 Tell = Callable[[str, str], None]

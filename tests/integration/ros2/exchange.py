@@ -17,7 +17,7 @@ from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.offer import Input, Output, Sent, Table
 from vrx_mj.ros.ros2 import Ros2
-from vrx_mj.ros.table.bodies import header
+from vrx_mj.ros.table.host import header
 
 LONGEST = 60.0
 PIXELS = np.arange(6 * 4 * 3, dtype=np.uint8)

@@ -15,8 +15,7 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError
-from vrx_mj.ros.bag_files import KINDS
-from vrx_mj.ros.bags import HEAVY, Bag
+from vrx_mj.ros.bags import HEAVY, KINDS, Bag
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.offer import Output, Sent, Table, Transport
 

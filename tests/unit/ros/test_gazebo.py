@@ -11,8 +11,8 @@ from ros_scene import served
 from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import twist_commands
-from vrx_mj.ros.table.bodies import Placed
 from vrx_mj.ros.table.gazebo import gazebo_services
+from vrx_mj.ros.table.host import Placed
 
 NORTH = quaternion(0.0, 0.0, math.pi / 2)
 LEVEL = (1.0, 0.0, 0.0, 0.0)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.ros.held_thrust import HeldThrust
+from vrx_mj.ros.autopilot import HeldThrust
 
 TIMEOUT = 1.0
 

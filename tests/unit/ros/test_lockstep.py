@@ -12,9 +12,8 @@ from ros_scene import Fake, call, served
 from vrx_mj import Simulation
 from vrx_mj.ros import serve as serving
 from vrx_mj.ros.inbox import Inbox
-from vrx_mj.ros.lockstep import LONGEST, Lockstep
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.ros_server import RosServer
+from vrx_mj.ros.ros_server import MOST_ANSWERS, Lockstep, RosServer
 from vrx_mj.ros.serve import Wanted
 
 LEFT, RIGHT, OTHER = (
@@ -120,7 +119,7 @@ def test_who_never_answers_stops_time_and_the_status_names_it(bay, loop):
 
 def test_answers_are_taken_one_for_each_clock_in_their_order(scene):
     lockstep = Lockstep((LEFT,))
-    for value in range(LONGEST + 2):
+    for value in range(MOST_ANSWERS + 2):
         scene.inbox.message(LEFT, thrust(float(value)), "/node")
         (command,), _, _ = scene.inbox.drain()
         assert lockstep.keep(command)

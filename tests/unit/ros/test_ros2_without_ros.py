@@ -13,8 +13,9 @@ from vrx_mj.ros.cdr import fields
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.offer import Output, Sent, Table
-from vrx_mj.ros.ros2 import Ros2, installed, transport
-from vrx_mj.ros.ros2.transport import MOST_BATCHES, RANGE
+from vrx_mj.ros.ros2 import Ros2
+from vrx_mj.ros.ros2 import node as ros2_node
+from vrx_mj.ros.ros2.node import MOST_BATCHES, RANGE
 
 OWN = ".".join(platform.python_version_tuple()[:2])
 WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -40,7 +41,7 @@ def test_an_rclpy_that_does_not_load_says_why(monkeypatch, tmp_path):
     with pytest.raises(
         NetworkError, match=r"^ROS 2's rclpy cannot be imported \(librcl\.so: cannot open\): source ROS 2, "
     ):
-        installed.load_rclpy()
+        ros2_node.load_rclpy()
 
 
 def test_a_ros_2_for_another_python_is_named(monkeypatch):
@@ -48,7 +49,7 @@ def test_a_ros_2_for_another_python_is_named(monkeypatch):
     monkeypatch.setattr(sys, "path", [*sys.path, "/opt/ros/humble/lib/python3.10/site-packages"])
     monkeypatch.setenv("ROS_DISTRO", "humble")
     with pytest.raises(NetworkError) as caught:
-        installed.load_rclpy()
+        ros2_node.load_rclpy()
     assert str(caught.value) == (
         f"ROS 2 Humble is for Python 3.10, and this is Python {OWN}: install vrx_mj with that Python, 3.11 or "
         "newer; Jazzy has 3.12"
@@ -58,7 +59,7 @@ def test_a_ros_2_for_another_python_is_named(monkeypatch):
 @pytest.fixture
 def packages(monkeypatch):
     """Packages of messages that stand for the user's: those that they have, by their fields."""
-    installed.message_class.cache_clear()
+    ros2_node.message_class.cache_clear()
 
     def install(*type_names, extra=()):
         for type_name in type_names:
@@ -70,19 +71,19 @@ def packages(monkeypatch):
             monkeypatch.setitem(sys.modules, f"{package}.msg", module)
 
     yield install
-    installed.message_class.cache_clear()
+    ros2_node.message_class.cache_clear()
 
 
 def test_a_class_is_taken_if_it_and_what_is_in_it_have_our_fields(packages):
     packages("builtin_interfaces/Time", "std_msgs/Header", "ros_gz_interfaces/StringVec")
-    assert installed.message_class("ros_gz_interfaces/StringVec") is not None
-    assert installed.message_class("ros_gz_interfaces/ParamVec") is None
+    assert ros2_node.message_class("ros_gz_interfaces/StringVec") is not None
+    assert ros2_node.message_class("ros_gz_interfaces/ParamVec") is None
 
 
 def test_a_class_with_other_fields_is_left_out(packages):
     packages("builtin_interfaces/Time", "ros_gz_interfaces/StringVec")
     packages("std_msgs/Header", extra=["seq"])
-    assert installed.message_class("ros_gz_interfaces/StringVec") is None
+    assert ros2_node.message_class("ros_gz_interfaces/StringVec") is None
 
 
 class Node:
@@ -124,10 +125,10 @@ def opened(monkeypatch):
     node = Node()
     monkeypatch.setenv(RANGE, "OFF")
     monkeypatch.setattr(
-        transport, "load_rclpy", lambda: SimpleNamespace(get_rmw_implementation_identifier=lambda: "rmw")
+        ros2_node, "load_rclpy", lambda: SimpleNamespace(get_rmw_implementation_identifier=lambda: "rmw")
     )
-    monkeypatch.setattr(transport, "Node", lambda *_: node)
-    monkeypatch.setattr(transport, "has_package", lambda name: name != "tf2_msgs")
+    monkeypatch.setattr(ros2_node, "Node", lambda *_: node)
+    monkeypatch.setattr(ros2_node, "has_package", lambda name: name != "tf2_msgs")
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     monkeypatch.setenv("ROS_DISTRO", "kilted")
     ros2 = Ros2(Inbox())

@@ -16,8 +16,7 @@ from vrx_mj.config.urdf.poses import link_pose
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.table.skeleton import Spin
-from vrx_mj.ros.table.urdf_tree import bones
+from vrx_mj.ros.table.skeleton import Spin, bones
 
 WATCHED = {"/tf", "/tf_static"}
 ROBOTS = [

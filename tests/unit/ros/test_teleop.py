@@ -12,7 +12,7 @@ from vrx_mj.drive.helm.engines import Engine, Wheel, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.ros import messages
 from vrx_mj.ros.offer import Input, Output, Service, Table
-from vrx_mj.ros.table.chart import _course, chart_output
+from vrx_mj.ros.table.world import _course, chart_output
 from vrx_mj.ros.teleop import driving
 from vrx_mj.ros.teleop.driving import Helmsman, topics
 

@@ -4,8 +4,8 @@ import pytest
 
 import vrx_mj
 from ros_scene import served
+from vrx_mj.ros.diagnosis import TopicHints, meant_topic
 from vrx_mj.ros.table.vrx3 import make_vrx3_table
-from vrx_mj.ros.topic_names import TopicHints, meant_topic
 
 BOATS = ("wamv1", "wamv2", "escort")
 

@@ -15,8 +15,7 @@ from vrx_mj.ros import cdr
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.messages import is_known, new
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.table.vrx3 import PACKAGES, RETOLD
-from vrx_mj.ros.table.vrx3_sensors import middle_ring
+from vrx_mj.ros.table.vrx3 import PACKAGES, RETOLD, middle_ring
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.readings import Inertia, PointCloud, Reading, Sound
 

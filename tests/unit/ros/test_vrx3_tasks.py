@@ -9,7 +9,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.offer import Input, Output, Service, Table
-from vrx_mj.ros.table.bodies import header
+from vrx_mj.ros.table.host import header
 from vrx_mj.ros.table.vrx3 import make_vrx3_table
 
 INFO = new(

@@ -8,14 +8,10 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import Names
-from vrx_mj.ros.intake import SMALL, Intake, Place
-from vrx_mj.ros.ros1.connection_limit import ConnectionLimit
-from vrx_mj.ros.ros1.http import LARGEST_HEAD, read_head
-from vrx_mj.ros.ros1.notices import Notices
-from vrx_mj.ros.ros1.pace import Pace
-from vrx_mj.ros.ros1.parameters import value_size
-from vrx_mj.ros.ros1.request import checked_size
-from vrx_mj.ros.ros1.xmlrpc import Fault, answer_bytes, fault_bytes, read
+from vrx_mj.ros.limits import SMALL, CallsPace, ConnectionLimit, Intake, Place
+from vrx_mj.ros.network import Notices
+from vrx_mj.ros.ros1.master import value_size
+from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, Fault, answer_bytes, checked_size, fault_bytes, read, read_head
 
 __all__ = ["Answerer", "HttpServer"]
 
@@ -43,7 +39,7 @@ class Lane:
 
     def __init__(self) -> None:
         self._lock = asyncio.Lock()
-        self._pace = Pace(time.monotonic)
+        self._pace = CallsPace(time.monotonic)
         self._next = 0.0
 
     @contextlib.asynccontextmanager

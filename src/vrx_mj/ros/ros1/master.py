@@ -1,21 +1,358 @@
-"""A master of ROS 1 with its parameter server: methods by name, each from values to code, text and value."""
+"""A master of ROS 1: registrations, and methods by name, each from values to code, text and value."""
 
 import asyncio
 import contextlib
 import os
+import re
 import socket
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+from xmlrpc.client import Binary
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.ros1.http import BROKEN, address
-from vrx_mj.ros.ros1.names import LONGEST, is_legal, is_type, joined, resolve
-from vrx_mj.ros.ros1.notifier import Notifier
-from vrx_mj.ros.ros1.parameters import Parameters, updates
-from vrx_mj.ros.ros1.registrations import Registrations
-from vrx_mj.ros.ros1.xmlrpc import Fault, plain
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address, plain
 
-__all__ = ["Master", "Reply"]
+__all__ = [
+    "KINDS",
+    "LONGEST",
+    "Master",
+    "Notifier",
+    "Parameters",
+    "Registrations",
+    "Reply",
+    "Update",
+    "is_legal",
+    "is_type",
+    "joined",
+    "resolve",
+    "updates",
+    "value_size",
+]
+
+LONGEST = 1024
+"""Characters of a name, at most."""
+_LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
+_TYPE = re.compile(r"(\*|[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*)\Z")
+
+
+def is_legal(name: object) -> bool:
+    """Whether something can name a topic, a service or a node."""
+    return isinstance(name, str) and 0 < len(name) <= LONGEST and _LEGAL.match(name) is not None
+
+
+def is_type(name: object) -> bool:
+    """Whether something can name a type; `*` stands for any."""
+    return isinstance(name, str) and len(name) <= LONGEST and _TYPE.match(name) is not None
+
+
+def joined(*parts: str) -> str:
+    """An absolute name without doubled or trailing slashes."""
+    return "/" + "/".join(part for name in parts for part in name.split("/") if part)
+
+
+def namespace(node: str) -> str:
+    """That in which a node's relative names are."""
+    return joined(node.rpartition("/")[0])
+
+
+def resolve(name: str, node: str) -> str:
+    """The absolute name that a node means by a name."""
+    if name.startswith("/"):
+        return joined(name)
+    if name.startswith("~"):
+        return joined(node, name[1:])
+    return joined(namespace(node), name)
+
+
+MOST_BYTES = 1 << 26
+"""Of all names and values, about."""
+DEEPEST = 32
+"""Names within each other in a key."""
+
+
+class Update(NamedTuple):
+    """What one who has subscribed to a parameter is told."""
+
+    subscribed: str
+    """Absolute name of the parameter or namespace."""
+    key: str
+    """Which one has changed; it ends with a slash, as ROS's master has it."""
+    value: Any
+    """An empty dictionary if it is gone."""
+
+
+class Parameters:
+    """Parameters by absolute name; a namespace is a dictionary."""
+
+    def __init__(self) -> None:
+        self.tree: dict[str, Any] = {}
+        self._bytes = value_size(self.tree)
+
+    def get(self, key: str) -> Any:
+        """The value, or the tree under a namespace; KeyError if there is none."""
+        value: Any = self.tree
+        for part in _parts(key):
+            if not isinstance(value, dict):
+                raise KeyError(key)
+            value = value[part]
+        return value
+
+    def has(self, key: str) -> bool:
+        """Whether there is such a parameter or namespace."""
+        try:
+            self.get(key)
+        except KeyError:
+            return False
+        return True
+
+    def set(self, key: str, value: Any) -> None:
+        """Set it; what was under this name is gone.
+
+        Raises:
+            CommandError: the root gets something else than a dictionary, the name is too deep, all is too much.
+        """
+        parts = _parts(key)
+        if len(parts) > DEEPEST or (not parts and not isinstance(value, dict)):
+            raise CommandError(
+                f"cannot set {key[:100]}: the root is a dictionary, and names are {DEEPEST} deep at most"
+            )
+        if self._bytes + value_size(value) > MOST_BYTES:
+            raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
+        if not parts:
+            self.tree, self._bytes = value, value_size(value)
+            return
+        place = self.tree
+        for part in parts[:-1]:
+            if not isinstance(place.get(part), dict):
+                self._put(place, part, {})
+            place = place[part]
+        self._put(place, parts[-1], value)
+
+    def delete(self, key: str) -> None:
+        """Take it away; KeyError if there is none, or it is the root."""
+        parts = _parts(key)
+        if not parts:
+            raise KeyError(key)
+        place = self.get("/".join(parts[:-1]))
+        if not isinstance(place, dict):
+            raise KeyError(key)
+        self._bytes -= len(parts[-1]) + value_size(place.pop(parts[-1]))
+
+    def search(self, place: str, key: str) -> str | None:
+        """Full name of a key as seen from a namespace: the nearest one upwards that has its first part."""
+        if key.startswith("/"):
+            return joined(key) if self.has(key) else None
+        parts, spaces = _parts(key), _parts(place)
+        if not parts:
+            return None
+        for depth in range(len(spaces), -1, -1):
+            if self.has(joined(*spaces[:depth], parts[0])):
+                return joined(*spaces[:depth], *parts)
+        return None
+
+    def names(self) -> list[str]:
+        """Absolute names of all that are no namespaces."""
+        return [name for name, value in _walk("", self.tree) if not isinstance(value, dict)]
+
+    def _put(self, place: dict[str, Any], name: str, value: Any) -> None:
+        if name in place:
+            self._bytes -= len(name) + value_size(place[name])
+        self._bytes += len(name) + value_size(value)
+        place[name] = value
+
+
+def updates(subscribed: Iterable[str], key: str, value: Any) -> list[Update]:
+    """Whom it concerns that a parameter was set; of one that was deleted the value is an empty dictionary."""
+    changed = _slashed(key)
+    below = {_slashed(joined(key) + name): part for name, part in _walk("", value)} if isinstance(value, dict) else {}
+    found = []
+    for name in subscribed:
+        full = _slashed(name)
+        if changed.startswith(full):
+            found.append(Update(name, changed, value))
+        elif full in below:
+            found.append(Update(name, full, below[full]))
+        elif full.startswith(changed):
+            found.append(Update(name, full, {}))
+    return found
+
+
+def _parts(key: str) -> list[str]:
+    return [part for part in key.split("/") if part]
+
+
+def _slashed(name: str) -> str:
+    clean = joined(name)
+    return clean if clean == "/" else f"{clean}/"
+
+
+def _walk(place: str, tree: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """All names in a tree, namespaces included, and what they have."""
+    for name, value in tree.items():
+        full = f"{place}/{name}"
+        yield full, value
+        if isinstance(value, dict):
+            yield from _walk(full, value)
+
+
+def value_size(value: Any) -> int:
+    """Bytes that a value of XML-RPC takes, about."""
+    if isinstance(value, dict):
+        return 64 + sum(len(name) + value_size(part) for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return 64 + sum(map(value_size, value))
+    if isinstance(value, Binary):
+        return 64 + len(value.data)
+    return 64 + len(value) if isinstance(value, str) else 64
+
+
+KINDS = ("publisher", "subscriber", "service", "parameter")
+MOST_REGISTRATIONS = 100_000
+"""Registrations, at most."""
+
+
+class _Entry(NamedTuple):
+    node: str
+    api: str
+    """Of a service its own, of all else that of the node."""
+
+
+class Registrations:
+    """Nodes by name, and what each has registered."""
+
+    def __init__(self, replaced: Callable[[str, str, list[tuple[str, str]]], None]) -> None:
+        self.nodes: dict[str, str] = {}
+        """URI by node's name."""
+        self._replaced = replaced
+        self._entries: dict[str, dict[str, list[_Entry]]] = {kind: {} for kind in KINDS}
+        self._held: Counter[str] = Counter()
+
+    def add(self, kind: str, key: str, node: str, node_api: str, api: str = "") -> None:
+        """Register. A node that had another URI is forgotten first.
+
+        `replaced` is then called with its name, its old URI, and the kinds and names of what it had registered.
+
+        Raises:
+            CommandError: there are too many.
+        """
+        if self._held.total() >= MOST_REGISTRATIONS:
+            raise CommandError(f"more than {MOST_REGISTRATIONS} registrations")
+        old = self.nodes.get(node)
+        if old is not None and old != node_api:
+            self._replaced(node, old, self.forget(node))
+        self.nodes[node] = node_api
+        entries = self._entries[kind].setdefault(key, [])
+        entry = _Entry(node, api or node_api)
+        if kind == "service":
+            for other in [other for other in entries if other != entry]:  # the last one to register it has it
+                self.remove(kind, key, other.node, other.api)
+            entries = self._entries[kind].setdefault(key, [])
+        if entry not in entries:
+            entries.append(entry)
+            self._held[node] += 1
+
+    def remove(self, kind: str, key: str, node: str, api: str) -> int:
+        """Take back; returns how many that were."""
+        entries = self._entries[kind].get(key, [])
+        if _Entry(node, api) not in entries:
+            return 0
+        entries.remove(_Entry(node, api))
+        self._held[node] -= 1
+        if not entries:
+            del self._entries[kind][key]
+        if not self._held[node]:
+            del self._held[node]
+            self.nodes.pop(node, None)
+        return 1
+
+    def forget(self, node: str) -> list[tuple[str, str]]:
+        """Take back all that a node has registered; returns kinds and names."""
+        gone = [(kind, key, entry) for (kind, key), entry in self._all() if entry.node == node]
+        for kind, key, entry in gone:
+            entries = self._entries[kind][key]
+            entries.remove(entry)
+            if not entries:
+                del self._entries[kind][key]
+        del self._held[node]
+        self.nodes.pop(node, None)
+        return [(kind, key) for kind, key, _ in gone]
+
+    def apis(self, kind: str, key: str) -> list[str]:
+        """URIs that are registered under a name."""
+        return [entry.api for entry in self._entries[kind].get(key, [])]
+
+    def names(self, kind: str) -> list[str]:
+        """All names of a kind."""
+        return list(self._entries[kind])
+
+    def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
+        """Nodes and URIs that are registered under a name."""
+        return [(entry.node, entry.api) for entry in self._entries[kind].get(key, [])]
+
+    def state(self, kind: str) -> list[list[object]]:
+        """Names with their nodes, as `getSystemState` has it."""
+        return [[key, [entry.node for entry in entries]] for key, entries in self._entries[kind].items()]
+
+    def _all(self) -> Iterator[tuple[tuple[str, str], _Entry]]:
+        for kind, keys in self._entries.items():
+            for key, entries in keys.items():
+                for entry in entries:
+                    yield (kind, key), entry
+
+
+NODE_TIMEOUT = 5.0
+"""Wall time that a node may take for an answer [s]."""
+MOST_NODES = 512
+"""Nodes that are being told something, at most; beyond that the one that takes longest is told no more."""
+
+MOST_CALLS = 2000
+"""Of one node that wait, at most."""
+
+
+class Notifier:
+    """Per node a list of calls; of calls of one method about one thing only the newest is made."""
+
+    def __init__(self, unreachable: Callable[[str], None]) -> None:
+        self._unreachable = unreachable
+        self._waiting: dict[str, dict[tuple[str, str], tuple[Any, ...]]] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    def tell(self, api: str, method: str, about: str, *values: Any) -> None:
+        """Have a node's method called with the caller, the thing and these values."""
+        if api not in self._waiting and len(self._waiting) >= MOST_NODES:
+            slowest = next(iter(self._waiting))  # others are done within no time
+            del self._waiting[slowest]
+            self._tasks.pop(slowest).cancel()
+        calls = self._waiting.setdefault(api, {})
+        if len(calls) < MOST_CALLS or (method, about) in calls:
+            calls[method, about] = (about, *values)
+        if api not in self._tasks:
+            self._tasks[api] = asyncio.get_running_loop().create_task(self._work(api))
+
+    async def close(self) -> None:
+        """Stop it all."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _work(self, api: str) -> None:
+        proxy = Proxy(api, LARGEST_REPLY)
+        calls = self._waiting[api]
+        try:
+            while calls:
+                key = next(iter(calls))
+                await proxy.call(key[0], "/master", *calls.pop(key), patience=NODE_TIMEOUT)
+        except ConnectionRefusedError:
+            self._unreachable(api)
+        except (*BROKEN, Fault, TypeError, OverflowError):
+            pass  # it does not listen; what else it was to be told is of no use either
+        finally:
+            proxy.close()
+            if self._waiting.get(api) is calls:  # else another task is there in its place, or none
+                del self._waiting[api], self._tasks[api]
+
 
 Reply = tuple[int, str, Any]
 MOST_TYPES = 100_000

@@ -1,15 +1,31 @@
-"""A topic that we publish over TCPROS, and those who have subscribed to it."""
+"""Topics that we publish and services that we provide over TCPROS, and whoever connects to our port for them."""
 
 import asyncio
+import contextlib
+import socket
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from vrx_mj.ros.messages import Message, definition, full_name, md5sum, typestore
-from vrx_mj.ros.ros1.names import LONGEST
-from vrx_mj.ros.ros1.outbox import Budget, Outbox
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.inbox import Answer
+from vrx_mj.ros.limits import Budget, ConnectionLimit, Intake, Outbox, Place, Stall
+from vrx_mj.ros.messages import Message, decode, definition, encode, full_name, md5sum, service_md5sum, typestore
+from vrx_mj.ros.network import Network, Notices
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.master import LONGEST
 
-__all__ = ["Publication", "Reader", "Stream"]
+__all__ = [
+    "Caller",
+    "Provided",
+    "Publication",
+    "Reader",
+    "Role",
+    "Stream",
+    "TcprosListener",
+    "is_persistent",
+    "keep_alive",
+]
 
 HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
@@ -201,3 +217,310 @@ class Reader:
                 self._begin(frame)
             piece, self._rest = self._rest[:PIECE], self._rest[PIECE:]
             self.transport.write(piece)
+
+
+LARGEST_REQUEST = 1 << 24
+"""Bytes, at most: a robot's description has up to some MB."""
+REQUEST_TIMEOUT = 10.0
+"""Wall time in which a request must begin to come, and in which an answer must be taken [s]."""
+LONGEST_ERROR = 4000
+
+
+class Provided:
+    """One service."""
+
+    def __init__(self, node: str, name: str, type_name: str, call: Callable[[Message, str, Answer], None]) -> None:
+        self.node, self.name, self.type = node, name, type_name
+        self.call = call
+        """Takes the request, the caller's name, and what is to be called with the response."""
+        self.callers: set[Caller] = set()
+
+    def refusal(self, header: Mapping[str, str]) -> str | None:
+        """Why somebody cannot call it."""
+        missing = [field for field in ("service", "md5sum", "callerid") if field not in header]
+        if missing:
+            return f"Missing required '{missing[0]}' field"
+        wanted, own = header["md5sum"], service_md5sum(self.type)
+        if wanted in {"*", own}:
+            return None
+        return f"request from [{header['callerid']}]: md5sums do not match: [{wanted}] vs. [{own}]"
+
+    def reply(self) -> dict[str, str]:
+        """Our own header."""
+        return {
+            "callerid": self.node,
+            "md5sum": service_md5sum(self.type),
+            "request_type": f"{self.type}Request",
+            "response_type": f"{self.type}Response",
+            "service": self.name,
+            "type": self.type,
+        }
+
+    def close(self) -> None:
+        """Close all connections."""
+        for caller in list(self.callers):
+            caller.transport.abort()
+
+
+def is_persistent(header: Mapping[str, str]) -> bool:
+    """Whether who sent a header wants to call more than once."""
+    return header.get("persistent", "").lower() in {"1", "true"}
+
+
+class Caller:
+    """One who calls: once, or again and again where the connection is persistent; one call at a time."""
+
+    def __init__(
+        self,
+        service: Provided,
+        transport: asyncio.Transport,
+        header: Mapping[str, str],
+        network: Network,
+        intake: Intake,
+        place: Place,
+    ) -> None:
+        self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
+        self._persistent = is_persistent(header)
+        self._network = network
+        self._splitter = Splitter(LARGEST_REQUEST, intake, place)
+        self._stall = Stall(transport.abort)
+        self._busy = self._lost = self._blocked = False
+        service.callers.add(self)
+        self._timer = None if self._persistent else network.loop.call_later(REQUEST_TIMEOUT, transport.abort)
+
+    def received(self, data: bytes) -> None:
+        """A piece of a request; CommandError: it is too large."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._splitter.feed(data)
+        self._next()
+
+    def blocked(self, *, now: bool) -> None:
+        """It takes no more answers, so that no more calls are taken, or takes them again."""
+        self._blocked = now
+        if not now and not self._busy and not self._lost:
+            self.transport.resume_reading()
+            self._network.loop.call_soon(self._resume)
+
+    def lost(self) -> None:
+        """The connection is closed."""
+        self._lost = True
+        self._stall.stop()
+        self._splitter.rest()
+        if self._timer is not None:
+            self._timer.cancel()
+        self.service.callers.discard(self)
+
+    def _next(self) -> None:
+        if self._busy or self._lost or self._blocked:
+            return
+        frame = self._splitter.take()
+        self._stall.holds(len(self._splitter) if frame is None else 0)
+        if frame is None:
+            return
+        self._busy = True
+        self.transport.pause_reading()
+        try:
+            request = decode(frame, f"{self.service.type}Request")
+        except CommandError as error:
+            self._answered(None, str(error))
+            return
+        self.service.call(request, self.node, self._answer)
+
+    def _answer(self, response: Message | None, why: str) -> None:
+        """The response, or why there is none, from any thread."""
+        self._network.soon(self._answered, response, why)
+
+    def _answered(self, response: Message | None, why: str) -> None:
+        if self._lost or not self._busy:
+            return
+        self.transport.write(self._bytes(response, why))
+        self._busy = False
+        if not self._persistent:
+            self.transport.close()
+            self._timer = self._network.loop.call_later(REQUEST_TIMEOUT, self.transport.abort)
+            return
+        if not self._blocked:
+            self.transport.resume_reading()
+            self._network.loop.call_soon(self._resume)
+
+    def _resume(self) -> None:
+        try:
+            self._next()
+        except CommandError:
+            self.transport.abort()
+
+    def _bytes(self, response: Message | None, why: str) -> bytes:
+        if response is not None:
+            try:
+                return b"\x01" + framed(encode(response, f"{self.service.type}Response"))
+            except Exception as error:  # whatever rosbags raises of a response that is none
+                why = f"{self.service.name}: the response cannot be written: {error}"
+        return b"\x00" + framed(why[:LONGEST_ERROR].encode("utf-8", "replace"))
+
+
+HEADER_TIMEOUT = 10.0
+"""Wall time in which a header must come [s]."""
+
+Role = Reader | Caller
+Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
+"""Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
+
+
+class TcprosListener:
+    """Listens for TCPROS."""
+
+    def __init__(
+        self,
+        meet: Meet,
+        connection_limit: ConnectionLimit,
+        intake: Intake,
+        notices: Notices,
+        changed: Callable[[], None],
+    ) -> None:
+        self.meet, self.connection_limit, self.intake, self.notices, self.changed = (
+            meet,
+            connection_limit,
+            intake,
+            notices,
+            changed,
+        )
+        self.inside: set[Incoming] = set()
+        self._servers: list[asyncio.Server] = []
+
+    async def start(self, hosts: Sequence[str], port: int = 0) -> int:
+        """Listen; returns the port. OSError: that cannot be done."""
+        loop = asyncio.get_running_loop()
+        for host in hosts:
+            server = await loop.create_server(lambda: Incoming(self), host, port, backlog=256)
+            self._servers.append(server)
+            port = server.sockets[0].getsockname()[1]
+        return port
+
+    async def close(self) -> None:
+        """Close all connections."""
+        for server in self._servers:
+            server.close()
+        for connection in list(self.inside):
+            if connection.transport is not None:
+                connection.transport.abort()
+        while self.inside:
+            await asyncio.sleep(0)
+
+
+class Incoming(asyncio.Protocol):
+    """One connection."""
+
+    def __init__(self, tcpros_listener: TcprosListener) -> None:
+        self.transport: asyncio.Transport | None = None
+        self._listener = tcpros_listener
+        self._place = Place("?", self._abort)
+        self._role: Role | None = None
+        self._splitter = Splitter(LARGEST_HEADER, tcpros_listener.intake, self._place)
+        self._timer: asyncio.TimerHandle | None = None
+        self._over = self._blocked = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Somebody is there."""
+        assert isinstance(transport, asyncio.Transport)
+        host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
+        if not self._listener.connection_limit.enter(self._place):
+            self._listener.notices.tell("WARN", "crowd", host, f"too many connections; one of {host} refused")
+            self._over = True
+            transport.abort()
+            return
+        self.transport = transport
+        self._listener.inside.add(self)
+        keep_alive(transport)
+        self._timer = asyncio.get_running_loop().call_later(HEADER_TIMEOUT, transport.abort)
+
+    def data_received(self, data: bytes) -> None:
+        """A piece of what it says."""
+        if self._over or self.transport is None:
+            return
+        try:
+            if self._role is not None:
+                self._role.received(data)
+                return
+            self._splitter.feed(data)
+            frame = self._splitter.take()
+            if frame is not None:
+                self._greet(decode_header(frame))
+        except CommandError as error:
+            self._refuse(str(error))
+
+    def pause_writing(self) -> None:
+        """It takes no more."""
+        self._blocked = True
+        if self._role is not None:
+            self._role.blocked(now=True)
+
+    def resume_writing(self) -> None:
+        """It takes more."""
+        self._blocked = False
+        if self._role is not None:
+            self._role.blocked(now=False)
+
+    def connection_lost(self, _: Exception | None) -> None:
+        """It has gone."""
+        if self.transport is None:
+            return
+        if self._timer is not None:
+            self._timer.cancel()
+        self._listener.connection_limit.leave(self._place)
+        self._listener.inside.discard(self)
+        self._splitter.rest()
+        if self._role is not None:
+            self._role.lost()
+            self._listener.changed()
+
+    def _abort(self) -> None:
+        if self.transport is not None:
+            self.transport.abort()
+
+    def _greet(self, header: Mapping[str, str]) -> None:
+        assert self.transport is not None
+        lasts = "topic" in header or is_persistent(header)
+        if lasts and not self._listener.connection_limit.settle(self._place):
+            raise CommandError("too many connections")
+        role = self._listener.meet(header, self.transport, self._place)
+        if self._timer is not None:
+            self._timer.cancel()
+        if role is None:
+            self._end()
+            return
+        self._role = role
+        role.blocked(now=self._blocked)
+        self._listener.changed()
+        rest = self._splitter.rest()
+        if rest:
+            role.received(rest)
+
+    def _refuse(self, why: str) -> None:
+        assert self.transport is not None
+        host = self._place.host
+        self._listener.notices.tell("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
+        if self._role is None:
+            self.transport.write(encode_header({"error": why[:1000]}))
+        self._end()
+
+    def _end(self) -> None:
+        """Send what is to be sent, then close, whether it is taken or not."""
+        assert self.transport is not None
+        self._over = True
+        self.transport.close()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_later(HEADER_TIMEOUT, self.transport.abort)
+
+
+def keep_alive(transport: asyncio.BaseTransport) -> None:
+    """Send at once, and notice when the other end is gone without a word."""
+    connection = transport.get_extra_info("socket")
+    options = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1), (socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)]
+    for name, value in (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3)):
+        if hasattr(socket, name):
+            options.append((socket.IPPROTO_TCP, getattr(socket, name), value))
+    with contextlib.suppress(OSError):
+        for level, option, value in options:
+            connection.setsockopt(level, option, value)

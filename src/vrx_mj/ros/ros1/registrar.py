@@ -1,22 +1,223 @@
-"""What is to be registered with the master, and making it so again whenever the master has lost it."""
+"""Finding the master or being it, and keeping there what is registered."""
 
 import asyncio
 import contextlib
+import uuid
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
-from vrx_mj.ros.ros1.http import BROKEN
-from vrx_mj.ros.ros1.link import Link, Request
-from vrx_mj.ros.ros1.notices import Notices
-from vrx_mj.ros.ros1.xmlrpc import Fault
+from vrx_mj.errors import CommandError, NetworkError
+from vrx_mj.ros.access import Names, addresses, announced, bound, is_local, is_loopback
+from vrx_mj.ros.limits import ConnectionLimit
+from vrx_mj.ros.network import Notices, shown_process, who_listens
+from vrx_mj.ros.ros1.http_server import HttpServer
+from vrx_mj.ros.ros1.master import Master
+from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
-__all__ = ["Registrar", "State"]
+__all__ = ["FarLink", "Graph", "Link", "NearLink", "Registrar", "State", "is_ours", "open_graph"]
+
+MOST_AT_ONCE = 100
+"""Calls that are sent together."""
+Request = tuple[str, Sequence[Any]]
+"""Method and values."""
+
+
+class Link(Protocol):
+    """The way to a master."""
+
+    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+        """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
+
+    def close(self) -> None:
+        """Close the connection."""
+
+
+class NearLink:
+    """To our own master."""
+
+    def __init__(self, master: Master) -> None:
+        self._master = master
+
+    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+        """As `Link` has it."""
+        del patience  # it answers at once
+        return [_value(list(self._master.call(method, values))) for method, values in requests]
+
+    def close(self) -> None:
+        """There is no connection."""
+
+
+class FarLink:
+    """To a master of somebody else."""
+
+    def __init__(self, uri: str) -> None:
+        self._proxy = Proxy(uri)
+        self._takes_many = True
+
+    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+        """As `Link` has it."""
+        values: list[Any] = []
+        for start in range(0, len(requests), MOST_AT_ONCE):
+            values += await self._some(requests[start : start + MOST_AT_ONCE], patience)
+        return values
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._proxy.close()
+
+    async def _some(self, requests: Sequence[Request], patience: float) -> list[Any]:
+        if self._takes_many and len(requests) > 1:
+            calls = [{"methodName": method, "params": list(values)} for method, values in requests]
+            try:
+                answers = await self._proxy.call("system.multicall", calls, patience=patience)
+            except Fault:
+                self._takes_many = False  # masters that are not in Python may not have it
+            else:
+                if not isinstance(answers, list) or len(answers) != len(requests):
+                    raise CommandError("the master does not answer system.multicall as ROS does")
+                return [_value(answer[0] if isinstance(answer, list) and answer else None) for answer in answers]
+        return [await self._one(method, values, patience) for method, values in requests]
+
+    async def _one(self, method: str, values: Sequence[Any], patience: float) -> Any:
+        try:
+            return _value(await self._proxy.call(method, *values, patience=patience))
+        except Fault:
+            return None
+
+
+def _value(reply: Any) -> Any:
+    """The value of a reply of code, text and value; None if the code is no success."""
+    return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
+
+
+MASTER_TIMEOUT = 3.0
+"""Wall time that a master may take to answer [s]."""
+PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
+"""What roscore sets, and tools read."""
+
+
+@dataclass
+class Graph:
+    """The master that we are on."""
+
+    host: str
+    link: Link
+    names: Names
+    """Of this machine."""
+    master: Master | None = None
+    """If it is our own."""
+    server: HttpServer | None = None
+
+    async def close(self) -> None:
+        """Leave it, and end it if it is our own."""
+        self.link.close()
+        if self.master is not None:
+            await self.master.close()
+        if self.server is not None:
+            await self.server.close()
+
+
+async def open_graph(
+    uri: str, host: str, node: str, connection_limit: ConnectionLimit, notices: Notices, names: Names
+) -> Graph:  # fmt: skip
+    """Find the master at a URI; be it if there is none, and the URI is on this machine.
+
+    Raises:
+        NetworkError: there is no master and cannot be one, something else answers there, or a node of our name is
+            alive on it.
+    """
+    try:
+        where, port = address(uri)
+    except CommandError as error:
+        raise NetworkError(f"ROS_MASTER_URI: {error}") from None
+    proxy = Proxy(uri, LARGEST_REPLY)
+    try:
+        await proxy.ros("hasParam", node, "/rosdistro", patience=MASTER_TIMEOUT)  # a node would not know what that is
+    except ConnectionRefusedError:
+        master, hosts = _own(uri, where, port, host, node)
+        server = HttpServer("master", master.answer, connection_limit, notices, names)
+        await _listen(server, hosts, where, port)
+        master.start()
+        return Graph(where, NearLink(master), names, master, server)
+    except OSError as error:
+        raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
+    except (*BROKEN, Fault) as error:
+        raise NetworkError(f"the server at {uri} is not a ROS master: {error}{_who(where, port)}") from None
+    finally:
+        proxy.close()
+    await _refuse_second(uri, node)
+    return Graph(where, FarLink(uri), names)
+
+
+def is_ours(host: str, listening: Sequence[str]) -> bool:
+    """Whether one who is told a host gets to where we listen."""
+    targets = addresses(host)
+    return not targets or listening == ["0.0.0.0"] or any(target in listening for target in targets)
+
+
+def _own(uri: str, where: str, port: int, host: str, node: str) -> tuple[Master, list[str]]:
+    """A master of our own, and the addresses at which it is to listen."""
+    if not is_local(where):
+        raise NetworkError(
+            f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
+            "ROS_MASTER_URI to start a master here"
+        )
+    hosts = bound(host)
+    if hosts != ["0.0.0.0"]:  # a machine's own name is 127.0.1.1 where Debian has put it into /etc/hosts
+        hosts += [one for one in addresses(where) if is_loopback(one) and one not in hosts]
+    if not is_ours(where, hosts):
+        raise NetworkError(
+            f"no ROS master answers at {uri}, and this server listens at {', '.join(hosts)} only: "
+            f"give --host {where} or --host 0.0.0.0"
+        )
+    known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
+    master = Master(known, node)
+    for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
+        master.parameters.set(name, value)
+    return master, hosts
+
+
+async def _listen(server: HttpServer, hosts: Sequence[str], where: str, port: int) -> None:
+    try:
+        await server.start(hosts, port)
+    except OSError as error:
+        await server.close()
+        raise NetworkError(f"ROS 1: cannot open port {port} for the master: {error}{_who(where, port)}") from None
+
+
+async def _refuse_second(uri: str, node: str) -> None:
+    """A node of our name that is alive is not to be taken over."""
+    proxy = Proxy(uri, LARGEST_REPLY)
+    try:
+        api = await proxy.ros("lookupNode", node, node, patience=MASTER_TIMEOUT)
+    except (*BROKEN, Fault):
+        return  # there is none
+    finally:
+        proxy.close()
+    other = Proxy(str(api), LARGEST_REPLY)
+    try:
+        pid = await other.ros("getPid", node, patience=MASTER_TIMEOUT)
+        where, _ = address(str(api))
+    except (*BROKEN, Fault):
+        return  # it has died, and its registration has stayed
+    finally:
+        other.close()
+    about = shown_process(pid) if is_local(where) and isinstance(pid, int) else f"pid {pid} on {where}"
+    raise NetworkError(f"a simulation is already served there: node {node}, {about}, or with: rosnode kill {node}")
+
+
+def _who(where: str, port: int) -> str:
+    """Which process is in the way, as far as it can be told."""
+    holder = who_listens(port) if is_local(where) else None
+    return "" if holder is None else f"; port {port} is held by {holder}"
+
 
 PERIOD = 2.0
 """Wall time between two looks at what the master knows [s]."""
 SOONEST = 0.25
 """And at least, however often the master changes."""
-CLOSING = 1.0
+WITHDRAW_TIMEOUT = 1.0
 """Wall time to take all back at the end [s]."""
 SLOW = 30.0
 """Wall time for a portion of the parameters: roscore takes a second for some MB of a robot's description [s]."""
@@ -81,7 +282,7 @@ class Registrar:
         calls += [("deleteParam", (self.node, name)) for name in self._set]
         self.wished, self._done, self.parameters, self._set = {}, {}, {}, {}
         try:
-            async with asyncio.timeout(CLOSING):
+            async with asyncio.timeout(WITHDRAW_TIMEOUT):
                 await self.link.many(calls)
         except (*BROKEN, Fault):
             pass  # it is gone, and has forgotten us with all else

@@ -6,16 +6,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.intake import Intake, Place
+from vrx_mj.ros.limits import Intake, Place, Stall
 from vrx_mj.ros.messages import Message, decode, definition, md5sum
-from vrx_mj.ros.ros1.frames import Splitter
-from vrx_mj.ros.ros1.header import LARGEST_HEADER, decode_header, encode_header
-from vrx_mj.ros.ros1.http import BROKEN, LARGEST_REPLY, Proxy, address
-from vrx_mj.ros.ros1.incoming import keep_alive
-from vrx_mj.ros.ros1.names import LONGEST
-from vrx_mj.ros.ros1.notices import Notices
-from vrx_mj.ros.ros1.stall import Stall
-from vrx_mj.ros.ros1.xmlrpc import Fault
+from vrx_mj.ros.network import Notices
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header
+from vrx_mj.ros.ros1.master import LONGEST
+from vrx_mj.ros.ros1.publication import keep_alive
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
 __all__ = ["MOST_PUBLISHERS", "Subscription"]
 

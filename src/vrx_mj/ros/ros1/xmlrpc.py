@@ -1,16 +1,37 @@
-"""XML-RPC's calls and answers as bytes: read with bounds, without DTDs and entities, and written."""
+"""XML-RPC over HTTP: values as bytes within bounds, what a request must be, and the calling end."""
 
 import asyncio
+import contextlib
+import re
+import socket
 import xmlrpc.client
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn
+from urllib.parse import urlsplit
 from xmlrpc.client import Binary, DateTime, Fault
 
 import numpy as np
 
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.access import host_of
 
-__all__ = ["Fault", "answer_bytes", "call_bytes", "fault_bytes", "plain", "read"]
+__all__ = [
+    "BROKEN",
+    "LARGEST_BODY",
+    "LARGEST_REPLY",
+    "Fault",
+    "Proxy",
+    "RequestError",
+    "address",
+    "answer_bytes",
+    "body_size",
+    "call_bytes",
+    "checked_size",
+    "fault_bytes",
+    "plain",
+    "read",
+    "read_head",
+]
 
 DEEPEST = 128
 """Elements within each other: some forty levels of lists or structures."""
@@ -104,3 +125,197 @@ def plain(value: Any, depth: int = 0) -> Any:
 
 def _refuse(*_: object) -> NoReturn:
     raise CommandError("a document type is not allowed in XML-RPC")
+
+
+LARGEST_HEAD = 1 << 14
+LARGEST_BODY = 1 << 24
+"""Bytes of a call or an answer, at most: descriptions of robots have some MB."""
+LARGEST_REPLY = 1 << 16
+"""Bytes of what a node answers to what it is asked here, at most."""
+ANSWER_TIMEOUT = 5.0
+"""Wall time that an answer may take [s]."""
+BROKEN = (OSError, EOFError, TimeoutError, CommandError)
+"""What a call raises if the other end cannot be reached, or gives no proper answer."""
+
+_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
+
+
+async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[list[str], dict[str, str]]:
+    """First line, in words, and fields by lower-case name; `first` is what was read of it already.
+
+    Raises:
+        EOFError: there is none any more.
+        CommandError: it is invalid.
+    """
+    try:
+        raw = first + await reader.readuntil(b"\r\n\r\n")
+    except asyncio.LimitOverrunError:
+        raise CommandError(f"an HTTP head of more than {LARGEST_HEAD} bytes") from None
+    lines = raw.decode("latin-1").split("\r\n")
+    fields: dict[str, str] = {}
+    for line in filter(None, lines[1:]):
+        name, colon, value = line.partition(":")
+        if not colon or fields.get(name.lower(), value.strip()) != value.strip():
+            raise CommandError("an HTTP field without ':', or twice with different values")
+        fields[name.lower()] = value.strip()
+    words = lines[0].split(" ", 2)
+    if len(words) < 2:
+        raise CommandError("not HTTP")
+    return words, fields
+
+
+def body_size(fields: Mapping[str, str], most: int = LARGEST_BODY) -> int | None:
+    """Bytes of the body; None where it is not said.
+
+    Raises:
+        CommandError: it is sent in a way that is not read here, or too large.
+    """
+    if "transfer-encoding" in fields or fields.get("content-encoding", "identity") != "identity":
+        raise CommandError("only plain bodies in one piece are supported")
+    text = fields.get("content-length")
+    if text is None:
+        return None
+    if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= most):
+        raise CommandError(f"invalid Content-Length {text[:20]!r}: a whole number of at most {most} is needed")
+    return int(text)
+
+
+def address(uri: str, scheme: str = "http") -> tuple[str, int]:
+    """Host and port of a URI.
+
+    Raises:
+        CommandError: it has none.
+    """
+    try:
+        parts = urlsplit(uri)
+        port = parts.port
+    except ValueError:
+        parts, port = urlsplit(""), None
+    host = parts.hostname or ""
+    if parts.scheme != scheme or not port or not _HOST.match(host) or any(len(one) > 63 for one in host.split(".")):
+        raise CommandError(f"invalid URI {uri[:100]!r}: {scheme}://host:port is needed")
+    return host, port
+
+
+class Proxy:
+    """Calls to one XML-RPC server, one at a time, over a connection that is kept."""
+
+    def __init__(self, uri: str, largest: int = LARGEST_BODY) -> None:
+        """`largest`: bytes that an answer may have."""
+        self.uri, self._largest = uri, largest
+        self._lock = asyncio.Lock()
+        self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+
+    async def call(self, method: str, *values: Any, patience: float = ANSWER_TIMEOUT) -> Any:
+        """What the other end answers.
+
+        Raises:
+            OSError, EOFError, TimeoutError: it does not.
+            CommandError: no XML-RPC, or no URI.
+            Fault: it says so.
+        """
+        request = call_bytes(method, values)
+        async with self._lock, asyncio.timeout(patience):
+            kept = self._streams is not None
+            try:
+                return await self._exchange(request)
+            except (OSError, EOFError):
+                self.close()
+                if not kept:
+                    raise
+            return await self._exchange(request)  # the other end had closed it while it was idle
+
+    async def ros(self, method: str, *values: Any, patience: float = ANSWER_TIMEOUT) -> Any:
+        """The value of an answer as ROS has it, of code, text and value; CommandError where the code is no success."""
+        answer = await self.call(method, *values, patience=patience)
+        if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):
+            raise CommandError(f"{self.uri} does not answer {method} as ROS does")
+        if answer[0] != 1:
+            raise CommandError(f"{method}: {answer[1]}")
+        return answer[2]
+
+    def close(self) -> None:
+        """Close the connection; another call opens it again."""
+        if self._streams is not None:
+            with contextlib.suppress(RuntimeError):
+                self._streams[1].transport.abort()
+            self._streams = None
+
+    async def _exchange(self, request: bytes) -> Any:
+        host, port = address(self.uri)
+        if self._streams is None:
+            self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD, family=socket.AF_INET)
+        reader, writer = self._streams
+        keep = False
+        try:
+            head = (
+                f"POST /RPC2 HTTP/1.1\r\nHost: {host}:{port}\r\nUser-Agent: vrx_mj\r\n"
+                f"Content-Type: text/xml\r\nContent-Length: {len(request)}\r\n\r\n"
+            )
+            writer.write(head.encode("latin-1", "replace") + request)
+            words, fields = await read_head(reader)
+            if not words[0].startswith("HTTP/") or words[1] != "200":
+                raise CommandError(f"{self.uri} answers '{' '.join(words)[:60]}' instead of XML-RPC")
+            size = body_size(fields, self._largest)
+            body = await (reader.readexactly(size) if size is not None else _all(reader, self._largest))
+            keep = size is not None and words[0] == "HTTP/1.1" and fields.get("connection", "").lower() != "close"
+        finally:
+            if not keep:
+                self.close()
+        values, _ = await read(body)
+        return values[0]
+
+
+async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
+    """Up to the end of the stream."""
+    body = bytearray()
+    while part := await reader.read(1 << 16):
+        body += part
+        if len(body) > most:
+            raise CommandError(f"an answer of more than {most} bytes")
+    return bytes(body)
+
+
+BROWSERS_OWN = ("origin", "sec-fetch-", "access-control-request-")
+"""Beginnings of fields that browsers add, and nobody else."""
+CONTENT_TYPE = "text/xml"
+
+
+class RequestError(CommandError):
+    """Why a request is refused, with HTTP's status."""
+
+    def __init__(self, status: str, why: str) -> None:
+        self.status = status
+        super().__init__(why)
+
+    def __reduce__(self) -> tuple[type["RequestError"], tuple[str, str]]:
+        return type(self), (self.status, str(self))
+
+
+def checked_size(words: Sequence[str], fields: Mapping[str, str], is_ours: Callable[[str], bool]) -> int:
+    """Bytes of a request's body; `is_ours` says whether a host in lower case is this machine.
+
+    Raises:
+        RequestError: it is no call, or a page's.
+        CommandError: its body is sent in a way that is not read here, or too large.
+    """
+    if len(words) != 3 or words[2] not in {"HTTP/1.0", "HTTP/1.1"}:
+        raise RequestError("400 Bad Request", f"this is XML-RPC: '{' '.join(words)[:60]}' is not HTTP/1.0 or 1.1")
+    if words[0] != "POST":
+        raise RequestError("405 Method Not Allowed", f"this is XML-RPC: '{' '.join(words)[:60]}' is not a POST")
+    for name, value in fields.items():
+        if name.startswith(BROWSERS_OWN):
+            text = f"a web page may not call ROS, but a browser sent {name}: {ascii(value)[1:100]}"
+            raise RequestError("403 Forbidden", text.removesuffix("'"))
+    if "host" in fields and not is_ours(host_of(fields["host"])):
+        text = "an address or name of this machine is needed; to give it another one, set ROS_HOSTNAME or ROS_IP"
+        raise RequestError("421 Misdirected Request", f"invalid Host {ascii(fields['host'])[:100]}: {text}")
+    kind = fields.get("content-type", CONTENT_TYPE)
+    if kind.partition(";")[0].strip().lower() != CONTENT_TYPE:
+        raise RequestError(
+            "415 Unsupported Media Type", f"invalid Content-Type {ascii(kind)[:100]}: {CONTENT_TYPE} is needed"
+        )
+    size = body_size(dict(fields))
+    if size is None:
+        raise RequestError("411 Length Required", "a request needs a Content-Length")
+    return size

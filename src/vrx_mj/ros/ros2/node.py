@@ -1,22 +1,82 @@
-"""Our node: what is published, what is listened to, and who else is there. One thread alone calls it.
+"""A table on ROS 2: our node on the user's rclpy, and the thread in which it is spoken."""
 
-Subscriptions are emptied by asking them, and not by an executor of rclpy: that one visits all of them for every message
-that comes, and costs twice as much at a hundred subscriptions.
-"""
-
+import importlib
 import logging
+import os
+import platform
+import re
+import sys
+import threading
 import time
+from collections import deque
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.ros.cdr import decode, encode, kind
+from vrx_mj.packages import install_command
+from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.messages import stamp
-from vrx_mj.ros.offer import Input, Output, Sent, Table
-from vrx_mj.ros.ros2.installed import message_class
+from vrx_mj.ros.offer import Dialect, Input, Output, Sent, Table, Traffic
+from vrx_mj.ros.table.vrx3 import PACKAGES
 
-__all__ = ["Node"]
+__all__ = ["Node", "Ros2", "has_package", "load_rclpy", "message_class"]
+
+WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
+
+
+def load_rclpy() -> Any:
+    """The module rclpy.
+
+    Raises:
+        NetworkError: it is not there, or for another Python; and what to do.
+    """
+    try:
+        return importlib.import_module("rclpy")
+    except ImportError as error:
+        raise NetworkError(_advice(error)) from error
+
+
+def _advice(error: ImportError) -> str:
+    own = ".".join(platform.python_version_tuple()[:2])
+    found = [re.search(r"/ros/.*python(3\.\d+)/", f"{path}/") for path in sys.path]
+    versions = sorted({match[1] for match in found if match} - {own})
+    if versions:
+        distro = os.environ.get("ROS_DISTRO", "here").title()
+        return (
+            f"ROS 2 {distro} is for Python {' or '.join(versions)}, and this is Python {own}: install vrx_mj with "
+            "that Python, 3.11 or newer; Jazzy has 3.12"
+        )
+    what = "is not installed" if error.name == "rclpy" else f"cannot be imported ({str(error).partition(chr(10))[0]})"
+    return (
+        f"ROS 2's rclpy {what}: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same Python "
+        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: {install_command(*WHEELS)}"
+    )
+
+
+def has_package(package: str) -> bool:
+    """Whether there are messages of a package."""
+    try:
+        importlib.import_module(f"{package}.msg")
+    except ImportError:
+        return False
+    return True
+
+
+@cache
+def message_class(type_name: str) -> Any | None:
+    """The user's class of a type, `sensor_msgs/Imu`; None where there is none, or one with other fields than ours."""
+    package, _, name = type_name.partition("/")
+    try:
+        found = getattr(importlib.import_module(f"{package}.msg"), name, None)
+    except ImportError:
+        return None
+    known = fields(type_name)
+    if found is None or list(found.get_fields_and_field_types()) != [field for field, _ in known]:
+        return None
+    return found if all(inner is None or message_class(inner) for _, inner in known) else None
+
 
 DEPTH = 10
 """Messages that publishers and subscriptions keep, as Gazebo's bridge."""
@@ -209,3 +269,126 @@ def _alike(one: Output | Input, other: Output | Input | None) -> bool:
 
 def _nothing(_raw: bytes) -> None:
     """What an executor would call."""
+
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+PERIOD = 0.01
+"""Wall time after which subscriptions are emptied at the latest [s]."""
+MOST_BATCHES = 64
+"""Batches that wait for the network's thread; the oldest goes first."""
+MOST_LINES = 64
+CLOSING = 2.0
+EXAMPLES = {"ros_gz_interfaces": "/vrx/task/info and range_bearing", "tf2_msgs": "/tf and /tf_static"}
+
+_logger = logging.getLogger(__name__)
+
+
+class Ros2:
+    """A `Transport` (see `vrx_mj.ros.offer`) by VRX 3's names, on the rclpy of the user's ROS 2."""
+
+    title = "ROS 2"
+    dialect: Dialect = "vrx3"
+
+    def __init__(self, inbox: Inbox, *, host: str = "127.0.0.1", node: str = "vrx_mj") -> None:
+        """A node of this name; with a host of loopback it looks for others on this machine alone."""
+        self._inbox, self._host, self._name = inbox, host, node
+        self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
+        self._table: Table | None = None
+        self._batches: deque[Sequence[Sent]] = deque()
+        self._lines: deque[tuple[str, str]] = deque(maxlen=MOST_LINES)
+        self._dropped = 0
+        self._node: Node | None = None
+        self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)
+
+    def start(self) -> Sequence[str]:
+        """Open the node; returns lines that say where it is, and what this ROS 2 lacks.
+
+        Raises:
+            NetworkError: there is no rclpy, or it does not start.
+        """
+        rclpy = load_rclpy()
+        if self._host in LOOPBACK:
+            os.environ.setdefault(RANGE, "LOCALHOST")
+        self._node = Node(rclpy, self._inbox, self._name)
+        self._thread.start()
+        domain, distro = os.environ.get("ROS_DOMAIN_ID") or "0", os.environ.get("ROS_DISTRO") or "jazzy"
+        by, reach = rclpy.get_rmw_implementation_identifier(), os.environ.get(RANGE, "SUBNET")
+        lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE}={reach}"]
+        for package in PACKAGES:
+            if not has_package(package):
+                told = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
+                debian = f"ros-{distro}-{package.replace('_', '-')}"
+                lines.append(f"ROS 2: no {package} here (apt-get install {debian}): its topics{told} are not published")
+        return lines
+
+    def offer(self, table: Table) -> None:
+        """Offer this table from now on, and nothing else."""
+        with self._lock:
+            self._table = table
+        self._woken.set()
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Names of the outputs that somebody subscribes to now."""
+        return self._node.wanted if self._node else frozenset()
+
+    def publish(self, batch: Sequence[Sent]) -> None:
+        """Send messages of one moment to who listens."""
+        with self._lock:
+            self._batches.append(batch)
+            if len(self._batches) > MOST_BATCHES:
+                oldest = self._batches.popleft()
+                kept = [sent for sent in oldest if sent.output.latched]
+                self._dropped += len(oldest) - len(kept)
+                self._batches[0] = [*kept, *self._batches[0]]
+        self._woken.set()
+
+    def log(self, level: str, text: str) -> None:
+        """Tell a line on /rosout."""
+        with self._lock:
+            self._lines.append((level, text))
+
+    @property
+    def traffic(self) -> Traffic:
+        """What it has carried."""
+        node = self._node
+        return Traffic(node.clients, node.sent, self._dropped) if node else Traffic(0, 0, self._dropped)
+
+    def close(self) -> None:
+        """Leave ROS 2, and wait until that is done: 2 s at most."""
+        self._closing = True
+        self._woken.set()
+        if self._thread.is_alive():
+            self._thread.join(CLOSING)
+
+    def _run(self) -> None:
+        node = self._node
+        assert node is not None, "the thread begins after the node"
+        failed, last = "", False
+        while not last:
+            self._woken.wait(PERIOD)
+            self._woken.clear()
+            last = self._closing  # what waits is still sent
+            try:
+                self._work(node)
+            except Exception as error:  # rclpy raises classes of its C extension; the simulation goes on without it
+                if str(error) != failed:
+                    failed = str(error)
+                    _logger.exception("ROS 2")
+        node.close()
+
+    def _work(self, node: Node) -> None:
+        with self._lock:
+            table, self._table = self._table, None
+            batches, self._batches = self._batches, deque()
+            lines = list(self._lines)
+            self._lines.clear()
+        if table is not None:
+            node.offer(table)
+        for batch in batches:
+            node.publish(batch)
+        for line in lines:
+            node.log(*line)
+        node.take()
+        node.look()

@@ -1,21 +1,20 @@
 """One client: its operations, one after the other."""
 
 import asyncio
+import json
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
-from vrx_mj.ros.intake import Place
-from vrx_mj.ros.rosbridge.fragments import Fragments
+from vrx_mj.ros.limits import ClientPace, Intake, Outgoing, Place
+from vrx_mj.ros.messages import known_type, ros1_name
+from vrx_mj.ros.rosbridge.codec import Parcel, from_png, reply_frames, taken
 from vrx_mj.ros.rosbridge.hub import Hub
-from vrx_mj.ros.rosbridge.kinds import known_type, ros1_name
-from vrx_mj.ros.rosbridge.outgoing import Outgoing
-from vrx_mj.ros.rosbridge.pace import Pace
-from vrx_mj.ros.rosbridge.png import from_png
 from vrx_mj.ros.rosbridge.protocol import (
     MOST_INCOMING,
     Operation,
@@ -27,12 +26,141 @@ from vrx_mj.ros.rosbridge.protocol import (
     options,
     text,
 )
-from vrx_mj.ros.rosbridge.publishing import Publishing
-from vrx_mj.ros.rosbridge.services import Offered, respond
-from vrx_mj.ros.rosbridge.subscription import Subscription
-from vrx_mj.ros.rosbridge.writing import reply_frames
+from vrx_mj.ros.rosbridge.topics import Offered, Subscription, respond
 
-__all__ = ["Client"]
+__all__ = ["Client", "Fragments", "Publishing"]
+
+MOST_OPEN = 16
+"""Messages of a client of which fragments are missing, at most: the oldest are thrown away."""
+MOST_PIECES = 10_000
+
+
+class Fragments:
+    """A client's messages that are not whole yet. `intake` bounds those of all clients together."""
+
+    def __init__(self, intake: Intake, place: Place) -> None:
+        self._intake, self._place = intake, place
+        self._open: dict[str, dict[int, str]] = {}
+        self._size = 0
+
+    def add(self, message: Operation) -> str | None:
+        """One more fragment, in any order; gives the whole message with the last.
+
+        Raises:
+            CommandError: what is wrong with it.
+        """
+        identity, data = text(message, "id"), message.get("data")
+        if not isinstance(data, str):
+            raise CommandError("fragment: data is missing, or not a string")
+        total = _whole(message, "total", 1, MOST_PIECES)
+        number = _whole(message, "num", 0, total - 1)
+        pieces = self._open.setdefault(identity, {})
+        self._size += len(data) - len(pieces.get(number, ""))
+        pieces[number] = data
+        if self._size > MOST_INCOMING:
+            self.end()
+            raise CommandError(f"fragment: more than {MOST_INCOMING} characters wait for the rest of their messages")
+        if len(pieces) >= total:
+            whole = "".join(pieces[number] for number in sorted(pieces))
+            self._forget(identity)
+            return whole
+        if len(self._open) > MOST_OPEN:
+            self._forget(next(iter(self._open)))
+        self._intake.hold(self._place, self._size)
+        return None
+
+    def end(self) -> None:
+        """Forget all."""
+        self._open.clear()
+        self._size = 0
+        self._intake.hold(self._place, 0)
+
+    def _forget(self, identity: str) -> None:
+        self._size -= sum(map(len, self._open.pop(identity).values()))
+        self._intake.hold(self._place, self._size)
+
+
+def _whole(message: Operation, key: str, low: int, high: int) -> int:
+    value = message.get(key)
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise CommandError(f"fragment: invalid {key} {str(value)[:40]!r}; allowed: a whole number from {low} to {high}")
+    return value
+
+
+MOST_ADVERTISED = 1024
+MOST_LATCHED = 8 << 20
+"""Characters of JSON of the messages that are kept for one client, at most."""
+
+
+@dataclass
+class Advertised:
+    """A topic on which a client publishes."""
+
+    type: str
+    latch: bool
+    told: bool = False
+    """Whether the simulation knows that nobody listens."""
+    kept: int = 0
+    """Characters of the message that is kept."""
+
+
+class Publishing:
+    """A client's topics, by absolute name."""
+
+    def __init__(self, hub: Hub, number: int, sender: str) -> None:
+        self._hub = hub
+        self._number = number
+        self._sender = sender
+        self._topics: dict[str, Advertised] = {}
+
+    def has(self, name: str) -> bool:
+        """Whether a topic is advertised."""
+        return name in self._topics
+
+    def advertise(self, name: str, type_name: str, latch: bool) -> None:
+        """Say that this client publishes; CommandError: the topic has another type, or there are too many."""
+        if name not in self._topics and len(self._topics) >= MOST_ADVERTISED:
+            raise CommandError(f"advertise: this client has {MOST_ADVERTISED} topics; no more are accepted")
+        self._hub.topics.join(name, type_name).publishers.add(self._number)
+        self._topics[name] = Advertised(type_name, latch)
+
+    def unadvertise(self, name: str) -> None:
+        """Publish no more on a topic; CommandError: it is not advertised."""
+        if self._topics.pop(name, None) is None:
+            raise CommandError(f"unadvertise: {name} is not advertised by this client")
+        self._hub.topics.retire(name, self._number)
+
+    def publish(self, name: str, value: Any) -> None:
+        """A message, to the simulation and to who listens; CommandError: it is no message of the topic's type."""
+        topics, advertised = self._hub.topics, self._topics[name]
+        type_name = topics.type_of(name) or advertised.type
+        message = taken(value, type_name, self._hub.now, name)
+        parcel = Parcel(message, type_name, self._hub.now)
+        is_input = name in topics.table.inputs
+        if is_input:
+            self._hub.inbox.message(name, message, self._sender)
+        heard = topics.send(name, parcel)
+        if not is_input and not heard and not advertised.told:
+            advertised.told = True
+            self._hub.inbox.unknown_publisher(name, type_name, self._sender)
+        if advertised.latch:
+            self._keep(name, parcel, len(json.dumps(value)))
+
+    def end(self) -> None:
+        """The client has gone."""
+        for name in self._topics:
+            self._hub.topics.retire(name, self._number)
+        self._topics.clear()
+
+    def _keep(self, name: str, parcel: Parcel, size: int) -> None:
+        others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
+        if others + size > MOST_LATCHED:
+            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
+        topic = self._hub.topics.find(name)
+        if topic is not None:
+            topic.latched[self._number] = parcel
+            self._topics[name].kept = size
+
 
 LEVELS = ("none", "error", "warning", "info")
 DEEPEST = 2
@@ -53,7 +181,7 @@ class Client:
         self._connection = connection
         self._hub = hub
         self._outgoing = Outgoing(hub.counts)
-        self._pace = Pace(hub.flooding)
+        self._pace = ClientPace(hub.flooding)
         self._fragments = Fragments(hub.fragments, Place(self.host, self.abort))
         self.is_silent = True
         self._subscriptions: dict[str, Subscription] = {}

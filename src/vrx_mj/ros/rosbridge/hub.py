@@ -5,15 +5,12 @@ import logging
 from typing import Protocol
 
 from vrx_mj.ros.inbox import Inbox
-from vrx_mj.ros.intake import Intake
+from vrx_mj.ros.limits import ClientPace, Counts, Intake
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.offer import Table
-from vrx_mj.ros.rosbridge.outgoing import Counts
-from vrx_mj.ros.rosbridge.pace import Pace
 from vrx_mj.ros.rosbridge.parameters import Parameters
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
-from vrx_mj.ros.rosbridge.services import Services
-from vrx_mj.ros.rosbridge.topics import Topics
+from vrx_mj.ros.rosbridge.topics import Services, Topics
 
 __all__ = ["Hub"]
 
@@ -42,7 +39,7 @@ class Hub:
     def __init__(self, network: Network, inbox: Inbox) -> None:
         self.inbox = inbox
         self.counts = Counts()
-        self.flooding: set[Pace] = set()
+        self.flooding: set[ClientPace] = set()
         self.fragments = Intake(MOST_FRAGMENTS)
         self.topics = Topics()
         self.services = Services(network, inbox)

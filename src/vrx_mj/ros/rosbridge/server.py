@@ -20,17 +20,15 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros import messages
 from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
 from vrx_mj.ros.inbox import Inbox
-from vrx_mj.ros.listener import who_listens
-from vrx_mj.ros.messages import Message
-from vrx_mj.ros.network import Network
+from vrx_mj.ros.messages import Message, ros1_name
+from vrx_mj.ros.network import Network, who_listens
 from vrx_mj.ros.offer import Output, Sent, Table, Traffic, Transport
 from vrx_mj.ros.rosbridge.client import Client
+from vrx_mj.ros.rosbridge.codec import Parcel
 from vrx_mj.ros.rosbridge.hub import Hub
-from vrx_mj.ros.rosbridge.kinds import ros1_name
 from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
 from vrx_mj.ros.rosbridge.rosapi import SIMULATION
 from vrx_mj.ros.rosbridge.topics import ROSOUT
-from vrx_mj.ros.rosbridge.writing import Parcel
 
 __all__ = ["Rosbridge"]
 

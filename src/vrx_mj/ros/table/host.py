@@ -1,13 +1,187 @@
 """What the table's functions may do: the simulation, and what serves it."""
 
-from collections.abc import Mapping, Sequence
-from typing import Literal, Protocol
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Literal, NamedTuple, Protocol
 
-from vrx_mj.ros.table.bodies import Bodies
+import mujoco
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["CmdVel", "Host"]
+__all__ = [
+    "Bodies",
+    "CmdVel",
+    "Host",
+    "Placed",
+    "header",
+    "link_name",
+    "pose_message",
+    "turned",
+    "twist_message",
+    "vector",
+]
+
+WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
+"""What Gazebo takes for the world's frame."""
+
+
+class Placed(NamedTuple):
+    """Where a body's frame is and how it moves, in the world's axes."""
+
+    position: FloatArray
+    """(3,) [m]."""
+    quaternion: FloatArray
+    """(4,): (w, x, y, z), body to world."""
+    velocity: FloatArray
+    """(3,) of the frame's origin [m/s]."""
+    spin: FloatArray
+    """(3,) angular velocity [rad/s]."""
+
+
+class Bodies:
+    """All models and links of a simulation, at its present moment."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self.bind()
+
+    def bind(self) -> None:
+        """Boats came or went, or the simulation began anew."""
+        model, parameters = self._sim.model, self._sim.world.tree
+        self._data = mujoco.MjData(model)  # what steps keeps frames that are one step old
+        self._then = -1.0
+        boats = {name: str(hull["body"]) for name, hull in zip(self._sim.boats, parameters["hulls"], strict=True)}
+        objects = {row["name"]: row["body"] for row in parameters["objects"]}
+        docks = {row["name"].partition("/")[0]: row["bodies"][0] for row in parameters["docks"]}
+        known = {str(model.body(index).name): index for index in range(1, model.nbody)}
+        named = {**boats, **objects, **docks}
+        self._models = {name: known[body] for name, body in named.items() if body in known}
+        self._links = {link_name(body, boats): index for body, index in known.items()}
+
+    @property
+    def models(self) -> Sequence[str]:
+        """Names of all models: boats, objects and docks."""
+        return tuple(self._models)
+
+    @property
+    def links(self) -> Sequence[str]:
+        """Names of all links, as `wamv::wamv/base_link`."""
+        return tuple(self._links)
+
+    def model(self, name: str) -> Placed:
+        """Where a model is; the errors are those of `named_model`."""
+        index = self._models[self.named_model(name)]
+        self._refresh()
+        return self._placed(index)
+
+    def named_model(self, name: str) -> str:
+        """A model's name as this world has it; models in models are also known by Gazebo's names, `buoys::red_0`.
+
+        Raises:
+            UnknownNameError: there is none of that name.
+            CommandError: it is made of models alone, so that it has no place of its own.
+        """
+        own = name.replace("::", "/")
+        if own in self._models:
+            return own
+        parts = self.parts(name)
+        if parts:
+            shown = f"{parts[0].replace('/', '::')}" + (f" and {len(parts) - 1} more" if len(parts) > 1 else "")
+            raise CommandError(f"the model '{name}' has no place of its own: give one of its models, {shown}")
+        raise UnknownNameError("model", name, self._models)
+
+    def parts(self, name: str) -> Sequence[str]:
+        """The models that are in a model of this name."""
+        return [model for model in self._models if model.startswith(f"{name.replace('::', '/')}/")]
+
+    def link(self, name: str) -> Placed:
+        """Where a link is; UnknownNameError if there is none of that name."""
+        if name not in self._links:
+            raise UnknownNameError("link", name, self._links)
+        self._refresh()
+        return self._placed(self._links[name])
+
+    def all_models(self) -> Iterator[tuple[str, Placed]]:
+        """Every model and where it is."""
+        self._refresh()
+        return ((name, self._placed(index)) for name, index in self._models.items())
+
+    def all_links(self) -> Iterator[tuple[str, Placed]]:
+        """Every link and where it is."""
+        self._refresh()
+        return ((name, self._placed(index)) for name, index in self._links.items())
+
+    def frame(self, name: str) -> Placed | None:
+        """A frame of reference: None for the world's, else a model's or a link's; errors as of `named_model`."""
+        if name in WORLD_FRAMES:
+            return None
+        is_model = "::" not in name or name.replace("::", "/") in self._models
+        return self.model(name) if is_model else self.link(name)
+
+    def model_of_link(self, name: str) -> str:
+        """The model whose own frame is this link; UnknownNameError or CommandError if there is none."""
+        index = self._links.get(name)
+        if index is None:
+            raise UnknownNameError("link", name, self._links)
+        for model, body in self._models.items():
+            if body == index:
+                return str(model)
+        raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
+
+    def _placed(self, index: int) -> Placed:
+        data, velocity = self._data, np.empty(6)
+        mujoco.mj_objectVelocity(self._sim.model, data, mujoco.mjtObj.mjOBJ_XBODY, index, velocity, 0)
+        return Placed(data.xpos[index].copy(), data.xquat[index].copy(), velocity[3:], velocity[:3])
+
+    def _refresh(self) -> None:
+        own, data, model = self._sim.data, self._data, self._sim.model
+        if np.array_equal(data.qpos, own.qpos) and np.array_equal(data.qvel, own.qvel) and self._then == own.time:
+            return
+        data.qpos[:], data.qvel[:], self._then = own.qpos, own.qvel, own.time
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+
+
+def link_name(body: str, boats: Collection[str]) -> str:
+    """`wamv::wamv/base_link` for a boat's link, `gate::red::link` for the others."""
+    owner = body.partition("/")[0]
+    return f"{owner}::{body}" if owner in boats else body.replace("/", "::")
+
+
+def vector(values: Sequence[float] | FloatArray) -> dict[str, float]:
+    """x, y, z of a message."""
+    x, y, z = (float(value) for value in values)
+    return {"x": x, "y": y, "z": z}
+
+
+def turned(quaternion: Sequence[float] | FloatArray) -> dict[str, float]:
+    """x, y, z, w of a message, from (w, x, y, z)."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return {"x": x, "y": y, "z": z, "w": w}
+
+
+def pose_message(placed: Placed) -> Message:
+    """geometry_msgs/Pose."""
+    position = kind("geometry_msgs/Point")(*placed.position.tolist())
+    w, x, y, z = placed.quaternion.tolist()
+    return kind("geometry_msgs/Pose")(position, kind("geometry_msgs/Quaternion")(x, y, z, w))
+
+
+def twist_message(placed: Placed) -> Message:
+    """geometry_msgs/Twist, in the world's axes as Gazebo's."""
+    three = kind("geometry_msgs/Vector3")
+    return kind("geometry_msgs/Twist")(three(*placed.velocity.tolist()), three(*placed.spin.tolist()))
+
+
+def header(time: float, frame: str = "") -> Message:
+    """std_msgs/Header of a moment [s]."""
+    return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
+
 
 CmdVel = Literal["thrust", "velocity"]
 """What `cmd_vel` commands: shares of full thrust as VRX's twist2thrust, or a velocity that a closed loop keeps."""

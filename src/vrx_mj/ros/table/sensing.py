@@ -10,8 +10,7 @@ import numpy as np
 
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.offer import Input, Output
-from vrx_mj.ros.table.bodies import header, turned, vector
-from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth

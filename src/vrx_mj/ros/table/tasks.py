@@ -11,8 +11,7 @@ import numpy as np
 
 from vrx_mj.ros.messages import Message, duration, new, stamp
 from vrx_mj.ros.offer import Input, Output, Service
-from vrx_mj.ros.table.bodies import header, link_name, turned
-from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.host import Host, header, link_name, turned
 
 __all__ = ["collision_name", "task_inputs", "task_outputs", "task_services"]
 

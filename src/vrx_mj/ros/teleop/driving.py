@@ -1,21 +1,256 @@
-"""Driving by keys: what they ask for goes out ten times a second, and a line tells what comes of it."""
+"""Driving by keys over a rosbridge: the connection, what is known of the world, and what goes out."""
 
 import contextlib
+import itertools
+import json
 import math
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
+
+from websockets.exceptions import ConnectionClosed, InvalidURI, WebSocketException
+from websockets.sync.client import ClientConnection, connect
 
 from vrx_mj.drive.helm.engines import Engine, Wheel, engine_commands
 from vrx_mj.drive.helm.keys import HELP
 from vrx_mj.drive.helm.pilot import Pilot
 from vrx_mj.drive.helm.terminal import Terminal
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
-from vrx_mj.ros.teleop.client import Bridge
-from vrx_mj.ros.teleop.scene import TWIST, WORLD, Scene
 from vrx_mj.signals import ended_by_signals
 
-__all__ = ["Helmsman", "drive", "topics"]
+__all__ = ["Bridge", "Helmsman", "Motion", "Scene", "drive", "topics"]
+
+Values = Mapping[str, Any]
+MOST_INCOMING = 32 << 20
+"""Bytes of a message, at most: a world with a long shore takes some 100 kB."""
+MOST_WAITING = 64
+"""Calls whose answers are waited for, at most."""
+OPENING = 5.0
+"""Wall time that a connection may take [s]."""
+
+
+class Bridge:
+    """A connection. Once it is lost, `is_open` is False, what is sent is dropped, and a new one is to be made."""
+
+    def __init__(self, url: str) -> None:
+        """Connect.
+
+        Raises:
+            NetworkError: nothing answers there, or something else than a rosbridge.
+        """
+        self.url = url
+        self._stack = contextlib.ExitStack()
+        self._socket = _connected(url, self._stack)
+        self._open = True
+        self._listeners: dict[str, Callable[[Values], None]] = {}
+        self._calls: dict[str, Callable[[Any, bool], None]] = {}
+        self._advertised: set[str] = set()
+        self._numbers = itertools.count()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the connection stands."""
+        return self._open
+
+    def subscribe(self, topic: str, kind: str, take: Callable[[Values], None], *, period: float = 0.0) -> None:
+        """Have `take` called with the topic's messages, one every `period` [s] of wall time at most."""
+        self._listeners[topic] = take
+        throttle = round(1000.0 * period)
+        self._send({"op": "subscribe", "topic": topic, "type": kind, "throttle_rate": throttle, "queue_length": 1})
+
+    def publish(self, topic: str, kind: str, message: Values) -> None:
+        """Send a message."""
+        if topic not in self._advertised:
+            self._advertised.add(topic)
+            self._send({"op": "advertise", "topic": topic, "type": kind})
+        self._send({"op": "publish", "topic": topic, "msg": message})
+
+    def call(self, service: str, arguments: Values, take: Callable[[Any, bool], None]) -> None:
+        """Call a service; `take` gets the response and True, or what went wrong and False."""
+        if len(self._calls) >= MOST_WAITING:
+            take(f"{service}: {MOST_WAITING} calls are already waiting", False)
+            return
+        identity = f"call:{next(self._numbers)}"
+        self._calls[identity] = take
+        self._send({"op": "call_service", "id": identity, "service": service, "args": arguments})
+
+    def listen(self, seconds: float) -> None:
+        """Give what comes within that time to those who wait for it."""
+        until = time.monotonic() + seconds
+        try:
+            while True:
+                self._take(self._socket.recv(timeout=max(0.0, until - time.monotonic())))
+        except TimeoutError:
+            return
+        except ConnectionClosed:
+            self._open = False
+
+    def close(self) -> None:
+        """End the connection, after all that was sent."""
+        self._open = False
+        self._stack.close()
+
+    def _send(self, operation: Values) -> None:
+        try:
+            self._socket.send(json.dumps(operation))
+        except ConnectionClosed:
+            self._open = False
+
+    def _take(self, text: str | bytes) -> None:
+        try:
+            came = json.loads(text)
+        except ValueError:
+            return  # no rosbridge sends this to who did not ask for CBOR
+        if not isinstance(came, dict):
+            return
+        if came.get("op") == "publish" and came.get("topic") in self._listeners:
+            self._listeners[came["topic"]](came["msg"])
+        elif came.get("op") == "service_response":
+            take = self._calls.pop(str(came.get("id")), None)
+            if take is not None:
+                take(came.get("values"), came.get("result") is True)
+
+
+def _connected(url: str, stack: contextlib.ExitStack) -> ClientConnection:
+    """A connection, which the stack ends."""
+    try:
+        return stack.enter_context(
+            connect(url, max_size=MOST_INCOMING, compression=None, open_timeout=OPENING, proxy=None)
+        )
+    except (InvalidURI, ValueError):
+        raise NetworkError(
+            f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
+        ) from None
+    except (OSError, TimeoutError) as error:
+        reason = "it timed out" if isinstance(error, TimeoutError) else str(error.strerror or error)
+        raise NetworkError(
+            f"no rosbridge answers at {url} ({reason}); start a world there: vrx-mj serve WORLD --rosbridge"
+        ) from None
+    except WebSocketException as error:
+        raise NetworkError(f"the server at {url} is not a rosbridge: {error}") from None
+
+
+WORLD = "/vrx_mj/world"
+TWIST = "geometry_msgs/Twist"
+COMMANDED = re.compile(r"/(.+)/cmd_vel")
+"""Topics of boats: each takes one."""
+SEEN_PERIOD = 0.2
+"""Wall time between two looks at where boats are [s]."""
+ASKED_PERIOD = 1.0
+"""Wall time between two questions which boats there are [s]."""
+STILL = 0.6
+"""Wall time after which a clock that says nothing stands [s]."""
+SETTLES = 1.0
+"""Wall time after which the clock has told of a pause, or of its end [s]."""
+
+Clock = Callable[[], float]
+
+
+class Motion(NamedTuple):
+    """How a boat moves."""
+
+    speed: float
+    """Over ground [m/s]."""
+    heading: float
+    """Of its bow [rad], counter-clockwise from east."""
+
+
+class Scene:
+    """Filled by the messages of one connection."""
+
+    def __init__(self, bridge: Bridge, clock: Clock = time.monotonic) -> None:
+        self.name = ""
+        self.keeps_velocity = False
+        """Whether `cmd_vel` commands a velocity that is kept, instead of thrust."""
+        self.boats: tuple[str, ...] | None = None
+        """None until they are known."""
+        self.motions: Mapping[str, Motion] = {}
+        self.wind_speed: float | None = None
+        self.wind_direction: float | None = None
+        """Where it blows to [degrees], counter-clockwise from east."""
+        self.time: float | None = None
+        """Simulated [s]."""
+        self._engines: dict[str, tuple[Engine, ...]] | None = None
+        self._bridge, self._clock = bridge, clock
+        self._ticked, self._asked = clock(), -math.inf
+        self._meant, self._asked_pause = False, -math.inf
+        for topic, kind, take, period in (
+            (WORLD, "std_msgs/String", self._world, 0.0),
+            ("/clock", "rosgraph_msgs/Clock", self._tick, SEEN_PERIOD),
+            ("/gazebo/model_states", "gazebo_msgs/ModelStates", self._see, SEEN_PERIOD),
+            ("/vrx/debug/wind/speed", "std_msgs/Float64", self._blow, SEEN_PERIOD),
+            ("/vrx/debug/wind/direction", "std_msgs/Float64", self._veer, SEEN_PERIOD),
+        ):
+            bridge.subscribe(topic, kind, take, period=period)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the world has told of itself, and which boats it has."""
+        return self.boats is not None and self._engines is not None
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether time stands."""
+        now = self._clock()
+        return self._meant if now - self._asked_pause < SETTLES else now - self._ticked > STILL
+
+    def note_pause(self, *, paused: bool) -> None:
+        """Time was stopped, or goes on: the clock will tell, but what it told before may still be on its way."""
+        self._meant, self._asked_pause = paused, self._clock()
+
+    @property
+    def engines(self) -> dict[str, Sequence[Engine]]:
+        """What the keys drive, by boat; none yet of a boat that has just come."""
+        known = self._engines or {}
+        return {boat: known.get(boat, ()) for boat in self.boats or ()}
+
+    def follow(self) -> None:
+        """Ask which boats there are, if it is time; a world that is paused tells too."""
+        if self._clock() - self._asked > ASKED_PERIOD:
+            self._asked = self._clock()
+            self._bridge.call("/rosapi/topics_for_type", {"type": TWIST}, self._count)
+
+    def _count(self, answer: Any, well: bool) -> None:
+        if well:
+            found = [COMMANDED.fullmatch(topic) for topic in answer["topics"]]
+            self.boats = tuple(sorted((match.group(1) for match in found if match), key=_by_number))
+
+    def _world(self, message: Mapping[str, Any]) -> None:
+        told = json.loads(message["data"])
+        self.name, self.keeps_velocity = told["name"], told["cmd_vel"] == "velocity"
+        if self._engines is None:
+            self.boats = None  # those of a world that had not offered its topics yet
+        self._engines = {
+            boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()
+        }
+        self._asked = -math.inf  # boats may have come or gone
+
+    def _tick(self, message: Mapping[str, Any]) -> None:
+        self.time, self._ticked = message["clock"]["secs"] + 1e-9 * message["clock"]["nsecs"], self._clock()
+
+    def _see(self, message: Mapping[str, Any]) -> None:
+        rows = zip(message["name"], message["pose"], message["twist"], strict=True)
+        self.motions = {name: _motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
+
+    def _blow(self, message: Mapping[str, Any]) -> None:
+        self.wind_speed = message["data"]
+
+    def _veer(self, message: Mapping[str, Any]) -> None:
+        self.wind_direction = message["data"]
+
+
+def _motion(turn: Mapping[str, float], velocity: Mapping[str, float]) -> Motion:
+    w, x, y, z = (turn[axis] for axis in "wxyz")
+    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return Motion(math.hypot(velocity["x"], velocity["y"]), heading)
+
+
+def _by_number(name: str) -> tuple[str, int]:
+    """wamv2 before wamv10."""
+    stem = name.rstrip("0123456789")
+    return stem, int(name[len(stem) :] or 0)
+
 
 Say = Callable[[str], None]
 PERIOD = 0.1

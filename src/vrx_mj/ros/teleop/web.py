@@ -13,7 +13,7 @@ from typing import Any
 
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros.access import host_of, is_loopback
-from vrx_mj.ros.listener import who_listens
+from vrx_mj.ros.network import who_listens
 
 __all__ = ["PAGE_PORT", "PageServer", "reaches"]
 

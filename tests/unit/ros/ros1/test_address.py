@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from vrx_mj.ros.ros1 import address
+from vrx_mj.ros import access
 from vrx_mj.ros.serve import Wanted, _tell_others
 
 FAR = "203.0.113.7"
@@ -19,7 +19,7 @@ def _unset(monkeypatch):
 @pytest.fixture
 def without_route(monkeypatch):
     """A machine without a default route."""
-    monkeypatch.setattr(address, "NOWHERE", "255.255.255.255")  # the kernel refuses to connect to it, as without route
+    monkeypatch.setattr(access, "NOWHERE", "255.255.255.255")  # the kernel refuses to connect to it, as without route
 
 
 def told(**wanted):
@@ -29,12 +29,12 @@ def told(**wanted):
 
 
 def test_the_addresses_of_interfaces_are_this_machines_and_no_loopback():
-    found = address.interface_addresses()
+    found = access.interface_addresses()
     assert "127.0.0.1" not in found
-    assert all(map(address.is_local, found))
+    assert all(map(access.is_local, found))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((address.NOWHERE, 9))
+            probe.connect((access.NOWHERE, 9))
         except OSError:
             return
         assert probe.getsockname()[0] in found
@@ -49,20 +49,20 @@ def test_connected_interfaces_come_first_and_those_of_containers_last(monkeypatc
         "wlan0": (False, FAR),
     }
     monkeypatch.setattr(socket, "if_nameindex", lambda: list(enumerate(up)))
-    monkeypatch.setattr(address, "_interface", up.get)
-    assert address.interface_addresses() == [FAR, "192.168.1.20", "172.17.0.1"]
+    monkeypatch.setattr(access, "_interface", up.get)
+    assert access.interface_addresses() == [FAR, "192.168.1.20", "172.17.0.1"]
 
 
 @pytest.mark.usefixtures("without_route")
 def test_without_a_default_route_the_address_of_an_interface_is_told(monkeypatch):
-    monkeypatch.setattr(address, "interface_addresses", lambda: [FAR])
-    assert address.announced("0.0.0.0", "localhost") == FAR
+    monkeypatch.setattr(access, "interface_addresses", lambda: [FAR])
+    assert access.announced("0.0.0.0", "localhost") == FAR
     assert told(host="0.0.0.0", rosbridge=9090) == [("INFO", f"roslibpy: roslibpy.Ros('{FAR}', 9090)")]
 
 
 @pytest.mark.usefixtures("without_route")
 def test_where_no_address_is_found_there_is_nothing_to_paste_but_what_to_set(monkeypatch):
-    monkeypatch.setattr(address, "interface_addresses", list)
+    monkeypatch.setattr(access, "interface_addresses", list)
     message = "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
     assert told(host="0.0.0.0", ros1=True, rosbridge=9090) == [("WARN", message)]
     assert told(host="0.0.0.0", ros2=True) == []

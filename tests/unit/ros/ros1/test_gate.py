@@ -5,8 +5,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.ros.intake import Place
-from vrx_mj.ros.ros1.connection_limit import ConnectionLimit
+from vrx_mj.ros.limits import ConnectionLimit, Place
 
 HERE, THERE, ELSEWHERE, ANYWHERE = "127.0.0.1", "10.0.0.7", "10.0.0.8", "10.0.0.9"
 

@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.intake import Intake, Place
-from vrx_mj.ros.ros1.frames import Splitter
-from vrx_mj.ros.ros1.header import decode_header, encode_header, framed
+from vrx_mj.ros.limits import Intake, Place
+from vrx_mj.ros.ros1.connection import Splitter, decode_header, encode_header, framed
 
 NAMES = st.text(min_size=1, max_size=20).filter(lambda name: "=" not in name)
 

@@ -7,12 +7,10 @@ from xmlrpc.client import Binary, Fault, dumps, loads
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.ros1.connection_limit import ConnectionLimit
-from vrx_mj.ros.ros1.http import Proxy, address, read_head
+from vrx_mj.ros.limits import CallsPace, ConnectionLimit
+from vrx_mj.ros.network import Notices
 from vrx_mj.ros.ros1.http_server import HttpServer
-from vrx_mj.ros.ros1.notices import Notices
-from vrx_mj.ros.ros1.pace import Pace
-from vrx_mj.ros.ros1.xmlrpc import plain, read
+from vrx_mj.ros.ros1.xmlrpc import Proxy, address, plain, read, read_head
 
 PING = dumps(("x",), "ping").encode()
 HEAD = b"POST / HTTP/1.1\r\nContent-Length: %d\r\n" % len(PING)
@@ -207,7 +205,7 @@ def test_a_uri_without_host_or_port_is_refused(uri):
 
 def test_in_the_long_run_answers_take_their_share_of_the_time_and_a_burst_is_free():
     now = 0.0
-    pace = Pace(lambda: now)
+    pace = CallsPace(lambda: now)
     assert [pace.wait(0.01) for _ in range(49)] == [0.0] * 49  # half a second at once
     spent = 0.49
     while now < 100.0:

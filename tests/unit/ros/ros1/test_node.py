@@ -6,19 +6,15 @@ import os
 import pytest
 
 from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
-from vrx_mj.ros.intake import Intake, Place
+from vrx_mj.ros.limits import Intake, Place
 from vrx_mj.ros.messages import new
+from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.offer import Output, Sent
 from vrx_mj.ros.ros1 import Ros1
-from vrx_mj.ros.ros1.header import framed
-from vrx_mj.ros.ros1.notices import Notices
-from vrx_mj.ros.ros1.processes import listener, shown_process
-from vrx_mj.ros.ros1.provided import Caller, Provided
-from vrx_mj.ros.ros1.publication import Publication, Stream
+from vrx_mj.ros.ros1.connection import framed
+from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
-from vrx_mj.ros.ros1.rosout import Rosout
-from vrx_mj.ros.ros1.slave import Slave
-from vrx_mj.ros.ros1.watch import Watch
+from vrx_mj.ros.ros1.slave import Rosout, Slave, Watch
 
 
 @pytest.fixture
@@ -117,7 +113,7 @@ def watched(notices, publications, states, monkeypatch, *, alive=True):
     async def answers(uri):
         return alive
 
-    monkeypatch.setattr("vrx_mj.ros.ros1.watch._answers", answers)
+    monkeypatch.setattr("vrx_mj.ros.ros1.slave._answers", answers)
     inbox = Inbox()
     watch = Watch("/gazebo", FarAway(), inbox, notices, publications)
     watch.announced = "10.0.0.1"
@@ -199,8 +195,8 @@ def test_a_message_that_is_none_of_its_type_is_told(publications):
 
 
 def test_a_process_that_is_gone_is_shown_by_its_number():
-    assert shown_process(2**22 + 1) == f"pid {2**22 + 1}; stop it with: kill {2**22 + 1}"
-    assert listener(0) is None
+    assert shown_process(2**22 + 1) == f"process {2**22 + 1} (already ended); to stop it: kill {2**22 + 1}"
+    assert who_listens(0) is None
 
 
 class Wire:

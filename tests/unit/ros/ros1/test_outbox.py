@@ -5,7 +5,7 @@ from collections import deque
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.ros.ros1.outbox import Budget, Outbox
+from vrx_mj.ros.limits import Budget, Outbox
 
 SIZES = st.lists(st.one_of(st.integers(0, 40), st.just(None)), max_size=60)
 

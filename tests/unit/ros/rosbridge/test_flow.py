@@ -14,11 +14,11 @@ from websockets.sync.client import connect
 from bridged import Bridged, image, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros import messages
+from vrx_mj.ros.limits import Counts, Outgoing
 from vrx_mj.ros.offer import Output, Sent, Table
-from vrx_mj.ros.rosbridge.outgoing import Counts, Outgoing
+from vrx_mj.ros.rosbridge.codec import Parcel
 from vrx_mj.ros.rosbridge.protocol import Options
-from vrx_mj.ros.rosbridge.subscription import Subscription
-from vrx_mj.ros.rosbridge.writing import Parcel
+from vrx_mj.ros.rosbridge.topics import Subscription
 
 IMU, CAMERA, INFO = "/wamv/sensors/imu/data", "/wamv/sensors/camera/image_raw", "/vrx/task/info"
 
@@ -125,8 +125,8 @@ def queued(outgoing):
 
 
 def test_a_full_queue_loses_the_oldest_and_counts_them(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.outgoing.MOST_MESSAGES", 3)
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.outgoing.MOST_BYTES", 10)
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_MESSAGES", 3)
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES", 10)
     counts = Counts()
     outgoing = Outgoing(counts)
     for number in range(5):
@@ -142,7 +142,7 @@ def test_a_full_queue_loses_the_oldest_and_counts_them(monkeypatch):
 
 
 def test_all_queues_together_are_bounded(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.outgoing.MOST_BYTES_OF_ALL", 10)
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
     counts = Counts()
     one, two = Outgoing(counts), Outgoing(counts)
     for number in range(8):
@@ -187,7 +187,7 @@ def test_a_client_that_does_not_read_loses_messages_and_others_do_not(bridged):
 
 
 def test_a_client_that_reads_no_answers_is_disconnected(bridged, monkeypatch, caplog):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.outgoing.MOST_REPLIES", 50)
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_REPLIES", 50)
     with socket.create_connection(("127.0.0.1", bridged.bridge.port)) as peer:
         peer.sendall(
             b"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

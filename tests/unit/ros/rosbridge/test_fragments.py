@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.ros.intake import SMALL, Intake, Place
-from vrx_mj.ros.rosbridge.fragments import Fragments
+from vrx_mj.ros.limits import SMALL, Intake, Place
+from vrx_mj.ros.rosbridge.client import Fragments
 
 
 def piece(identity, number, total, data):

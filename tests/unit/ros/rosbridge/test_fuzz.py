@@ -13,9 +13,9 @@ from websockets.sync.client import connect
 
 from bridged import Bridged, imu
 from rosbridge_client import Skipping, Talk
-from vrx_mj.ros.rosbridge import pace
-from vrx_mj.ros.rosbridge.pace import Pace
-from vrx_mj.ros.rosbridge.png import png
+from vrx_mj.ros import limits
+from vrx_mj.ros.limits import ClientPace
+from vrx_mj.ros.rosbridge.codec import png
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
 
@@ -117,7 +117,7 @@ def feed(url, messages):
 
 
 def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, caplog):
-    monkeypatch.setattr(pace, "SHARE", 100.0)  # the brake is tested below
+    monkeypatch.setattr(limits, "CLIENTS_SHARE", 100.0)  # the brake is tested below
     sent = mutants(5200)
     with Bridged() as bridged:
         feed(bridged.url, itertools.islice(sent, 400))
@@ -149,7 +149,7 @@ async def time_taken(own, spent):
 def test_a_flood_gets_its_share_of_time_and_a_burst_goes_at_once():
     with asyncio.Runner(loop_factory=Skipping) as runner:
         flooding = set()
-        flood, other = Pace(flooding), Pace(flooding)
+        flood, other = ClientPace(flooding), ClientPace(flooding)
         assert runner.run(time_taken(flood, [0.01] * 19)) == 0.0  # 0.2 s at once
         assert runner.run(time_taken(flood, [0.05] * 6)) == pytest.approx((0.19 + 6 * 0.05 - 0.2) / 0.5)
         assert runner.run(time_taken(flood, [1.0])) == pytest.approx(1.0 / 0.5)

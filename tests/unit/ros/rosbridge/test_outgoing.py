@@ -1,6 +1,6 @@
 """What waits for a client: how much it is, what goes first, and what is thrown away."""
 
-from vrx_mj.ros.rosbridge.outgoing import MOST_REPLIES, MOST_REPLY_BYTES, Counts, Outgoing
+from vrx_mj.ros.limits import MOST_REPLIES, MOST_REPLY_BYTES, Counts, Outgoing
 
 
 def put(outgoing, source, size, most=0):

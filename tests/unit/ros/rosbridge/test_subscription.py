@@ -4,7 +4,7 @@ import asyncio
 import time
 
 from vrx_mj.ros.rosbridge.protocol import Options
-from vrx_mj.ros.rosbridge.subscription import Subscription
+from vrx_mj.ros.rosbridge.topics import Subscription
 
 THROTTLE = 0.04
 

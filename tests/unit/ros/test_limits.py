@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.intake import SMALL, Intake, Place
+from vrx_mj.ros.limits import SMALL, Intake, Place
 
 HERE, THERE = "127.0.0.1", "10.0.0.7"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.ros.listener import who_listens
+from vrx_mj.ros.network import who_listens
 
 pytestmark = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="reads Linux's /proc")
 HOLD = "import socket, sys; s = socket.create_server(('127.0.0.1', 0)); print(s.getsockname()[1], flush=True); input()"

@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj.ros.access import Names
-from vrx_mj.ros.ros1.request import RequestError, checked_size
+from vrx_mj.ros.ros1.xmlrpc import RequestError, checked_size
 
 POST = ["POST", "/RPC2", "HTTP/1.1"]
 HERE = {"host": "127.0.0.1:11311", "content-length": "46"}

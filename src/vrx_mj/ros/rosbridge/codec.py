@@ -1,0 +1,446 @@
+"""Messages as rosbridge carries them: read strictly from JSON, written as JSON, PNG and CBOR."""
+
+import base64
+import io
+import itertools
+import json
+import math
+import reprlib
+import secrets
+import warnings
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import cbor2
+import numpy as np
+from PIL import Image
+
+from vrx_mj.errors import CommandError, nearest
+from vrx_mj.ros import messages
+from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
+
+__all__ = ["Parcel", "from_png", "json_bytes", "plain", "png", "reply_frames", "request", "taken"]
+
+EFFORT = 1
+"""zlib's level: a loop that serves everybody has no time for more."""
+
+
+def png(text: bytes) -> str:
+    """The text as RGB pixels filled up with newlines, in base64."""
+    width = max(1, math.isqrt(len(text) // 3))
+    height = max(1, math.ceil(len(text) / (3 * width)))
+    image = Image.frombytes("RGB", (width, height), text.ljust(3 * width * height, b"\n"))
+    file = io.BytesIO()
+    image.save(file, "png", compress_level=EFFORT)
+    return base64.b64encode(file.getvalue()).decode("ascii")
+
+
+def from_png(data: str, largest: int) -> str:
+    """The text in a PNG of at most so many bytes of pixels.
+
+    Raises:
+        CommandError: it is no such thing.
+    """
+    try:
+        raw = base64.b64decode(data, validate=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with Image.open(io.BytesIO(raw), formats=("png",)) as image:
+                if 3 * image.width * image.height > largest:
+                    raise CommandError(f"a png of {image.width} x {image.height}: at most {largest // 3} pixels")
+                return image.convert("RGB").tobytes().decode("utf-8").strip("\n")
+    except CommandError:
+        raise
+    except Exception as error:  # Pillow raises what each of its parts does
+        raise CommandError("data is not a base64 PNG that holds text") from error
+
+
+LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
+FLOATS = frozenset({"float32", "float64"})
+PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
+SHOWN = 60
+"""Characters of a wrong value that are shown, at most."""
+_short = reprlib.Repr()
+_short.maxstring = _short.maxlong = _short.maxother = SHOWN
+
+
+def taken(value: Any, type_name: str, now: float, place: str) -> Message:
+    """The message that a JSON object describes, at a moment [s]; `place` says where it came for errors.
+
+    Raises:
+        CommandError: a field is unknown or has a wrong value; it names the field, the value and what is allowed.
+    """
+    if not isinstance(value, Mapping):
+        raise _wrong(place, value, f"an object with the fields of {type_name}")
+    known = fields(type_name)
+    for name in value:
+        if name not in known:
+            raise CommandError(f"{place}: {type_name} has no field {_shown(name)}; {_known(name, known)}")
+    given = {name: _field(value[name], known[name], now, f"{place}.{name}") for name in value}
+    for name, field in known.items():
+        if name not in given and field.type == "std_msgs/Header" and field.length < 0:
+            given[name] = taken({}, field.type, now, place)
+    if type_name == "std_msgs/Header":
+        given.setdefault("stamp", messages.stamp(now))
+    return messages.new(type_name, **given)
+
+
+def request(arguments: Any, type_name: str, now: float, place: str) -> Message:
+    """A service's request, from an object, or from a list of its fields' values in their order.
+
+    Raises:
+        CommandError: as `taken` does, and where the list is too long.
+    """
+    if isinstance(arguments, list):
+        names = list(fields(type_name))
+        if len(arguments) > len(names):
+            raise CommandError(f"{place}: {len(arguments)} arguments; {type_name} has {len(names)} fields")
+        arguments = dict(zip(names, arguments, strict=False))
+    return taken({} if arguments is None else arguments, type_name, now, place)
+
+
+def _field(value: Any, field: Field, now: float, place: str) -> Any:
+    if field.length < 0:
+        return _single(value, field.type, now, place)
+    if field.type in {"uint8", "char"} and isinstance(value, str):
+        value = _decoded(value, place)
+    elif not isinstance(value, list):
+        raise _wrong(place, value, f"a list of {field.type}")
+    if field.length and len(value) != field.length:
+        raise CommandError(f"{place}: {len(value)} values; {field.type}[{field.length}] has {field.length}")
+    return _array(value, field.type, now, place)
+
+
+def _array(values: Any, type_name: str, now: float, place: str) -> Any:
+    if isinstance(values, bytes):
+        return np.frombuffer(values, np.uint8)
+    if type_name == "string" or type_name in {MOMENT, SPAN} or "/" in type_name:
+        return _each(values, type_name, now, place)
+    layout = {"byte": "uint8", "char": "uint8"}.get(type_name, type_name)
+    made = _numbers(values, type_name, layout)
+    return np.array(_each(values, type_name, now, place), layout) if made is None else made
+
+
+def _numbers(values: list[Any], type_name: str, layout: str) -> Any:
+    """An array of a list that is right as it is, which is quick for long ones; None where it holds null or worse."""
+    kinds = set(map(type, values))
+    if type_name in INTEGERS and kinds == {int}:
+        low, high = INTEGERS[type_name]
+        return np.array(values, layout) if low <= min(values) and max(values) <= high else None
+    if type_name not in FLOATS or not kinds <= {int, float}:
+        return None
+    try:
+        made = np.array(values, np.float64)
+    except OverflowError:
+        return None
+    finite = made[np.isfinite(made)]
+    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > LARGEST_FLOAT32
+    return None if too_large else made.astype(layout)
+
+
+def _each(values: list[Any], type_name: str, now: float, place: str) -> list[Any]:
+    made = []
+    for index, value in enumerate(values):
+        try:
+            made.append(_single(value, type_name, now, place))
+        except CommandError:
+            _single(value, type_name, now, f"{place}[{index}]")  # again, as to write the place for each would take long
+            raise
+    return made
+
+
+def _single(value: Any, type_name: str, now: float, place: str) -> Any:
+    if type_name in {MOMENT, SPAN}:
+        return _moment(value, type_name, now, place)
+    if "/" in type_name:
+        return taken(value, type_name, now, place)
+    if type_name == "string":
+        return _text(value, place)
+    if type_name == "bool":
+        if not isinstance(value, bool):
+            raise _wrong(place, value, "true or false")
+        return value
+    return _integer(value, type_name, place) if type_name in INTEGERS else _float(value, type_name, place)
+
+
+def _text(value: Any, place: str) -> str:
+    if not isinstance(value, str):
+        raise _wrong(place, value, "a string")
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise _wrong(place, ascii(value), "a string of whole characters") from error
+    return value
+
+
+def _integer(value: Any, type_name: str, place: str) -> int:
+    low, high = INTEGERS[type_name]
+    whole = isinstance(value, int) or (isinstance(value, float) and value.is_integer())
+    if isinstance(value, bool) or not whole or not low <= value <= high:
+        raise _wrong(place, value, f"{type_name}, a whole number from {low} to {high}")
+    return int(value)
+
+
+def _float(value: Any, type_name: str, place: str) -> float:
+    if value is None:
+        return math.nan
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _wrong(place, value, f"{type_name}, a number")
+    try:
+        number = float(value)
+    except OverflowError as error:
+        raise _wrong(place, value, f"{type_name}, a number") from error
+    if type_name == "float32" and math.isfinite(number) and abs(number) > LARGEST_FLOAT32:
+        raise _wrong(place, value, f"{type_name}, a number of at most {LARGEST_FLOAT32:.7g}")
+    return number
+
+
+def _moment(value: Any, type_name: str, now: float, place: str) -> Message:
+    if value == "now" and type_name == MOMENT:
+        return messages.stamp(now)
+    if not isinstance(value, Mapping):
+        raise _wrong(place, value, f"a {type_name}, {{secs, nsecs}}")
+    moment = messages.stamp(0.0) if type_name == MOMENT else messages.duration(0.0)
+    for name, number in value.items():
+        if name not in PARTS:
+            raise CommandError(f"{place}: a {type_name} has no field {_shown(name)}; known: secs, nsecs")
+        whole = _integer(number, "int32", f"{place}.{name}")
+        if type_name == MOMENT and whole < 0:
+            raise _wrong(f"{place}.{name}", number, "a time of 0 or more")
+        setattr(moment, PARTS[name], whole)
+    return moment
+
+
+def _decoded(text: str, place: str) -> bytes:
+    try:
+        return base64.b64decode(text, validate=True)
+    except ValueError as error:
+        raise _wrong(place, text, f"base64 or a list of numbers ({error})") from error
+
+
+def _wrong(place: str, value: Any, allowed: str) -> CommandError:
+    return CommandError(f"{place}: invalid value {_shown(value)}; allowed: {allowed}")
+
+
+def _shown(value: Any) -> str:
+    """A value as far as it fits into a line."""
+    text = _short.repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+
+
+def _known(name: str, known: Mapping[str, Field]) -> str:
+    close = nearest(name, known) if len(name) <= SHOWN else None
+    return f"did you mean '{close}'?" if close else f"known: {', '.join(known) or 'none'}"
+
+
+Writer = Callable[[Any], Any]
+BYTES = frozenset({"uint8", "char"})
+LIGHT = 500
+"""What a message has at least, about [bytes]."""
+TYPED_ARRAYS = {
+    "byte": (72, "int8"),
+    "int8": (72, "int8"),
+    "uint16": (69, "<u2"),
+    "uint32": (70, "<u4"),
+    "uint64": (71, "<u8"),
+    "int16": (77, "<i2"),
+    "int32": (78, "<i4"),
+    "int64": (79, "<i8"),
+    "float32": (85, "<f4"),
+    "float64": (86, "<f8"),
+}
+"""Tag (RFC 8746) and layout of an array of each type."""
+MOST_FRAGMENTS = 1000
+"""Fragments of a message, at most: a smaller fragment_size is raised."""
+MARK = secrets.token_hex(16)
+"""Stands for bytes in JSON until they are put there: nobody can send it."""
+_names = itertools.count()
+
+
+class Base64:
+    """Bytes in base64, which go past json: it would look at each character."""
+
+    def __init__(self, data: Any) -> None:
+        self.text = base64.b64encode(data)
+
+
+class Parcel:
+    """A message on its way to clients, written when the first one takes it."""
+
+    def __init__(self, message: Message, type_name: str, time: float) -> None:
+        self._message = message
+        self._type = type_name
+        self._time = time
+        self.weight = _weight(message, type_name)
+        """About how many bytes it is."""
+        self._made: dict[tuple[str, str, int], list[bytes]] = {}
+        self._bodies: dict[str, bytes] = {}
+
+    def frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+        """What to send, for a client that calls the topic so: frames of text, but of binary for the two CBORs."""
+        key = (topic, compression, fragment_size)
+        if key not in self._made:
+            self._made[key] = self._frames(topic, compression, fragment_size)
+        return self._made[key]
+
+    def _frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+        if compression in {"cbor", "cbor-raw"}:
+            head = b"\xa3\x62op\x67publish\x65topic" + cbor2.dumps(topic) + b"\x63msg"  # a map of three
+            return [head + self._body(compression)]
+        whole = b'{"op":"publish","topic":%b,"msg":%b}' % (json_bytes(topic), self._body("json"))
+        if compression == "png":
+            whole = json_bytes({"op": "png", "data": png(whole)})
+        return fragments(whole, fragment_size)
+
+    def _body(self, encoding: str) -> bytes:
+        if encoding not in self._bodies:
+            made = {"json": self._json, "cbor": self._cbor, "cbor-raw": self._raw}[encoding]()
+            self._bodies[encoding] = made
+        return self._bodies[encoding]
+
+    def _json(self) -> bytes:
+        return json_bytes(plain(self._message, self._type))
+
+    def _cbor(self) -> bytes:
+        return cbor2.dumps(_writers(self._type, True)(self._message), default=_cbor_number)
+
+    def _raw(self) -> bytes:
+        nanoseconds = round(self._time * 1e9)
+        secs, nsecs = divmod(nanoseconds, 1_000_000_000)
+        return cbor2.dumps({"secs": secs, "nsecs": nsecs, "bytes": messages.encode(self._message, self._type)})
+
+
+def reply_frames(message: Mapping[str, Any], compression: str, fragment_size: int) -> tuple[list[bytes], bool]:
+    """What to send of an operation that is no topic's message, and whether it is binary."""
+    if compression in {"cbor", "cbor-raw"}:
+        return [cbor2.dumps(message, default=_cbor_number)], True
+    whole = json_bytes(message)
+    if compression == "png":
+        whole = json_bytes({"op": "png", "data": png(whole)})
+    return fragments(whole, fragment_size), False
+
+
+def plain(message: Message, type_name: str) -> dict[str, Any]:
+    """A message as what JSON knows, but for NaN and infinities."""
+    made: dict[str, Any] = _writers(type_name, False)(message)
+    return made
+
+
+def json_bytes(value: Any) -> bytes:
+    """JSON in ASCII, null for NaN and infinities."""
+    found: list[bytes] = []
+
+    def rest(part: Any) -> Any:
+        if not isinstance(part, Base64):
+            return _item(part)
+        found.append(part.text)
+        return MARK
+
+    try:
+        text = json.dumps(value, allow_nan=False, separators=(",", ":"), default=rest)
+    except ValueError:
+        found.clear()
+        text = json.dumps(_finite(value), allow_nan=False, separators=(",", ":"), default=rest)
+    pieces = text.encode("ascii").split(MARK.encode("ascii"))
+    return b"".join(itertools.chain.from_iterable(zip(pieces, [*found, b""], strict=True)))
+
+
+def fragments(whole: bytes, size: int) -> list[bytes]:
+    """JSON cut into pieces of so many characters, if it is longer and that is not 0."""
+    if size <= 0 or len(whole) <= size:
+        return [whole]
+    size = max(size, math.ceil(len(whole) / MOST_FRAGMENTS))
+    pieces = [whole[start : start + size].decode("ascii") for start in range(0, len(whole), size)]
+    name = str(next(_names))
+    return [
+        json_bytes({"op": "fragment", "id": name, "data": piece, "num": number, "total": len(pieces)})
+        for number, piece in enumerate(pieces)
+    ]
+
+
+def _weight(message: Message, type_name: str) -> int:
+    weight = LIGHT
+    for name, kind in _varying(type_name):
+        value = getattr(message, name)
+        if isinstance(value, np.ndarray):
+            weight += value.nbytes
+        elif "/" not in kind:
+            weight += len(value)
+        else:
+            weight += sum(_weight(part, kind) for part in (value if isinstance(value, list) else [value]))
+    return weight
+
+
+@cache
+def _varying(type_name: str) -> list[tuple[str, str]]:
+    """Name and type of the fields whose size is not always the same."""
+    found = []
+    for field in fields(type_name).values():
+        inner = "/" in field.type and bool(_varying(field.type))
+        if field.length == 0 or field.type == "string" or inner:
+            found.append((field.name, field.type))
+    return found
+
+
+@cache
+def _writers(type_name: str, cbor: bool) -> Writer:
+    """What turns a message of a type into a mapping."""
+    parts = [(field.name, _writer(field, cbor)) for field in fields(type_name).values()]
+
+    def write(message: Message) -> dict[str, Any]:
+        return {name: getattr(message, name) if part is None else part(getattr(message, name)) for name, part in parts}
+
+    return write
+
+
+def _writer(field: Field, cbor: bool) -> Writer | None:
+    """What turns a field's value into what is written; None: it is that already."""
+    if field.length < 0:
+        return _single_writer(field.type, cbor)
+    if field.type in BYTES:
+        return _bytes if cbor else _base64
+    if cbor and field.type in TYPED_ARRAYS:
+        tag, layout = TYPED_ARRAYS[field.type]
+        return lambda values: cbor2.CBORTag(tag, np.asarray(values).astype(layout).tobytes())
+    one = _single_writer(field.type, cbor)
+    return _list if one is None else lambda values: [one(value) for value in values]
+
+
+def _single_writer(type_name: str, cbor: bool) -> Writer | None:
+    if type_name in {MOMENT, SPAN}:
+        return lambda moment: {"secs": moment.sec, "nsecs": moment.nanosec}
+    return _writers(type_name, cbor) if "/" in type_name else None
+
+
+def _bytes(values: Any) -> bytes:
+    return values.tobytes() if isinstance(values, np.ndarray) else bytes(values)
+
+
+def _base64(values: Any) -> Base64:
+    return Base64(np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values))
+
+
+def _list(values: Any) -> list[Any]:
+    return values.tolist() if isinstance(values, np.ndarray) else list(values)
+
+
+def _item(value: Any) -> Any:
+    """A number of numpy's as Python's."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{value!r} cannot be written as JSON")
+
+
+def _cbor_number(encoder: cbor2.CBOREncoder, value: Any) -> None:
+    encoder.encode(value.text.decode("ascii") if isinstance(value, Base64) else _item(value))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value
