@@ -22,7 +22,8 @@ from vrx_mj.recording.readings import measured
 from vrx_mj.recording.scene import RecordedSensor, RecordScene
 from vrx_mj.recording.still import static
 from vrx_mj.sensors.intrinsics import focal_length
-from vrx_mj.sensors.readings import Inertia, Reading, Scan
+from vrx_mj.sensors.readings import Reading, Scan
+from vrx_mj.sensors.registry import SENSOR_KINDS
 
 __all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 
@@ -66,12 +67,11 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
 
 def sensor_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator[Chunk]:
     """Names and colours of a sensor's plots."""
-    for quantity, _ in SERIES.get(sensor.type, ()):
-        axes = sensor.type == "imu"
+    for plot in SENSOR_KINDS[sensor.type].plots:
         whose = f"{sensor.boat} {sensor.name}"
-        names = [f"{whose} {axis}" for axis in "xyz"] if axes else [whose]
-        colors = AXIS_COLORS if axes else [rgb]
-        yield static(plot_path(quantity, sensor), rr.SeriesLines(names=names, colors=colors, widths=1.5))
+        names = [f"{whose} {axis}" for axis in "xyz"] if plot.axes else [whose]
+        colors = AXIS_COLORS if plot.axes else [rgb]
+        yield static(plot_path(plot.name, sensor), rr.SeriesLines(names=names, colors=colors, widths=1.5))
 
 
 def mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> Any:
@@ -104,9 +104,7 @@ class SensedChunks:
             "camera": pictures,
             "lidar": points,
             "gps": self._fixes,
-            "imu": plots,
             "pinger": sounds,
-            "ball_shooter": plots,
         }
 
     def __call__(self, taken: Iterable[tuple[str, Reading]]) -> Iterator[Chunk]:
@@ -118,8 +116,7 @@ class SensedChunks:
             sensor = self._sensors[key]
             if sensor.readings_path != sensor.path:
                 yield numbers(sensor, readings)
-            if sensor.type in self._makers:
-                yield from self._makers[sensor.type](sensor, readings)
+            yield from self._makers.get(sensor.type, plots)(sensor, readings)
 
     def _fixes(self, sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
         """A receiver's fixes as points of the world, over the waves; on the Earth; and as plots."""
@@ -229,21 +226,7 @@ def plot_path(quantity: str, sensor: RecordedSensor) -> str:
 
 def plots(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
     """A sensor's series, each in the plot of its quantity."""
-    for quantity, value in SERIES[sensor.type]:
-        values = np.array([np.ravel(value(reading.data)) for reading in readings], np.float64)
+    for plot in SENSOR_KINDS[sensor.type].plots:
+        values = np.array([np.ravel(plot.values(reading.data)) for reading in readings], np.float64)
         columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition([values.shape[1]] * len(readings))
-        yield chunk(plot_path(quantity, sensor), readings, columns)
-
-
-def turning(data: Inertia) -> FloatArray:
-    """Angular velocity [degrees/s]."""
-    return np.degrees(data.angular_velocity)
-
-
-SERIES: dict[str, tuple[tuple[str, Callable[[Any], Any]], ...]] = {
-    "imu": (("acceleration", lambda data: data.linear_acceleration), ("turning", turning)),
-    "gps": (("latitude", lambda data: data.latitude), ("longitude", lambda data: data.longitude)),
-    "pinger": (("range", lambda data: data.range), ("bearing", lambda data: np.degrees(data.bearing))),
-    "ball_shooter": (("shots", lambda data: data.shots_left),),
-}
-"""By type of sensor, what is plotted of its readings."""
+        yield chunk(plot_path(plot.name, sensor), readings, columns)

@@ -7,16 +7,14 @@ from typing import Any
 import mujoco
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.sensors import BallShooterConfig, PingerConfig, sensor_config
+from vrx_mj.config.sensors import sensor_config
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
+from vrx_mj.sensors.kinds import SensorKind
 from vrx_mj.sensors.places import Mount, Place, carried
+from vrx_mj.sensors.registry import SENSOR_KINDS
 
 __all__ = ["Mounted", "mounted", "start_marks"]
-
-
-MARKS = {"pinger": 3, "ball_shooter": 1}
-"""How many marks a kind of sensor has: its beacon's position [m], or the shots left."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,11 @@ class Mounted:
     """Row of its ball among what floats."""
 
     @property
+    def kind(self) -> SensorKind:
+        """Its type's record."""
+        return SENSOR_KINDS[self.config.type]
+
+    @property
     def name(self) -> str:
         """Of the sensor, on its boat."""
         return str(self.config.name)
@@ -53,7 +56,7 @@ class Mounted:
     @property
     def marks(self) -> slice:
         """Where its marks are."""
-        return slice(self.mark, self.mark + MARKS.get(self.config.type, 0))
+        return slice(self.mark, self.mark + len(self.kind.start_marks(self.config)))
 
 
 def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
@@ -85,16 +88,10 @@ def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) 
                 ball=floating.index(name) if name in floating else None,
             )
         )
-        mark += MARKS.get(config.type, 0)
+        mark = found[-1].marks.stop
     return tuple(found)
 
 
 def start_marks(sensors: tuple[Mounted, ...]) -> list[float]:
-    """The marks at the start: beacons at the world's origin, as in VRX, and all shots left."""
-    marks: list[float] = []
-    for sensor in sensors:
-        if isinstance(sensor.config, PingerConfig):
-            marks += [0.0, 0.0, 0.0]
-        elif isinstance(sensor.config, BallShooterConfig):
-            marks.append(float(sensor.config.shots))
-    return marks
+    """The marks of all sensors at the start of a run."""
+    return [mark for sensor in sensors for mark in sensor.kind.start_marks(sensor.config)]

@@ -10,6 +10,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arguments import check_name, several
 from vrx_mj.config.world import Georeference
@@ -22,14 +23,12 @@ from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sights import Sights
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.gps import fix
-from vrx_mj.sensors.imu import inertia
-from vrx_mj.sensors.pinger import sound
 from vrx_mj.sensors.places import Mount, Place
-from vrx_mj.sensors.readings import Fix, Inertia, Reading, Shooter, Sound, Truth
-from vrx_mj.sensors.truth import truth
+from vrx_mj.sensors.readings import Image, PointCloud, Reading, Scan
 
 __all__ = ["Readings", "Sensing"]
+
+Floats = npt.NDArray[np.float64]
 
 AT_REST = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
@@ -109,9 +108,9 @@ class Sensing:
 
     def bind(self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel]) -> None:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
-        self._world, self._rig = world, rig
-        self._sights = Sights(world, rig, drawing)
-        self._earth = _earth(world)
+        self.world, self.rig = world, rig
+        self.sights = Sights(world, rig, drawing)
+        self.earth = _earth(world)
         self._at_base = frozenset(world.tree["at_base_link"])
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in rig.sensors:
@@ -138,7 +137,7 @@ class Sensing:
 
     def renew(self) -> None:
         """Something was moved by hand: moments of the present time are caught again."""
-        self._rig.moments.renew(self._rig.data.qpos, self._rig.data.qvel, self._rig.data.time)
+        self.rig.moments.renew(self.rig.data.qpos, self.rig.data.qvel, self.rig.data.time)
         self._kept.clear()
 
     def readings(self, boat: str) -> Readings:
@@ -160,8 +159,8 @@ class Sensing:
 
     def compile(self) -> None:
         """Have the kernels compiled that the boats' cameras and lidars need; nothing is measured."""
-        data, marks = self._rig.data, self._rig.moments.marks
-        self._sights.compile(self._rig.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
+        data, marks = self.rig.data, self.rig.moments.marks
+        self.sights.compile(self.rig.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
 
     def read(self, boat: str, name: str) -> Reading:
         """What a sensor last measured; the same object until it measures again.
@@ -176,7 +175,7 @@ class Sensing:
         if kept is not None and kept.time == now.time:
             return kept
         draw = Draw(self._seed, boat, name, now.index, sensor.config.rate, life=sensor.life)
-        data = self._maker(sensor.config.type)(sensor, now, before, draw)
+        data = sensor.kind.measure(_Measurement(self, sensor, now, before, draw))
         reading = Reading(name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
         self._kept[boat, name] = reading
         return reading
@@ -197,7 +196,7 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        x, y, z = self._rig.moments.marks[sensor.marks]
+        x, y, z = self.rig.moments.marks[sensor.marks]
         return float(x), float(y), float(z)
 
     def set_beacon(self, boat: str, name: str, position: Sequence[float]) -> None:
@@ -209,13 +208,13 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        self._rig.moments.marks[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
+        self.rig.moments.marks[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
         self.renew()
 
     @property
     def inherits(self) -> bool:
         """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return str(self._world.tree["profile"]) not in AT_REST
+        return str(self.world.tree["profile"]) not in AT_REST
 
     # Inside
 
@@ -223,22 +222,9 @@ class Sensing:
         check_name("boat", boat, self._boats)
         return self._boats[boat]
 
-    def _maker(self, kind: str) -> Callable[[Mounted, Moment, Moment | None, Draw], Any]:
-        """What makes readings of a kind; looked up, as methods that were kept would keep this object alive."""
-        makers = {
-            "gps": self._fix,
-            "imu": self._inertia,
-            "p3d": self._truth,
-            "pinger": self._sound,
-            "ball_shooter": self._shooter,
-            "camera": self._sights.image,
-            "lidar": self._sights.scan,
-        }
-        return makers[kind]
-
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
-        moments, data = self._rig.moments, self._rig.data
+        moments, data = self.rig.moments, self.rig.data
         if moments.runs(rate):
             moments.catch(data.qpos, data.qvel, data.time)
         else:
@@ -246,33 +232,58 @@ class Sensing:
             self._rebound()
         return moments.last(rate)
 
-    def _measured(self, sensor: Mounted, moment: Moment) -> Place:
+    def measured(self, sensor: Mounted, moment: Moment) -> Place:
         """Where a sensor measures, and how that place moves."""
         mount = sensor.mount
         if sensor.config.type in self._at_base:
             mount = BASE if sensor.config.type == "pinger" else mount.at_base()
         return sensor.place(moment.qpos, moment.qvel, mount)
 
-    def _fix(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Fix:
-        if self._earth is None:
-            whose = f"{sensor.name} of {sensor.boat}"
-            raise SensorError(f"{whose} cannot measure its position: the world {self._world.name} has no georeference")
-        return fix(sensor.config, self._measured(sensor, now), self._earth, draw)
 
-    def _inertia(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Inertia:
-        earlier = None if before is None else self._measured(sensor, before)
-        interval = 0.0 if before is None else now.time - before.time
-        gravity = np.array(self._rig.model.opt.gravity)
-        return inertia(sensor.config, self._measured(sensor, now), earlier, interval, gravity, draw)
+class _Measurement:
+    """What a reading of a sensor is made from: see `sensors.kinds.Measurement`."""
 
-    def _truth(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Truth:
-        return truth(sensor.config, self._measured(sensor, now), draw)
+    __slots__ = ("_before", "_now", "_sensing", "_sensor", "draw")
 
-    def _sound(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Sound:
-        return sound(sensor.config, self._measured(sensor, now), now.marks[sensor.marks], draw)
+    def __init__(self, sensing: Sensing, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> None:
+        self._sensing, self._sensor, self._now, self._before, self.draw = sensing, sensor, now, before, draw
 
-    def _shooter(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Shooter:
-        return Shooter(round(float(now.marks[sensor.mark])))
+    @property
+    def config(self) -> Any:
+        return self._sensor.config
+
+    @property
+    def place(self) -> Place:
+        return self._sensing.measured(self._sensor, self._now)
+
+    @property
+    def place_before(self) -> Place | None:
+        return None if self._before is None else self._sensing.measured(self._sensor, self._before)
+
+    @property
+    def interval(self) -> float:
+        return 0.0 if self._before is None else self._now.time - self._before.time
+
+    @property
+    def gravity(self) -> Floats:
+        return np.array(self._sensing.rig.model.opt.gravity)
+
+    @property
+    def earth(self) -> Georeference:
+        if self._sensing.earth is None:
+            whose, world = f"{self._sensor.name} of {self._sensor.boat}", self._sensing.world.name
+            raise SensorError(f"{whose} cannot measure its position: the world {world} has no georeference")
+        return self._sensing.earth
+
+    @property
+    def marks(self) -> Floats:
+        return self._now.marks[self._sensor.marks]
+
+    def picture(self) -> Image:
+        return self._sensing.sights.image(self._sensor, self._now, self.draw)
+
+    def scan(self) -> PointCloud | Scan:
+        return self._sensing.sights.scan(self._sensor, self._now, self.draw)
 
 
 def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:

@@ -36,7 +36,7 @@ class Sights:
         self._cameras: Cameras | None = None
         self._lidars: dict[tuple[str, str], Lidar] = {}
 
-    def image(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> Image:
+    def image(self, sensor: Mounted, now: Moment, draw: Draw) -> Image:
         """The picture of a camera."""
         model = self._drawing()
         if self._cameras is None:
@@ -49,7 +49,7 @@ class Sights:
         with announced(draw_surface, *SEA):
             return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
 
-    def scan(self, sensor: Mounted, now: Moment, before: Moment | None, draw: Draw) -> PointCloud | Scan:
+    def scan(self, sensor: Mounted, now: Moment, draw: Draw) -> PointCloud | Scan:
         """The scan of a lidar."""
         model = self._drawing()
         key = sensor.boat, sensor.name
@@ -72,7 +72,7 @@ class Sights:
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
             if not (cached(cast) and cached(noisy) and (cached(cast_at_sea) or not sea)):
-                self.scan(sensor, now, None, Draw(0, sensor.boat, sensor.name, 0, sensor.config.rate))
+                self.scan(sensor, now, Draw(0, sensor.boat, sensor.name, 0, sensor.config.rate))
 
     def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:
         """Where everything was at a moment."""

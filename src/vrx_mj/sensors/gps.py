@@ -8,21 +8,23 @@ water is a plane, which rises over the ellipsoid) and by at most 0.06 m on the g
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.config.sensors import ErrorModel, GpsConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.sensors.errors import Draw, errors, variances
+from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Fix
 
-__all__ = ["fix"]
+__all__ = ["GPS", "fix"]
 
 _POSITION, _VELOCITY = 0, 3
 """First axes of the errors."""
 
 
 def fix(config: GpsConfig, place: Place, earth: Georeference, draw: Draw) -> Fix:
-    """What a receiver at `place` says.
+    """What a receiver at `place` measures.
 
     Errors are along the world's axes, as Hector's. The velocity's axes are level at the world's origin: at 1 km they
     lean 0.01 degrees. The covariance's are east, north and up; it has the drift in it.
@@ -38,3 +40,19 @@ def _covariance(model: ErrorModel, earth: Georeference) -> tuple[float, ...]:
     turn = np.array([earth.to_east_north_up(*axis) for axis in np.eye(3)]).T
     covariance = turn @ np.diag(variances(model)) @ turn.T
     return tuple(float(value) for value in covariance.flat)
+
+
+def _recorded(numbers: npt.NDArray[np.float64], _config: GpsConfig) -> Fix:
+    latitude, longitude, altitude = (float(value) for value in numbers[:3])
+    return Fix(latitude, longitude, altitude, numbers[3:6], tuple(float(value) for value in numbers[6:]))
+
+
+GPS = SensorKind(
+    GpsConfig,
+    lambda measurement: fix(measurement.config, measurement.place, measurement.earth, measurement.draw),
+    RecordedNumbers(lambda _: 15, _recorded),
+    plots=(
+        Plot("latitude", "Latitude [deg]", lambda data: data.latitude),
+        Plot("longitude", "Longitude [deg]", lambda data: data.longitude),
+    ),
+)

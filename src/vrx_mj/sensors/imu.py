@@ -8,10 +8,11 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
 from vrx_mj.sensors.errors import Draw, axis_of, covariance, errors, variances
+from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
 from vrx_mj.sensors.readings import Inertia
 
-__all__ = ["Covariances", "covariances", "inertia"]
+__all__ = ["IMU", "Covariances", "covariances", "inertia"]
 
 Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(9,) each: of the orientation, the angular velocity and the linear acceleration."""
@@ -24,7 +25,7 @@ _NO_ERRORS = ErrorModel()
 def inertia(
     config: ImuConfig, place: Place, before: Place | None, interval: float, gravity: FloatArray, draw: Draw
 ) -> Inertia:
-    """What a unit at `place` says, that was at the place `before` an `interval` [s] ago.
+    """What a unit at `place` measures, that was at the place `before` an `interval` [s] ago.
 
     The angular rate is the turn since then over the interval, the acceleration the change of velocity over the
     interval less `gravity` [m/s2, world axes]: both are means over the interval, in the sensor's present axes. The
@@ -46,7 +47,7 @@ def inertia(
 
 @lru_cache(maxsize=256)
 def covariances(config: ImuConfig) -> Covariances:
-    """What a unit says of its errors, drifts included; offsets are not in a covariance.
+    """The covariances of a unit's errors, drifts included; offsets are not in a covariance.
 
     Roll and pitch are about the unit's axes and yaw about the vertical: for a level unit, those of its x, y and z.
     """
@@ -73,3 +74,22 @@ def _turn(angle: float, place: int) -> FloatArray:
     quaternion = np.array([math.cos(angle / 2.0), 0.0, 0.0, 0.0])
     quaternion[place] = math.sin(angle / 2.0)
     return quaternion
+
+
+def _measure(by: Measurement) -> Inertia:
+    return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw)
+
+
+def _recorded(numbers: npt.NDArray[np.float64], config: ImuConfig) -> Inertia:
+    return Inertia(numbers[:4], numbers[4:7], numbers[7:], *covariances(config))
+
+
+IMU = SensorKind(
+    ImuConfig,
+    _measure,
+    RecordedNumbers(lambda _: 10, _recorded, fields=3),
+    plots=(
+        Plot("acceleration", "Acceleration [m/s2]", lambda data: data.linear_acceleration, axes=True),
+        Plot("turning", "Turning [deg/s]", lambda data: np.degrees(data.angular_velocity), axes=True),
+    ),
+)

@@ -5,10 +5,11 @@ import math
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import PingerConfig
 from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Sound
 
-__all__ = ["sound"]
+__all__ = ["PINGER", "sound"]
 
 
 def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) -> Sound:
@@ -19,3 +20,15 @@ def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) ->
         math.atan2(y, x) + draw.error(1, config.bearing_noise),
         math.atan2(z, math.hypot(x, y)) + draw.error(2, config.elevation_noise),
     )
+
+
+PINGER = SensorKind(
+    PingerConfig,
+    lambda measurement: sound(measurement.config, measurement.place, measurement.marks, measurement.draw),
+    RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
+    start_marks=lambda _: (0.0, 0.0, 0.0),  # the beacon is at the world's origin, as in VRX
+    plots=(
+        Plot("range", "Beacon range [m]", lambda data: data.range),
+        Plot("bearing", "Beacon bearing [deg]", lambda data: np.degrees(data.bearing)),
+    ),
+)
