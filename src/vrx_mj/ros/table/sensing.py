@@ -1,13 +1,15 @@
-"""What sensors tell, as ROS's messages: VRX's topics, types, rates and frames."""
+"""Sensors in ROS: VRX's topics, types, rates and frames, and messages made of readings."""
 
 import io
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.offer import Input, Output
 from vrx_mj.ros.table.host import Host, header, turned, vector
@@ -15,7 +17,7 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
 
-__all__ = ["scan_message", "sensor_inputs", "sensor_outputs"]
+__all__ = ["TOPICS", "SensorTopic", "SensorTopics", "scan_message", "sensor_inputs", "sensor_outputs"]
 
 JPEG_QUALITY = 80
 """As image_transport's default."""
@@ -38,62 +40,76 @@ POINT = np.dtype(
 )
 """velodyne's layout."""
 
-Made = tuple[str, str, Callable[[Reading], Message | None]]
-"""What follows the stem of a topic, type, and how a reading becomes a message."""
+
+@dataclass(frozen=True)
+class SensorTopic:
+    """A topic with messages made of readings."""
+
+    tail: str
+    """What follows the stem of the sensor's topics."""
+    type: str
+    """Type of the messages."""
+    make: Callable[[Reading], Message | None]
+    """Makes a reading's message."""
+
+
+def _no_outputs(_host: Host, _sensor: Mounted, _stem: str) -> Iterator[Output]:
+    return iter(())
+
+
+def _no_inputs(_host: Host, _sensor: Mounted, _stem: str) -> Iterator[Input]:
+    return iter(())
+
+
+@dataclass(frozen=True)
+class SensorTopics:
+    """The topics of a type of sensor, in VRX's table and in that of VRX 3."""
+
+    vrx3_stem: str
+    """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
+    made: tuple[SensorTopic, ...] = ()
+    """Topics made of readings. VRX 3's follow from them (`vrx3_sensors.TAILS`)."""
+    outputs: Callable[[Host, Mounted, str], Iterator[Output]] = _no_outputs
+    """Further topics that are published, by the stem."""
+    inputs: Callable[[Host, Mounted, str], Iterator[Input]] = _no_inputs
+    """Topics that are subscribed to, by the stem."""
+
+    def of(self, config: Any) -> tuple[SensorTopic, ...]:
+        """Topics made of the readings of a sensor with a configuration: a lidar has that of its output."""
+        if not isinstance(config, LidarConfig):
+            return self.made
+        return tuple(topic for topic in self.made if topic.tail == f"/{config.output}")
 
 
 def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
     """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
-    taken: set[str] = set()
-    for sensor in host.sim.mounted(boat):
-        config, key = sensor.config, (boat, sensor.name)
-        stem = _stem(boat, config.topic, config.name, taken)
+    for sensor, stem in _stems(host, boat):
+        config, topics = sensor.config, TOPICS[sensor.config.type]
         if config.type == "gps" and host.sim.world.tree["georeference"] is None:
             continue
-        for tail, kind, make in _made(config):
-            yield Output(stem + tail, kind, make, config.rate, key)
-        if config.type == "p3d":
-            truth = partial(_odometry, f"{boat}/{config.link}", config.noise**2)
-            yield Output(stem, "nav_msgs/Odometry", truth, config.rate, key)
-        if config.type == "camera":
-            yield _info(host, sensor, f"{stem}/camera_info")
-        if config.type == "pinger":
-            yield Output(f"{stem}/marker/signal", "visualization_msgs/Marker", _signal, config.rate, key)
-            yield _beacon(host, boat, sensor.name, f"{stem}/marker/ground_truth")
+        for topic in topics.of(config):
+            yield Output(stem + topic.tail, topic.type, topic.make, config.rate, (boat, sensor.name))
+        yield from topics.outputs(host, sensor, stem)
 
 
 def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """The topics by which a boat's sensors are told something."""
+    """The topics that a boat's sensors subscribe to."""
+    for sensor, stem in _stems(host, boat):
+        yield from TOPICS[sensor.config.type].inputs(host, sensor, stem)
+
+
+def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, str]]:
+    """A boat's sensors, each with its own stem of topics.
+
+    VRX gives all GPS of a boat the same: a second one has its name in it here.
+    """
     taken: set[str] = set()
     for sensor in host.sim.mounted(boat):
-        config, name = sensor.config, sensor.name
-        stem = _stem(boat, config.topic, name, taken)
-        if config.type == "pinger":
-            topic = f"{stem}/set_pinger_position"
-
-            def place(message: Message, name: str = name) -> None:
-                host.sim.set_pinger(boat, name, (message.x, message.y, message.z))
-
-            yield Input(topic, "geometry_msgs/Vector3", place, boat)
-        elif config.type == "ball_shooter":
-
-            def shoot(_message: Message, name: str = name) -> None:
-                host.sim.fire(boat, name)
-
-            yield Input(f"{stem}/fire", "std_msgs/Empty", shoot, boat)
-
-
-def _stem(boat: str, topic: str, name: str, taken: set[str]) -> str:
-    """A sensor's own stem of topics. VRX gives all GPS of a boat the same: a second one has its name in it here."""
-    stem = f"/{boat}/{topic.strip('/') or f'sensors/{name}'}"
-    if stem in taken:
-        stem = f"{stem.rpartition('/')[0]}/{name}"
-    taken.add(stem)
-    return stem
-
-
-def _made(config: Any) -> tuple[Made, ...]:
-    return _MADE.get(config.output if config.type == "lidar" else config.type, ())
+        stem = f"/{boat}/{sensor.config.topic.strip('/') or f'sensors/{sensor.name}'}"
+        if stem in taken:
+            stem = f"{stem.rpartition('/')[0]}/{sensor.name}"
+        taken.add(stem)
+        yield sensor, stem
 
 
 def _head(reading: Reading) -> Message:
@@ -123,8 +139,8 @@ def _compressed(reading: Reading) -> Message:
     return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
 
 
-def _info(host: Host, sensor: Mounted, name: str) -> Output:
-    """What a camera says of itself, with the picture's time where one is taken."""
+def _info(host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
+    """A camera's intrinsics, with the picture's time where one is taken."""
     info = intrinsics(sensor.config)
 
     def with_picture(reading: Reading) -> Message:
@@ -134,7 +150,7 @@ def _info(host: Host, sensor: Mounted, name: str) -> Output:
         return _camera_info(info, host.sim.time, sensor.frame)
 
     key = (sensor.boat, sensor.name)
-    return Output(name, "sensor_msgs/CameraInfo", with_picture, sensor.config.rate, key, alone)
+    yield Output(f"{stem}/camera_info", "sensor_msgs/CameraInfo", with_picture, sensor.config.rate, key, alone)
 
 
 def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:
@@ -210,17 +226,23 @@ def _fix_velocity(reading: Reading) -> Message:
 
 
 def _imu(reading: Reading) -> Message:
-    told: Inertia = reading.data
+    inertia: Inertia = reading.data
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=turned(told.orientation),
-        orientation_covariance=np.array(told.orientation_covariance),
-        angular_velocity=vector(told.angular_velocity),
-        angular_velocity_covariance=np.array(told.angular_velocity_covariance),
-        linear_acceleration=vector(told.linear_acceleration),
-        linear_acceleration_covariance=np.array(told.linear_acceleration_covariance),
+        orientation=turned(inertia.orientation),
+        orientation_covariance=np.array(inertia.orientation_covariance),
+        angular_velocity=vector(inertia.angular_velocity),
+        angular_velocity_covariance=np.array(inertia.angular_velocity_covariance),
+        linear_acceleration=vector(inertia.linear_acceleration),
+        linear_acceleration_covariance=np.array(inertia.linear_acceleration_covariance),
     )
+
+
+def _odometries(_host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
+    config = sensor.config
+    make = partial(_odometry, f"{sensor.boat}/{config.link}", config.noise**2)
+    yield Output(stem, "nav_msgs/Odometry", make, config.rate, (sensor.boat, sensor.name))
 
 
 def _odometry(child: str, variance: float, reading: Reading) -> Message:
@@ -269,8 +291,8 @@ def _signal(reading: Reading) -> Message:
     )
 
 
-def _beacon(host: Host, boat: str, sensor: str, name: str) -> Output:
-    """VRX's red ball where the beacon really is."""
+def _markers(host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
+    """VRX's arrow, and its red ball where the beacon really is."""
 
     def ball() -> Message:
         return new(
@@ -278,25 +300,61 @@ def _beacon(host: Host, boat: str, sensor: str, name: str) -> Output:
             header=header(host.sim.time, "/map"),
             ns="pinger",
             type=2,
-            pose={"position": vector(host.sim.pinger(boat, sensor)), "orientation": {"w": 1.0}},
+            pose={"position": vector(host.sim.pinger(sensor.boat, sensor.name)), "orientation": {"w": 1.0}},
             scale={"x": 1.0, "y": 1.0, "z": 1.0},
             color={"r": 1.0, "a": 1.0},
         )
 
-    return Output(name, "visualization_msgs/Marker", ball, 1.0 / MARKER_PERIOD, latched=True)
+    marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
+    yield Output(f"{stem}/marker/signal", marker, _signal, sensor.config.rate, key)
+    yield Output(f"{stem}/marker/ground_truth", marker, ball, 1.0 / MARKER_PERIOD, latched=True)
 
 
-_MADE: dict[str, tuple[Made, ...]] = {
-    "camera": (
-        ("/image_raw", "sensor_msgs/Image", _image),
-        ("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
+def _place_beacon(host: Host, sensor: Mounted, stem: str) -> Iterator[Input]:
+    def place(message: Message) -> None:
+        host.sim.set_pinger(sensor.boat, sensor.name, (message.x, message.y, message.z))
+
+    yield Input(f"{stem}/set_pinger_position", "geometry_msgs/Vector3", place, sensor.boat)
+
+
+def _fire(host: Host, sensor: Mounted, stem: str) -> Iterator[Input]:
+    def shoot(_message: Message) -> None:
+        host.sim.fire(sensor.boat, sensor.name)
+
+    yield Input(f"{stem}/fire", "std_msgs/Empty", shoot, sensor.boat)
+
+
+TOPICS: Mapping[str, SensorTopics] = {
+    "camera": SensorTopics(
+        "sensors/cameras/{}_sensor",
+        (
+            SensorTopic("/image_raw", "sensor_msgs/Image", _image),
+            SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
+        ),
+        _info,
     ),
-    "points": (("/points", "sensor_msgs/PointCloud2", _points),),
-    "scan": (("/scan", "sensor_msgs/LaserScan", scan_message),),
-    "gps": (
-        ("/fix", "sensor_msgs/NavSatFix", _fix),
-        ("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
+    "lidar": SensorTopics(
+        "sensors/lidars/{}_sensor",
+        (
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points),
+            SensorTopic("/scan", "sensor_msgs/LaserScan", scan_message),
+        ),
     ),
-    "imu": (("/data", "sensor_msgs/Imu", _imu),),
-    "pinger": (("/range_bearing", "usv_msgs/RangeBearing", _heard),),
+    "gps": SensorTopics(
+        "sensors/gps/gps",
+        (
+            SensorTopic("/fix", "sensor_msgs/NavSatFix", _fix),
+            SensorTopic("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
+        ),
+    ),
+    "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu", _imu),)),
+    "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
+    "pinger": SensorTopics(
+        "sensors/acoustics/receiver",
+        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _heard),),
+        _markers,
+        _place_beacon,
+    ),
+    "ball_shooter": SensorTopics("shooters/ball_shooter", inputs=_fire),
 }
+"""Topics of sensors by their type."""

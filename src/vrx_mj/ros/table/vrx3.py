@@ -14,7 +14,7 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.offer import Input, Output, Table
 from vrx_mj.ros.table.boats import ANGLE
 from vrx_mj.ros.table.host import Host, header, vector
-from vrx_mj.ros.table.sensing import scan_message
+from vrx_mj.ros.table.sensing import TOPICS, scan_message
 from vrx_mj.ros.table.skeleton import Skeleton
 from vrx_mj.ros.table.tasks import collision_name
 from vrx_mj.runtime.mounted import Mounted
@@ -48,16 +48,6 @@ def _value(value: str | float) -> Message:
     return kind("rcl_interfaces/ParameterValue")(type=number, **(empty | {field: value}))
 
 
-STEMS = {
-    "camera": "sensors/cameras/{}_sensor",
-    "lidar": "sensors/lidars/{}_sensor",
-    "gps": "sensors/gps/gps",
-    "imu": "sensors/imu/imu",
-    "p3d": "sensors/position/ground_truth_odometry",
-    "pinger": "sensors/acoustics/receiver",
-    "ball_shooter": "shooters/ball_shooter",
-}
-"""Of topics, by type of sensor; where it has no name in it, a second sensor's has its own at the end."""
 TAILS: Mapping[str, tuple[tuple[str, bool], ...]] = {
     "sensor_msgs/Image": (("/image_raw", True), ("/optical/image_raw", False)),
     "sensor_msgs/CameraInfo": (("/camera_info", True), ("/optical/camera_info", False)),
@@ -120,7 +110,7 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
 def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, str]]:
     taken: set[str] = set()
     for sensor in host.sim.mounted(boat):
-        stem = f"/{boat}/{STEMS[sensor.config.type].format(sensor.name)}"
+        stem = f"/{boat}/{TOPICS[sensor.config.type].vrx3_stem.format(sensor.name)}"
         if stem in taken:
             stem = f"{stem.rpartition('/')[0]}/{sensor.name}"
         taken.add(stem)
@@ -151,8 +141,8 @@ def _scan(output: Output, sensor: Mounted, name: str) -> Output:
 
 
 def _heard(reading: Reading) -> Message:
-    told = {name: float(getattr(reading.data, name)) for name in ("range", "bearing", "elevation")}
-    return parameters(header(reading.time, reading.frame), told)
+    values = {name: float(getattr(reading.data, name)) for name in ("range", "bearing", "elevation")}
+    return parameters(header(reading.time, reading.frame), values)
 
 
 PACKAGES = (
