@@ -8,8 +8,8 @@ water is a plane, which rises over the ellipsoid) and by at most 0.06 m on the g
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, GpsConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.sensors.errors import Draw, errors, variances
@@ -42,7 +42,7 @@ def _covariance(model: ErrorModel, earth: Georeference) -> tuple[float, ...]:
     return tuple(float(value) for value in covariance.flat)
 
 
-def _recorded(numbers: npt.NDArray[np.float64], _config: GpsConfig) -> Fix:
+def _recorded(numbers: FloatArray, _config: GpsConfig) -> Fix:
     latitude, longitude, altitude = (float(value) for value in numbers[:3])
     return Fix(latitude, longitude, altitude, numbers[3:6], tuple(float(value) for value in numbers[6:]))
 

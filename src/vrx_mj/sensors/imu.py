@@ -80,7 +80,7 @@ def _measure(by: Measurement) -> Inertia:
     return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw)
 
 
-def _recorded(numbers: npt.NDArray[np.float64], config: ImuConfig) -> Inertia:
+def _recorded(numbers: FloatArray, config: ImuConfig) -> Inertia:
     return Inertia(numbers[:4], numbers[4:7], numbers[7:], *covariances(config))
 
 

@@ -4,17 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.world import Georeference
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Image, PointCloud, Scan
 
 __all__ = ["Measurement", "Plot", "RecordedNumbers", "SensorKind"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Measurement(Protocol):

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import PingerConfig
 from vrx_mj.sensors.errors import Draw

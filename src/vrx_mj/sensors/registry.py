@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig
 from vrx_mj.sensors.gps import GPS
 from vrx_mj.sensors.imu import IMU
@@ -18,11 +18,11 @@ __all__ = ["SENSOR_KINDS"]
 MOST_SHOTS = 1000.0
 
 
-def _scan(numbers: npt.NDArray[np.float64], _config: LidarConfig) -> Scan:
+def _scan(numbers: FloatArray, _config: LidarConfig) -> Scan:
     return Scan(numbers[:-5].astype(np.float32), *(float(value) for value in numbers[-5:]))
 
 
-def _wrong_shots(numbers: npt.NDArray[np.float64]) -> str:
+def _wrong_shots(numbers: FloatArray) -> str:
     return "" if 0.0 <= numbers[0] <= MOST_SHOTS else f"{numbers[0]:g} shots"
 
 
