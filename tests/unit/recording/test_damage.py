@@ -249,7 +249,8 @@ def test_a_column_of_another_kind_is_named(columns, reason):
 
 
 def shooter(numbers):
-    sensor = RecordedSensor(**SENSOR | {"type": "ball_shooter", "config": {"type": "ball_shooter"}})
+    config = {"type": "ball_shooter", "name": "shooter", "link": "l"}
+    sensor = RecordedSensor(**SENSOR | {"type": "ball_shooter", "config": config})
     stamps = {"time": [np.array([1.0])], "sequence": [np.array([0])]}
     return RecordedReadings.of(sensor, [Part("/x", static=False, columns={**stamps, "numbers": [numbers.tobytes()]})])
 

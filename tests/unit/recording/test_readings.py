@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vrx_mj.config.sensors import ErrorModel, ImuConfig
+from vrx_mj.config.sensors import ErrorModel, ImuConfig, PingerConfig
 from vrx_mj.recording.readings import RecordedReadings
 from vrx_mj.recording.scene import RecordedSensor
 
@@ -16,7 +16,8 @@ def numbers(*values):
 
 def pinger(*rows):
     """Readings of a pinger, given as time, number and range."""
-    sensor = RecordedSensor("a", "pinger", "pinger", "a/pinger", 1.0, PLACE, AXES, {})
+    config = PingerConfig(name="pinger", link="l").model_dump(mode="json")
+    sensor = RecordedSensor("a", "pinger", "pinger", "a/pinger", 1.0, PLACE, AXES, config)
     columns = {
         "time": [[time] for time, _, _ in rows],
         "sequence": [[number] for _, number, _ in rows],
