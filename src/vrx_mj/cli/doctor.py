@@ -36,7 +36,7 @@ Works = Literal["yes", "no", "not needed"]
 
 MODULES = {
     "mujoco": "mujoco", "numba": "numba", "numpy": "numpy", "rerun-sdk": "rerun", "pydantic": "pydantic",
-    "xacro": "xacro", "lxml": "lxml", "trimesh": "trimesh",
+    "lxml": "lxml", "trimesh": "trimesh",
 }  # fmt: skip
 """Packages that are shown, and the modules they bring."""
 OLDEST_PYTHON = (3, 11)

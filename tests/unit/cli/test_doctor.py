@@ -27,7 +27,7 @@ def test_it_looks_at_everything_and_finds_the_core_working(cli):
     assert said.code == 0
     rows = json.loads(Path("d.json").read_text(encoding="utf-8"))
     assert {row["what"] for row in rows} >= {
-        "vrx_mj", "python", "machine", "mujoco", "numba", "numpy", "rerun-sdk", "pydantic", "xacro", "lxml",
+        "vrx_mj", "python", "machine", "mujoco", "numba", "numpy", "rerun-sdk", "pydantic", "lxml",
         "trimesh", "compiled physics", "display", "cameras, by GPU or CPU (egl)", "cameras, by CPU (osmesa)",
         "window (glfw)", "rerun viewer", "ROS", "VRX_MJ_PATH", "PYTHONPATH", "free disk", "free memory", "cores",
     }  # fmt: skip

@@ -57,12 +57,12 @@ def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
 
 
 def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):
-    (ros / "xacro.py").write_text("", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "xacro", raising=False)
-    module = __import__("xacro")
+    (ros / "pymap3d.py").write_text("", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "pymap3d", raising=False)
+    module = __import__("pymap3d")
     with pytest.raises(AttributeError) as error:
-        _ = module.process_file
-    assert "xacro.py, from PYTHONPATH, is in the way" in intruder(error.value)
+        _ = module.geodetic2enu
+    assert "pymap3d.py, from PYTHONPATH, is in the way" in intruder(error.value)
 
 
 def test_other_errors_are_nobodys_fault(ros):

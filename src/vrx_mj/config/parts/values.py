@@ -9,9 +9,8 @@ from typing import Any
 
 from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.parts.catalogue import Parameter
+from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
 from vrx_mj.config.urdf.expressions import Names, evaluate
-from vrx_mj.config.urdf.xacro_functions import GLOBALS, MATH
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, Module
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import shortened
 

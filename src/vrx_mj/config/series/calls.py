@@ -7,9 +7,8 @@ from typing import Any
 from vrx_mj.config.report import problem_at
 from vrx_mj.config.series.axes import Axis, Series
 from vrx_mj.config.tree import Items, Place, Section, key_path
+from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
 from vrx_mj.config.urdf.expressions import Names, evaluate
-from vrx_mj.config.urdf.xacro_functions import GLOBALS, MATH
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, Module
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 

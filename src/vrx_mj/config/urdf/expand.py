@@ -1,27 +1,29 @@
-"""xacro files expanded to URDF by the xacro package, without trusting them.
+"""xacro files expanded to URDF, without trusting them.
 
 A xacro file is a program: its expressions are Python. Ours are worked out by an evaluator that knows numbers, texts and
 lists (`expressions`), files are read from the robot's own folder and from packages only, and work and sizes are
-limited. What is wrong with a file is one `ConfigError` with the file, line and element.
+limited. An error in a file is one `ConfigError` with the file, line and element.
 """
 
 import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from vrx_mj.config.search import display
-from vrx_mj.config.urdf.xacro_document import FileError, parse_document, written
+from vrx_mj.config.tree import Place
+from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
+from vrx_mj.config.urdf.xacro_document import FileError, parse_document, place_of, written
 from vrx_mj.config.urdf.xacro_engine import Engine
 from vrx_mj.config.urdf.xacro_files import Files, own_packages, read_bytes
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError
-from vrx_mj.config.urdf.xacro_wording import problem_of
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.resources import root
 
 __all__ = ["arguments", "check_library", "expand"]
 
 _SHOWN_WARNINGS = 10
+_SHOWN_CALLERS = 3
 _MACRO = re.compile(r"<xacro:macro\s[^<>]{0,500}?\bname\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 
@@ -43,7 +45,7 @@ def expand(
     try:
         text = written(engine.expand(file))
     except Exception as error:
-        raise ConfigError([problem_of(error, engine, file)]) from None
+        raise ConfigError([_problem(error, engine, file)]) from None
     if engine.warnings:
         warnings.warn(_warning(file, list(engine.warnings)), VrxWarning, stacklevel=2)
     return text
@@ -90,3 +92,51 @@ def _warning(file: Path, said: list[str]) -> str:
     rest = len(said) - _SHOWN_WARNINGS
     more = [f"and {rest} more"] if rest > 0 else []
     return "\n".join([f"{display(file)}: xacro warns", *said[:_SHOWN_WARNINGS], *more])
+
+
+def _problem(error: BaseException, engine: Engine, file: Path) -> Problem:
+    """The problem that stopped an expansion."""
+    if isinstance(error, FileError):
+        return _placed(error.place, error.key, str(error))
+    message = _message(error)
+    if engine.expression:
+        message = f"{engine.expression[:200]}: {message}"
+    if engine.texts:
+        place, tag = engine.texts[-1].place, engine.texts[-1].tag
+    elif engine.element is not None and place_of(engine.element):
+        place, tag = place_of(engine.element), engine.element.tagName
+    else:
+        return Problem(display(file), None, None, "", message)
+    return _placed(_pointed(place, engine.expression), f"<{tag}>", message + _callers(engine))
+
+
+def _placed(place: Place, key: str, message: str) -> Problem:
+    return Problem(place.file.name, place.line, place.column, key, message)
+
+
+def _message(error: BaseException) -> str:
+    text = str(error)
+    if isinstance(error, ExpressionError | FileNotFoundError):
+        return text
+    if isinstance(error, RecursionError | MemoryError):
+        return "nested too deeply: does something refer to itself?"
+    return f"cannot be expanded: {text.splitlines()[0] if text else type(error).__name__}"[:300]
+
+
+def _pointed(place: Place, expression: str) -> Place:
+    """The place of an expression, looked for from the element it is in."""
+    start = (place.line or 1) - 1
+    for number, line in enumerate(place.file.lines[start : start + 40], start + 1):
+        column = line.find(expression, (place.column or 1) - 1 if number == place.line else 0)
+        if expression and column >= 0:
+            return Place(place.file, number, column + 1)
+    return place
+
+
+def _callers(engine: Engine) -> str:
+    """Which macros led here, the innermost first."""
+    inside: list[Any] = list(reversed(engine.calls))
+    if engine.element is not None and inside and place_of(engine.element) == inside[0][1]:
+        inside = inside[1:]
+    calls = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in inside)
+    return f" ({', '.join(list(calls)[:_SHOWN_CALLERS])})" if calls else ""

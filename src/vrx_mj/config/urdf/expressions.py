@@ -2,7 +2,7 @@
 
 An expression is parsed into Python's syntax tree, and the tree is walked: whatever is not listed here is refused. Only
 numbers, texts, lists and mappings exist; only listed functions are called; attributes are those of modules, of
-namespaces and of mappings read from YAML, and listed methods. Work and sizes have limits (`xacro_limits`).
+namespaces and of mappings read from YAML, and listed methods. Work and sizes have limits (`expression_values`).
 """
 
 import ast
@@ -10,25 +10,30 @@ import operator
 import re
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
-from vrx_mj.config.urdf.xacro_format import formatted
-from vrx_mj.config.urdf.xacro_functions import check_power, check_repeat
-from vrx_mj.config.urdf.xacro_limits import (
+from vrx_mj.config.urdf.expression_values import (
+    EVERYWHERE,
+    GLOBALS,
+    METHODS,
     MOST_VALUES,
     Budget,
+    DottedMapping,
     ExpressionError,
     Function,
     Module,
     Room,
+    check_power,
+    check_repeat,
+    formatted,
     kind_of,
     measure,
 )
-from vrx_mj.config.urdf.xacro_names import Method, Names, absent, check_name, described, member
+from vrx_mj.errors import UnknownNameError, nearest
 
-__all__ = ["Names", "evaluate"]
+__all__ = ["Names", "Namespace", "Scope", "evaluate", "unknown"]
 
 LONGEST = 5000
 """Characters of an expression."""
@@ -64,8 +69,97 @@ _WORDED = {
     "math range error": "the result is too large",
     "int too large to convert to float": "the number is too large",
 }
+_FUNCTIONS = [name for name, value in {**GLOBALS, **EVERYWHERE}.items() if isinstance(value, Function)]
 _PARSING = threading.Lock()
 """One at a time: all threads share filters of warnings, and before Python 3.11.8 the depth of a parse (gh-106905)."""
+
+
+class Scope(dict[str, Any]):
+    """Names of one scope of a file, inside another: its properties and blocks, or its macros.
+
+    The text of a property that is not a literal is worked out by `expanded` when it is first needed.
+    """
+
+    def __init__(self, parent: Mapping[str, Any], expanded: Callable[[str, Any], Any] = lambda text, _: text) -> None:
+        super().__init__()
+        self.parent = parent
+        self.root: Mapping[str, Any] = parent.root if isinstance(parent, Scope) else parent
+        """Names that no file defines."""
+        self.expanded: Callable[[str, Any], Any] = parent.expanded if isinstance(parent, Scope) else expanded
+        self._waiting: set[str] = set()
+        """Properties whose texts are not worked out yet."""
+        self._open: list[str] = []
+        """Properties being worked out."""
+
+    def __getitem__(self, name: str) -> Any:
+        if not dict.__contains__(self, name):
+            return self.parent[name]
+        if name in self._waiting:
+            if name in self._open:
+                circle = " -> ".join([*self._open, name])
+                raise ExpressionError(f"properties refer to each other in a circle: {circle}"[:300])
+            self._open.append(name)
+            dict.__setitem__(self, name, _literal(self.expanded(dict.__getitem__(self, name), self)))
+            self._waiting.remove(name)
+            self._open.remove(name)
+        return dict.__getitem__(self, name)
+
+    def __contains__(self, name: object) -> bool:
+        return dict.__contains__(self, name) or name in self.parent
+
+    def define(self, name: str, value: Any, *, lazily: bool = False) -> None:
+        """Give a name a value; a text, unless it is a literal, may be worked out later."""
+        value = _literal(value)
+        dict.__setitem__(self, name, value)
+        if lazily and isinstance(value, str):
+            self._waiting.add(name)
+        else:
+            self._waiting.discard(name)
+
+    def remove(self, name: str) -> None:
+        """Forget a name, in the scopes around this one too."""
+        scope: Any = self
+        while isinstance(scope, Scope):
+            dict.pop(scope, name, None)
+            scope = scope.parent
+
+    def outermost(self) -> "Scope":
+        """The scope of the whole file."""
+        return self.parent.outermost() if isinstance(self.parent, Scope) else self
+
+    def names(self) -> set[str]:
+        """Names that the file defines; neither blocks nor what is built in."""
+        around = self.parent.names() if isinstance(self.parent, Scope) else set()
+        return around | {name for name in dict.keys(self) if not name.startswith("*")}
+
+
+class Namespace(Scope):
+    """Names of an included file, which an expression finds after the namespace's name and a dot."""
+
+
+class Method(NamedTuple):
+    """A method of a value, to be called with that value."""
+
+    call: Callable[..., Any]
+
+
+class Names:
+    """Where the names of an expression are looked up; `own` are those that the file defines."""
+
+    def __init__(self, table: Mapping[str, Any], own: Callable[[], Iterable[str]] = tuple) -> None:
+        self.table = table
+        self.own = own
+
+    def find(self, name: str, kind: str) -> Any:
+        """The value of a name."""
+        check_name(name)
+        try:
+            return self.table[name]
+        except KeyError:
+            pass
+        if name in EVERYWHERE:
+            return EVERYWHERE[name]
+        raise unknown(kind, name, self.own(), GLOBALS) if kind == "property" else unknown(kind, name, _FUNCTIONS)
 
 
 def evaluate(text: str, names: Names, budget: Budget) -> Any:
@@ -77,7 +171,7 @@ def evaluate(text: str, names: Names, budget: Budget) -> Any:
         result = _Walk(names, budget).value(_parsed(text.strip()))
     except RecursionError:
         raise ExpressionError("nested too deeply: does something refer to itself?") from None
-    if isinstance(result, names.spaces):
+    if isinstance(result, Namespace):
         raise ExpressionError("is the name of an include, not a value; write NAME.PROPERTY")
     measure(result, budget)
     return result
@@ -216,7 +310,7 @@ class _Walk:
 
     def attribute(self, node: ast.Attribute) -> Any:
         owner = self.value(node.value)
-        found = member(owner, node.attr, self.names)
+        found = member(owner, node.attr)
         if not isinstance(found, Method):
             return found
         return Function(node.attr, partial(self.method, found.call, owner))
@@ -360,3 +454,70 @@ def _bound(target: ast.expr, value: Any) -> dict[str, Any]:
     return {
         name: item for part, each in zip(target.elts, values, strict=True) for name, item in _bound(part, each).items()
     }
+
+
+def _literal(value: Any) -> Any:
+    """The value of a property: a text in quotes loses them; else it may be a number, or true or false."""
+    if not isinstance(value, str):
+        return value
+    if len(value) >= 2 and value[0] == value[-1] == "'":
+        return value[1:-1]
+    if "_" in value:  # Python reads 1_000 as a number
+        return value
+    for read in (int, float):
+        try:
+            return read(value)
+        except ValueError:
+            continue
+    return {"true": True, "True": True, "false": False, "False": False}.get(value, value)
+
+
+def unknown(kind: str, name: str, own: Iterable[str], more: Iterable[str] = ()) -> ExpressionError:
+    """The error for a name that nothing has; `more` may be meant, but is not listed."""
+    names = sorted(own)
+    close = nearest(name, [*names, *more])
+    return ExpressionError(str(UnknownNameError(kind, name, [close] if close else names)))
+
+
+def check_name(name: str) -> None:
+    """Refuse the names by which Python reaches inside of things."""
+    if name.startswith("__"):
+        raise ExpressionError(f"names that begin with '__' are not allowed: {name}")
+
+
+def member(owner: Any, name: str) -> Any:
+    """What a name after a dot means: a value, or a Method."""
+    check_name(name)
+    if isinstance(owner, Module):
+        if name not in owner.members:
+            raise unknown(f"member of {owner.name}", name, owner.members)
+        return owner.members[name]
+    if isinstance(owner, Namespace):
+        return _in_space(owner, name)
+    methods = next((found for kind, found in METHODS.items() if isinstance(owner, kind)), {})
+    if name in methods:
+        return Method(methods[name])
+    if isinstance(owner, DottedMapping):
+        if dict.__contains__(owner, name) and not hasattr(dict, name):
+            return owner[name]
+        raise ExpressionError(absent(owner, name))
+    raise ExpressionError(f"'.{name}': {described(owner)} has no such member in a robot file")
+
+
+def _in_space(space: Any, name: str) -> Any:
+    try:
+        return space[name]
+    except KeyError:
+        raise unknown("property", name, (key for key in dict.keys(space) if key.isidentifier())) from None
+
+
+def absent(owner: Any, index: Any) -> str:
+    """The message for an item that is not there."""
+    if isinstance(owner, dict):
+        return str(UnknownNameError("key", str(index), [str(key) for key in dict.keys(owner)]))
+    return f"item {index} of {len(owner)}: {kind_of(owner)} counts from 0"
+
+
+def described(value: Any) -> str:
+    """What a message calls a value."""
+    return f"'{value.name}'" if isinstance(value, Function | Module) else kind_of(value)

@@ -1,4 +1,4 @@
-"""XML read into the nodes that xacro works on, each element with its place; and the result written out."""
+"""XML read into the nodes of a document, each element with its place; and the result written out."""
 
 import re
 from collections.abc import Iterator
@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
+from xml.sax.saxutils import escape
 
 from vrx_mj.config.tree import File, Place
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError
+from vrx_mj.config.urdf.expression_values import Budget, ExpressionError
 
 __all__ = ["FileError", "Located", "children", "parse_document", "place_of", "written"]
 
@@ -32,6 +33,8 @@ _WORDS = {
     "unknown encoding": "unknown encoding; save the file as UTF-8",
     "encoding specified in XML declaration is incorrect": "is not in the encoding its first line names; use UTF-8",
 }
+
+_QUOTE = {'"': "&quot;"}
 
 
 class FileError(ExpressionError):
@@ -97,8 +100,29 @@ def written(document: minidom.Document) -> str:
         if node.nodeType == node.ELEMENT_NODE:
             _check_names(node)
     sink = _Sink()
-    document.writexml(sink, "", "  ", "\n")
+    sink.write('<?xml version="1.0" ?>\n')
+    for node in document.childNodes:
+        _write(node, "", sink)
     return "".join(sink.parts)
+
+
+def _write(node: Any, indent: str, sink: "_Sink") -> None:
+    """Write a node, and an element's children below it, further in."""
+    if node.nodeType != node.ELEMENT_NODE:
+        node.writexml(sink, indent, "  ", "\n")
+        return
+    given = "".join(f' {name}="{escape(value, _QUOTE)}"' for name, value in sorted(node.attributes.items()))
+    children = node.childNodes
+    if len(children) == 1 and children[0].nodeType == node.TEXT_NODE:
+        sink.write(f"{indent}<{node.tagName}{given}>{escape(children[0].data, _QUOTE)}</{node.tagName}>\n")
+    elif children:
+        sink.write(f"{indent}<{node.tagName}{given}>\n")
+        for child in children:
+            if child.nodeType != node.TEXT_NODE or child.data.strip():
+                _write(child, indent + "  ", sink)
+        sink.write(f"{indent}</{node.tagName}>\n")
+    else:
+        sink.write(f"{indent}<{node.tagName}{given}/>\n")
 
 
 class _Copied:

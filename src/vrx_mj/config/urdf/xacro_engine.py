@@ -1,27 +1,37 @@
-"""The xacro package at work on a file that is not trusted.
+"""The elements of xacro at work on a document: properties, macros, blocks, conditions and includes.
 
-Every expansion loads a copy of xacro of its own, so that nothing is shared with other expansions or with who else uses
-xacro, and gives it our functions in place of those that run Python, open files, look for packages or print. The other
-wrappers note which element is being worked on, count the work, and check what xacro would fail on without a word.
+The language is that of the ROS package `xacro` 2. Expressions go to `expressions`; work and sizes have limits.
 """
 
-import importlib.util
 import keyword
 import re
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.dom import minidom
 
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Place
-from vrx_mj.config.urdf.expressions import evaluate
+from vrx_mj.config.urdf.expression_values import (
+    EVERYWHERE,
+    GLOBALS,
+    LONGEST_TEXT,
+    MATH,
+    Budget,
+    DottedMapping,
+    ExpressionError,
+    Function,
+    Module,
+    dotted,
+    fatal,
+    python_module,
+    silent,
+    tokens,
+)
+from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, unknown
 from vrx_mj.config.urdf.xacro_document import Located, parse_document, place_of
 from vrx_mj.config.urdf.xacro_files import Files
-from vrx_mj.config.urdf.xacro_functions import EVERYWHERE, GLOBALS, MATH, python_module
-from vrx_mj.config.urdf.xacro_limits import LONGEST_TEXT, Budget, ExpressionError, Function, Module
-from vrx_mj.config.urdf.xacro_names import Names, unknown
 from vrx_mj.config.urdf.xacro_substitutions import Substitutions
 from vrx_mj.config.urdf.xacro_yaml import load_plain
 
@@ -35,74 +45,81 @@ DEEPEST_ELEMENTS = 200
 """Elements in elements, those of the macros included."""
 MOST_PARAMETERS = 500
 """Parameters of a macro."""
+_LONGEST_MESSAGE = 300
 
-_ARGUMENT = re.compile(
+_PIECE = re.compile(
+    r"\$(?P<plain>\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<substitution>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
+)
+"""A piece of a text: `$${` stands for `${`."""
+_DEFAULT = re.compile(
     r"^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"
     r"(\$\{.*?\}|\$\(.*?\)|(?>'[^']*'|\"[^\"]*\"|[^\s'\"]+)+|)(?:\s+|$)(.*)",
     re.DOTALL,
 )
-"""xacro's pattern of a macro's parameter with a default, but for the time that it can take."""
+"""A macro's parameter with a default, and what follows."""
+_MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
+_PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
+
+
+class _Macro(NamedTuple):
+    """A macro: its element, its parameters, and the defaults: whether the caller's property comes first, and a text."""
+
+    body: Any
+    params: list[str]
+    defaults: dict[str, tuple[bool, str | None]]
+
+    @property
+    def values(self) -> list[str]:
+        """Parameters that are no blocks."""
+        return [param for param in self.params if not param.startswith("*")]
 
 
 class Engine:
-    """One expansion: xacro with our functions, and where it stands."""
+    """The expansion of one file, and the place it has come to, which an error leaves as it is."""
 
     def __init__(self, files: Files, arguments: dict[str, str], budget: Budget) -> None:
         self.files = files
         self.budget = budget
-        self.xacro = _fresh_xacro()
         self.substitutions = Substitutions(files, arguments, budget)
         self.element: Any = None
-        """What is being worked on."""
+        """The element being worked on."""
         self.texts: list[Located] = []
         """The texts being expanded, each in what the one before it refers to."""
         self.expression = ""
         """The innermost expression that failed."""
         self.calls: list[tuple[str, Place]] = []
-        """The macros being expanded, and who calls them."""
-        self.depth = 0
+        """The macros being expanded, and where each is called."""
         self.warnings: dict[str, None] = {}
+        self._depth = 0
+        self._open: list[str] = []
+        """The files being read, each included by the one before it."""
         self._yaml: dict[Path, Any] = {}
-        self._theirs: dict[str, Any] = {}
-        self._install()
+        self._gap = minidom.Document().createTextNode("\n\n")
 
     def expand(self, file: Path) -> minidom.Document:
         """The document of a file with everything expanded."""
-        self.xacro.init_stacks(str(file))
-        document: minidom.Document = self._parse(None, str(file))
-        self.element = document.documentElement
-        self.xacro.process_doc(document, mappings=self.substitutions.arguments, verbosity=0)
+        self._open = [str(file)]
+        document = self._parsed(str(file))
+        root: Any = document.documentElement
+        self.element = root
+        namespace = root.getAttribute("xacro:targetNamespace")
+        if namespace:
+            root.removeAttribute("xacro:targetNamespace")
+            root.setAttribute("xmlns", namespace)
+        self._expand(root, Scope({}), Scope(self._symbols(), self._expanded))
         return document
 
-    def _install(self) -> None:
-        wrapped = {
-            "eval_all": self._eval_all, "eval_text": self._eval_text, "handle_macro_call": self._call,
-            "grab_macro": self._grab_macro, "grab_property": self._grab_property, "check_attrs": self._check_attributes,
-            "reqd_attrs": self._required, "replace_node": self._replace, "process_include": self._include,
-            "remove_previous_comments": self._drop_comments,
+    def _symbols(self) -> Mapping[str, Any]:
+        """Names that no file defines."""
+        old: dict[str, Callable[..., Any]] = {
+            "load_yaml": self._load_yaml, "abs_filename": self._beside, "dotify": DottedMapping,
         }  # fmt: skip
-        replaced: dict[str, Any] = {
-            "parse": self._parse, "safe_eval": self._evaluate, "eval_extension": self._substitute,
-            "get_include_files": self._included, "is_valid_name": _is_name, "load_yaml": self._load_yaml,
-            "tokenize": _tokens, "warning": self._warn, "error": self._warn, "message": _silent,
-            "print_location": _silent, "re_macro_arg": _ARGUMENT, "_global_symbols": self._symbols(),
-        }  # fmt: skip
-        for name in wrapped:
-            self._theirs[name] = getattr(self.xacro, name)
-        for name, ours in {**wrapped, **replaced}.items():
-            assert hasattr(self.xacro, name), f"xacro has no {name}"
-            setattr(self.xacro, name, ours)
-
-    def _symbols(self) -> dict[str, Any]:
-        """What expressions can name, properties aside."""
-        old = {"load_yaml": self._load_yaml, "abs_filename": self.xacro.abs_filename_spec,
-               "dotify": self.xacro.YamlDictWrapper}  # fmt: skip
-        said = {name: Function(name, self._said(name)) for name in ("message", "warning", "error", "print_location")}
         members = {
             **{name: Function(name, call) for name, call in old.items()},
-            **said,
-            "fatal": Function("fatal", _fatal),
-            "tokenize": Function("tokenize", _tokens),
+            **{name: Function(name, silent) for name in ("message", "print_location")},
+            **{name: Function(name, self._warned) for name in ("warning", "error")},
+            "fatal": Function("fatal", fatal),
+            "tokenize": Function("tokenize", tokens),
             "arg": Function("arg", self.substitutions.argument),
         }
         return {
@@ -114,52 +131,364 @@ class Engine:
             "xacro": Module("xacro", members),
         }
 
-    # What xacro runs instead of its own
+    def _expanded(self, text: Any, symbols: Scope) -> Any:
+        """A text with its expressions and substitutions worked out; a single expression keeps its type."""
+        if not isinstance(text, str) or "$" not in text:
+            return text
+        self.budget.spend(20 + len(text) * text.count("$") // 1000)
+        if len(text) > LONGEST_TEXT:
+            raise ExpressionError(f"a text with '$' of more than {LONGEST_TEXT} characters is too long")
+        if isinstance(text, Located):
+            self.texts.append(text)
+        values = list(self._pieces(text, symbols))
+        if isinstance(text, Located):
+            self.texts.pop()
+        result = values[0] if len(values) == 1 else "".join(map(str, values))
+        if isinstance(result, str):
+            self.budget.spend(len(result) // 20)
+        return result
 
-    def _parse(self, inp: Any, filename: str = "") -> Any:
-        """A file's document; xacro knows by the cause that an optional file is missing."""
-        try:
-            path = self.files.allowed(filename)
-        except FileNotFoundError as error:
-            self.xacro.filestack.pop()
-            raise self.xacro.XacroException(str(error), exc=error) from None
-        return parse_document(self.files.read(str(path)), display(Path(filename)), path.parent, self.budget)
+    def _pieces(self, text: str, symbols: Scope) -> Iterator[Any]:
+        start = 0
+        while start < len(text):
+            piece = _PIECE.match(text, start)
+            if piece is None:
+                rest = text[start:]
+                opened = rest.startswith(("${", "$("))
+                wrong = " is never closed" if opened else ": write '$$' for a plain '$' before a bracket"
+                raise ExpressionError(f"'{rest}'{wrong}"[:_LONGEST_MESSAGE])
+            start = piece.end()
+            if piece["expression"] is not None:
+                yield self._evaluated(str(self._expanded(piece["expression"], symbols)), symbols)
+            elif piece["substitution"] is not None:
+                yield self._substituted(str(self._expanded(piece["substitution"], symbols)))
+            else:
+                yield piece["plain"] or piece["text"]
 
-    def _evaluate(self, text: str, table: Any, _: Any = None) -> Any:
-        """The value of an expression, with xacro's properties."""
+    def _evaluated(self, text: str, symbols: Scope) -> Any:
         self.budget.spend(20 + 2 * len(self.calls))
-        names = Names(table, lambda: _names(table), (self.xacro.NameSpace,), (self.xacro.YamlDictWrapper,))
         try:
-            value = evaluate(str(text), names, self.budget)
+            value = evaluate(text, Names(symbols, symbols.names), self.budget)
             self.budget.write(value)
         except Exception:
             self.expression = self.expression or f"${{{text}}}"
             raise
         return value
 
-    def _substitute(self, text: str) -> str:
-        """The text that stands for a `$(...)`."""
+    def _substituted(self, text: str) -> str:
         try:
-            found = self.substitutions.resolve(text[2:-1], self._folder())
+            found = self.substitutions.resolve(text, self._folder())
             self.budget.write(found)
         except Exception:
-            self.expression = self.expression or text
+            self.expression = self.expression or f"$({text})"
             raise
         return found
 
-    def _included(self, pattern: str, symbols: Any) -> Iterator[str]:
-        """The files that an include names."""
-        name = str(self.xacro.eval_text(pattern, symbols))
+    def _boolean(self, text: Any, symbols: Scope) -> bool:
+        """Whether a condition holds."""
+        value = self._expanded(text, symbols)
+        try:
+            if not isinstance(value, str):
+                return bool(value)
+            return value in {"true", "True"} or (value not in {"false", "False"} and bool(int(value)))
+        except ValueError:
+            message = f"'{text}' gives '{value}', which is neither true nor false"
+            raise ExpressionError(message[:_LONGEST_MESSAGE]) from None
+
+    def _expand(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        """Expand an element's attributes and all that it holds, in place."""
+        before, self.element = self.element, node
+        self._depth += 1
+        if self._depth > DEEPEST_ELEMENTS:
+            raise ExpressionError(f"elements are nested deeper than {DEEPEST_ELEMENTS} levels")
+        self.budget.spend(10 + 5 * len(node.childNodes))
+        for name, value in node.attributes.items():
+            if not name.startswith("xacro:"):
+                node.setAttribute(name, str(self._expanded(value, symbols)))
+            if name.startswith("xacro:") or name == "xmlns:xacro":
+                node.removeAttribute(name)
+        self._expand_children(node, macros, symbols)
+        self._depth -= 1
+        self.element = before
+
+    def _expand_children(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        child, in_comments = node.firstChild, False
+        while child:
+            following = child.nextSibling
+            if child.nodeType == child.ELEMENT_NODE:
+                in_comments = False
+                self._expand_element(child, macros, symbols)
+                self.element = node
+            elif child.nodeType == child.TEXT_NODE:
+                child.data = str(self._expanded(child.data, symbols))
+                in_comments = in_comments and not child.data.strip()
+            elif child.nodeType == child.COMMENT_NODE and "xacro:eval-comments" in child.data:
+                in_comments = "xacro:eval-comments:off" not in child.data
+                self._replace(child, [])
+            elif child.nodeType == child.COMMENT_NODE and in_comments:
+                child.data = str(self._expanded(child.data, symbols))
+            child = following
+
+    def _expand_element(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        self.element = node
+        while node.tagName == "xacro:element":
+            (name,) = self._required(node, "xacro:name")
+            name = self._expanded(name, symbols)
+            if not name:
+                raise ExpressionError("its name is empty")
+            node.removeAttribute("xacro:name")
+            node.nodeName = node.tagName = name
+        work = _ELEMENTS.get(node.tagName)
+        if work is not None:
+            work(self, node, macros, symbols)
+        elif str(node.tagName).startswith("xacro:"):
+            self._call(node, macros, symbols)
+        else:
+            self._expand(node, macros, symbols)
+
+    def _insert_block(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        name, *_ = self._attributes(node, "name")
+        whole = f"**{name}" not in symbols
+        if whole and f"*{name}" not in symbols:
+            message = f"no block named '{name}'; a macro gets it as a parameter *{name} or **{name}"
+            raise ExpressionError(message[:_LONGEST_MESSAGE])
+        block = symbols[f"*{name}" if whole else f"**{name}"].cloneNode(deep=True)
+        self._expand(block, macros, symbols)
+        self._replace(node, [block] if whole else list(block.childNodes))
+
+    def _include(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        pattern, space, optional = self._attributes(node, "filename", optional=("ns", "optional"))
+        optional = optional is not None and self._boolean(optional, symbols)
+        if any(child.nodeType == child.ELEMENT_NODE for child in node.childNodes):
+            self._warn("Child elements of a <xacro:include> tag are ignored")
+        files = self._matching(str(self._expanded(pattern, symbols)))
+        if space:
+            space = _text(self._expanded(space, symbols))
+            inner = Namespace({}), Namespace(symbols)
+            self._define(macros, space, inner[0])
+            self._define(symbols, space, inner[1])
+            macros, symbols = inner
+        depth, included = len(self._open), []
+        for file in files:
+            self._open.append(file)
+            try:
+                root: Any = self._parsed(file).documentElement
+                self._expand(root, macros, symbols)
+            except FileNotFoundError:
+                del self._open[depth:]
+                if not optional:
+                    raise
+                continue
+            included += root.childNodes
+            self._import_namespaces(node.parentNode, root)
+            self._open.pop()
+        self._drop_comments(node)
+        self._replace(node, included)
+
+    def _matching(self, name: str) -> list[str]:
+        """The files that the name in an include means."""
         found = self.files.matching(str(self._folder() / name))
         if not found:
             self._warn(f"no file matches '{name}'")
-        if len(self.xacro.filestack) > DEEPEST_FILES:
-            chain = " > ".join(dict.fromkeys(Path(file).name for file in self.xacro.filestack))
+        if len(self._open) > DEEPEST_FILES:
+            chain = " > ".join(dict.fromkeys(Path(file).name for file in self._open))
             raise ExpressionError(f"files include each other: {chain} > {Path(name).name}")
-        yield from found
+        return found
+
+    def _import_namespaces(self, node: Any, source: Any) -> None:
+        """Give an element the XML namespaces of one whose children it gets."""
+        for name, value in source.attributes.items():
+            if not name.startswith("xmlns:"):
+                continue
+            if node.hasAttribute(name) and node.getAttribute(name) != value:
+                self._warn(f"{name} is '{node.getAttribute(name)}' here and '{value}' in what is included")
+            else:
+                node.setAttribute(name, value)
+
+    def _set_property(self, node: Any, _: Scope, symbols: Scope) -> None:
+        if node.getAttribute("scope") == "parent" and symbols.parent is symbols.root:
+            raise ExpressionError("scope 'parent' is for properties in macros")
+        self._drop_comments(node)
+        optional = ("value", "default", "remove", "scope", "lazy_eval")
+        written, value, default, remove, scope, lazy = self._attributes(node, "name", optional=optional)
+        name = _property_name(self._expanded(written, symbols))
+        removed = self._boolean(remove or "false", symbols)
+        if (value is not None) + (default is not None) + removed > 1:
+            raise ExpressionError(f"property '{name}': give one of value, default and remove"[:_LONGEST_MESSAGE])
+        self._replace(node, [])
+        if removed and name in symbols:
+            symbols.remove(name)
+            if name in symbols:
+                self._warn(f"Cannot remove global symbol: {name}")
+            return
+        if default is not None:
+            if scope is not None:
+                self._warn(f"{name}: default property value can only be defined on local scope")
+            if name in symbols:
+                return
+            value = default
+        key, value = (name, value) if value is not None else (f"**{name}", node)
+        lazily = self._boolean(lazy or "true", symbols) and scope not in {"global", "parent"}
+        value = value if lazily else self._expanded(value, symbols)
+        self._define(_target(symbols, scope), key, value, lazily=lazily)
+
+    def _define(self, scope: Scope, name: str, value: Any, *, lazily: bool = False) -> None:
+        if name in scope.root:
+            self._warn(f"redefining global symbol: {name}")
+        scope.define(name, value, lazily=lazily)
+
+    def _set_macro(self, node: Any, macros: Scope, _: Scope) -> None:
+        params = node.getAttribute("params").strip()
+        if len(params) > LONGEST_TEXT:
+            raise ExpressionError(f"params has more than {LONGEST_TEXT} characters")
+        self._drop_comments(node)
+        written, _params = self._attributes(node, "name", optional=("params",))
+        name = written.removeprefix("xacro:")
+        if name == "call" or not _MACRO_NAME.fullmatch(name):
+            raise ExpressionError(_macro_name_message(name))
+        if name != written:
+            self._warn(f"macro names must not contain prefix 'xacro:': {written}")
+        macro = _Macro(node, [], {})
+        while params:
+            param, default, params = _parameter(params)
+            macro.params.append(param)
+            if default is not None:
+                macro.defaults[param] = default[0], default[1] and Located.at(default[1], node)
+        if len(macro.params) > MOST_PARAMETERS:
+            raise ExpressionError(f"a macro has at most {MOST_PARAMETERS} parameters, got {len(macro.params)}")
+        for param in macro.params:
+            if not _PARAMETER.fullmatch(param):
+                raise ExpressionError(f"'{param[:60]}' in params is not a parameter; write NAME or NAME:=DEFAULT")
+        macros.define(name, macro)
+        self._replace(node, [])
+
+    def _call(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        name = node.tagName.removeprefix("xacro:")
+        self.budget.spend(100 + 10 * len(self.calls))
+        outer_macros, outer_symbols, macro = _macro_of(name, macros, symbols)
+        _check_call(node, macro)
+        if len(self.calls) >= DEEPEST_MACROS:
+            chain = " > ".join(list(dict.fromkeys(called for called, _ in self.calls))[-5:])
+            raise ExpressionError(f"macros call each other deeper than {DEEPEST_MACROS} levels: {chain} > {name}")
+        self.calls.append((name, place_of(node)))
+        body = macro.body.cloneNode(deep=True)
+        inner = Scope(outer_symbols)
+        for param, value in node.attributes.items():
+            self._define(inner, param, self._expanded(value, symbols))
+            node.setAttribute(param, "")  # or it would be expanded again
+        self._expand(node, macros, symbols)
+        self._give_blocks(node, macro, inner)
+        for param in macro.values:
+            if not dict.__contains__(inner, param):
+                self._define(inner, param, self._default(param, macro, symbols))
+        self._expand(body, Scope(outer_macros), inner)
+        self._drop_comments(node)
+        self._import_namespaces(node.parentNode, body)
+        self._replace(node, list(body.childNodes))
+        self.calls.pop()
+
+    def _call_by_name(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        (name,) = self._required(node, "macro")
+        if not name:
+            raise ExpressionError("attribute 'macro' is required, but missing")
+        node.tagName = f"xacro:{self._expanded(name, symbols)}"
+        node.removeAttribute("macro")
+        self._call(node, macros, symbols)
+
+    def _give_blocks(self, node: Any, macro: _Macro, symbols: Scope) -> None:
+        """Let a macro's body find the elements inside its call."""
+        wanted = [param for param in macro.params if param.startswith("*")]
+        blocks = [child for child in node.childNodes if child.nodeType == child.ELEMENT_NODE]
+        if len(blocks) < len(wanted):
+            raise ExpressionError("macro needs one more block: an element inside this one")
+        if len(blocks) > len(wanted):
+            raise ExpressionError(f"macro takes no further block: <{blocks[len(wanted)].tagName}> is one too many")
+        for param, block in zip(wanted, blocks, strict=True):
+            symbols.define(param, block)
+
+    def _default(self, param: str, macro: _Macro, symbols: Scope) -> Any:
+        forward, text = macro.defaults[param]
+        if forward and param in symbols:
+            return symbols[param]
+        if text is None:
+            raise ExpressionError(f"macro needs '{param}', or a property of that name where it is called")
+        return self._expanded(text, symbols)
+
+    def _declare(self, node: Any, _: Scope, symbols: Scope) -> None:
+        name, default = self._attributes(node, "name", "default")
+        if name not in self.substitutions.arguments:
+            self.substitutions.arguments[name] = str(self._expanded(default, symbols))
+        self._drop_comments(node)
+        self._replace(node, [])
+
+    def _set_attribute(self, node: Any, _: Scope, symbols: Scope) -> None:
+        name, value = (self._expanded(text, symbols) for text in self._required(node, "name", "value"))
+        if not name:
+            raise ExpressionError("its name is empty")
+        node.parentNode.setAttribute(_text(name), value)
+        self._replace(node, [])
+
+    def _choose(self, node: Any, macros: Scope, symbols: Scope) -> None:
+        self._drop_comments(node)
+        (condition,) = self._attributes(node, "value")
+        if self._boolean(condition, symbols) is (node.tagName == "xacro:if"):
+            self._expand(node, macros, symbols)
+            self._replace(node, list(node.childNodes))
+        else:
+            self._replace(node, [])
+
+    def _required(self, node: Any, *names: str) -> list[Any]:
+        """The values of attributes that an element must have."""
+        for name in names:
+            if not node.hasAttribute(name):
+                raise ExpressionError(f"attribute '{name}' is required, but missing")
+        return [node.getAttribute(name) for name in names]
+
+    def _attributes(self, node: Any, *required: str, optional: tuple[str, ...] = ()) -> list[Any]:
+        """The values of an element's attributes, None for an optional one that is missing; warns of others."""
+        values = self._required(node, *required)
+        values += [node.getAttribute(name) if node.hasAttribute(name) else None for name in optional]
+        others = [name for name in node.attributes.keys() if name not in {*required, *optional}]  # noqa: SIM118
+        others = [name for name in others if not name.startswith("xmlns:")]
+        if others:
+            self._warn(f"{node.nodeName}: unknown attribute(s): {', '.join(others)}")
+        return values
+
+    def _replace(self, node: Any, parts: list[Any]) -> None:
+        """Put other nodes in the place of one."""
+        parent = node.parentNode
+        self.budget.spend(10 + (1 + len(parts)) * (10 + self._depth + len(parent.childNodes) // 20))
+        for part in parts:
+            parent.insertBefore(part, node)
+        parent.removeChild(node)
+
+    def _drop_comments(self, node: Any) -> None:
+        """Remove the comments right before an element of xacro, which are about it."""
+        following, before = node.nextSibling, node.previousSibling
+        while before is not None:
+            self.budget.spend(5 + len(node.parentNode.childNodes) // 20)
+            if before.nodeType == before.TEXT_NODE and before.data.isspace() and before.data.count("\n") <= 1:
+                before = before.previousSibling
+            if before is None or before.nodeType != before.COMMENT_NODE:
+                if following is not None and following is not self._gap:
+                    node.parentNode.insertBefore(self._gap, following)  # the next element keeps the comments before it
+                return
+            comment, before = before, before.previousSibling
+            node.parentNode.removeChild(comment)
+
+    def _parsed(self, name: str) -> minidom.Document:
+        path = self.files.allowed(name)
+        return parse_document(self.files.read(str(path)), display(Path(name)), path.parent, self.budget)
+
+    def _folder(self) -> Path:
+        return Path(self._open[-1]).absolute().parent
+
+    def _beside(self, name: str) -> str:
+        """A path relative to the file being read."""
+        return str(Path(self._open[-1]).parent / name)
 
     def _load_yaml(self, name: str) -> Any:
-        """What a YAML file holds, with dotted names."""
+        """The content of a YAML file, with dotted names."""
         path = self._folder() / str(name)
         try:
             real = self.files.allowed(str(path))
@@ -170,20 +499,16 @@ class Engine:
             units = Names(GLOBALS)
             number: Callable[[str], Any] = lambda text: evaluate(text, units, self.budget)  # noqa: E731
             self._yaml[real] = load_plain(data, display(path), real.parent, number, self.budget)
-        return self.xacro.YamlListWrapper.wrap(self._yaml[real])
+        return dotted(self._yaml[real])
 
-    def _warn(self, *words: Any, **_: Any) -> None:
+    def _warn(self, message: str) -> None:
         place = place_of(self.element) if self.element is not None else None
         where = f"{place.file.name}:{place.line}: " if place else ""
-        self.warnings.setdefault(where + " ".join(str(word) for word in words))
+        self.warnings.setdefault(where + message)
 
-    def _said(self, name: str) -> Callable[..., str]:
-        def say(*words: Any, **_: Any) -> str:
-            if name in {"warning", "error"}:
-                self._warn(*words)
-            return ""
-
-        return say
+    def _warned(self, *words: Any, **_: Any) -> str:
+        self._warn(" ".join(map(str, words)))
+        return ""
 
     def _deprecated(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def warned(*values: Any) -> Any:
@@ -192,175 +517,83 @@ class Engine:
 
         return warned
 
-    # What notes where xacro stands, and counts
 
-    def _eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
-        before, self.element = self.element, node
-        self.depth += 1
-        if self.depth > DEEPEST_ELEMENTS:
-            raise ExpressionError(f"elements are nested deeper than {DEEPEST_ELEMENTS} levels")
-        self.budget.spend(10 + 5 * len(node.childNodes))
-        self._theirs["eval_all"](node, macros, symbols)
-        self.depth -= 1
-        self.element = before
-
-    def _eval_text(self, text: Any, symbols: Any) -> Any:
-        if not isinstance(text, str) or "$" not in text:
-            return text
-        self.budget.spend(20 + len(text) * text.count("$") // 1000)
-        if len(text) > LONGEST_TEXT:
-            raise ExpressionError(f"a text with '$' of more than {LONGEST_TEXT} characters is too long")
-        if isinstance(text, Located):
-            self.texts.append(text)
-        result = self._theirs["eval_text"](text, symbols)
-        if isinstance(text, Located):
-            self.texts.pop()
-        if isinstance(result, str):
-            self.budget.spend(len(result) // 20)
-        return result
-
-    def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        if not str(node.tagName).startswith("xacro:"):
-            return False
-        before, self.element = self.element, node
-        if node.tagName == "xacro:call":
-            return bool(self._theirs["handle_macro_call"](node, macros, symbols))
-        name = node.tagName.removeprefix("xacro:")
-        try:
-            self.budget.spend(100 + 10 * len(self.calls))
-            *_, macro = self.xacro.resolve_macro(name, macros, symbols)
-            _check_call(node, macro)
-        except (KeyError, TypeError):
-            raise unknown("macro", name, _names(macros)) from None
-        if len(self.calls) >= DEEPEST_MACROS:
-            chain = " > ".join(list(dict.fromkeys(called for called, _ in self.calls))[-5:])
-            raise ExpressionError(f"macros call each other deeper than {DEEPEST_MACROS} levels: {chain} > {name}")
-        self.calls.append((name, place_of(node)))
-        self._theirs["handle_macro_call"](node, macros, symbols)
-        self.calls.pop()
-        self.element = before
-        return True
-
-    def _grab_macro(self, node: Any, macros: Any) -> None:
-        before, self.element = self.element, node
-        params = node.getAttribute("params")
-        if len(params) > LONGEST_TEXT:
-            raise ExpressionError(f"params has more than {LONGEST_TEXT} characters")
-        node.setAttribute("params", params.strip())
-        name = node.getAttribute("name").removeprefix("xacro:")
-        if node.hasAttribute("name") and "." not in name and not _MACRO_NAME.fullmatch(name):
-            raise ExpressionError(f"'{name}' is not a valid name for a macro")
-        self._theirs["grab_macro"](node, macros)
-        macro = macros[name]
-        if len(macro.params) > MOST_PARAMETERS:
-            raise ExpressionError(f"a macro has at most {MOST_PARAMETERS} parameters, got {len(macro.params)}")
-        for param in macro.params:
-            if not _PARAMETER.fullmatch(param):
-                raise ExpressionError(f"'{param[:60]}' in params is not a parameter; write NAME or NAME:=DEFAULT")
-        for param, (forward, default) in macro.defaultmap.items():
-            macro.defaultmap[param] = forward, default and Located.at(default, node)
-        self.element = before
-
-    def _grab_property(self, node: Any, table: Any) -> None:
-        before, self.element = self.element, node
-        if node.getAttribute("scope") == "parent" and table.parent is table.root:
-            raise ExpressionError("scope 'parent' is for properties in macros")
-        self._theirs["grab_property"](node, table)
-        self.element = before
-
-    def _include(self, node: Any, macros: Any, symbols: Any, each: Any) -> None:
-        before, self.element = self.element, node
-        self._theirs["process_include"](node, macros, symbols, each)
-        self.element = before
-
-    def _check_attributes(self, node: Any, required: list[str], optional: list[str]) -> Any:
-        self.element = node
-        return self._theirs["check_attrs"](node, required, optional)
-
-    def _required(self, node: Any, names: list[str]) -> Any:
-        self.element = node
-        for name in names:
-            if not node.hasAttribute(name):
-                raise ExpressionError(f"attribute '{name}' is required, but missing")
-        return self._theirs["reqd_attrs"](node, names)
-
-    def _replace(self, node: Any, by: Any, content_only: bool = False) -> None:
-        siblings = len(node.parentNode.childNodes)
-        parts = by if isinstance(by, list) else [by] if by is not None else []
-        moved = sum(len(part.childNodes) if content_only else 1 for part in parts)
-        self.budget.spend(10 + (1 + moved) * (10 + self.depth + siblings // 20))
-        self._theirs["replace_node"](node, by, content_only)
-
-    def _drop_comments(self, node: Any) -> None:
-        before = node.previousSibling
-        dropped = 0
-        while before is not None and (before.nodeType == before.COMMENT_NODE or _is_blank(before)):
-            dropped += 1
-            before = before.previousSibling
-        self.budget.spend(10 + (1 + dropped) * (5 + len(node.parentNode.childNodes) // 20))
-        self._theirs["remove_previous_comments"](node)
-
-    def _folder(self) -> Path:
-        return Path(self.xacro.filestack[-1]).absolute().parent
+_ELEMENTS: Mapping[str, Callable[[Engine, Any, Scope, Scope], None]] = {
+    "xacro:arg": Engine._declare, "xacro:attribute": Engine._set_attribute, "xacro:call": Engine._call_by_name,
+    "xacro:if": Engine._choose, "xacro:include": Engine._include, "xacro:insert_block": Engine._insert_block,
+    "xacro:macro": Engine._set_macro, "xacro:property": Engine._set_property, "xacro:unless": Engine._choose,
+}  # fmt: skip
 
 
-_MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
-_PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ExpressionError("expected text, got a number or list")
+    return value
 
 
-def _fresh_xacro() -> Any:
-    """A copy of the xacro package that nobody else has."""
-    spec = importlib.util.find_spec("xacro")
-    assert spec is not None, "xacro is installed with us"
-    assert spec.loader is not None, "xacro is made of files"
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def _property_name(name: Any) -> str:
+    """A name that an expression can use; Python reads look-alike letters as one."""
+    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name
+    if not usual or not name.isidentifier() or keyword.iskeyword(name):
+        message = f"'{name}' is not a valid name for a property: letters, digits, _"
+        raise ExpressionError(message[:_LONGEST_MESSAGE])
+    if name.startswith("__"):
+        raise ExpressionError(f"'{name}': names that begin with '__' are not allowed"[:_LONGEST_MESSAGE])
+    return str(name)
 
 
-def _check_call(node: Any, macro: Any) -> None:
+def _target(symbols: Scope, scope: str | None) -> Any:
+    """The scope that a property is for."""
+    if scope == "global":
+        return symbols.outermost()
+    if scope != "parent":
+        return symbols
+    target = symbols.parent
+    while isinstance(target, Namespace) and not isinstance(symbols, Namespace):  # the caller's, not the included file's
+        target = target.parent
+    return target
+
+
+def _macro_name_message(name: str) -> str:
+    if name == "call":
+        return "a macro cannot be named 'call'"
+    wrong = ": a macro's name cannot contain '.'" if "." in name else " is not a valid name for a macro"
+    return f"'{name}'{wrong}"[:_LONGEST_MESSAGE]
+
+
+def _parameter(text: str) -> tuple[str, tuple[bool, str | None] | None, str]:
+    """The first parameter of a macro's `params`, its default, and the rest."""
+    found = _DEFAULT.match(text)
+    if found is None:
+        bare, *more = text.split(None, 1)
+        return bare, None, "".join(more)
+    name, forward, default, rest = found.groups()
+    return name, (bool(forward), default or None) if forward or default else None, rest
+
+
+def _macro_of(name: str, macros: Scope, symbols: Scope) -> tuple[Scope, Scope, _Macro]:
+    """A macro by its name, in a namespace or not, and the scopes it is defined in."""
+    inner_macros, inner_symbols = macros, symbols
+    *spaces, last = [name] if name in macros else name.split(".")
+    try:
+        for space in spaces:
+            inner_macros, inner_symbols = inner_macros[space], inner_symbols[space]
+        macro = inner_macros[last]
+    except (KeyError, TypeError):
+        macro = None
+    if not isinstance(macro, _Macro):
+        raise unknown("macro", name, macros.names())
+    return inner_macros, inner_symbols, macro
+
+
+def _check_call(node: Any, macro: _Macro) -> None:
     """Refuse attributes that a macro does not take, and the lack of those that it needs."""
-    names = [param for param in macro.params if not param.startswith("*")]
+    names = macro.values
     takes = f"it takes {', '.join(names)}" if names else "it takes no parameters"
     for name in node.attributes.keys():  # noqa: SIM118 - not a dict
         if name not in names:
             raise ExpressionError(f"macro has no parameter '{name}'; {takes}")
-    missing = [name for name in names if name not in macro.defaultmap and not node.hasAttribute(name)]
+    missing = [name for name in names if name not in macro.defaults and not node.hasAttribute(name)]
     if missing:
         listed = ", ".join(f"'{name}'" for name in missing)
         raise ExpressionError(f"macro needs {listed}; {takes}")
-
-
-def _names(table: Any) -> set[str]:
-    """Names that a file defines: properties or macros, blocks and what is built in left out."""
-    found: set[str] = set()
-    while hasattr(table, "parent"):
-        found.update(name for name in dict.keys(table) if not name.startswith("*"))
-        table = table.parent
-    return found
-
-
-def _is_name(name: Any) -> bool:
-    """Whether an expression can name it; Python reads look-alike letters as one."""
-    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name
-    return usual and name.isidentifier() and not keyword.iskeyword(name)
-
-
-def _is_blank(node: Any) -> bool:
-    return node.nodeType == node.TEXT_NODE and not node.data.strip()
-
-
-def _tokens(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-    """A text split at any of some characters."""
-    if not sep or set(sep) & set("[]\\^-"):
-        raise ExpressionError(f"tokenize: '{sep[:20]}' cannot be a separator")
-    found = re.split(f"[{sep}]", text)
-    return [item for item in found if item] if skip_empty else found
-
-
-def _fatal(*words: Any) -> None:
-    raise ExpressionError(" ".join(map(str, words)))
-
-
-def _silent(*_: Any, **__: Any) -> None:
-    return None

@@ -8,7 +8,7 @@ from pathlib import Path
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.ros_packages import enclosing_packages, package_above, package_name
 from vrx_mj.config.search import display
-from vrx_mj.config.urdf.xacro_limits import ExpressionError
+from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.errors import UnknownNameError, nearest
 from vrx_mj.resources import root
 

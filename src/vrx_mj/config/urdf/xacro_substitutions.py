@@ -1,14 +1,12 @@
 """Substitutions in xacro files: `$(find pkg)`, `$(arg name)`, `$(eval ...)` and so on; the environment stays closed."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.urdf.expressions import evaluate
+from vrx_mj.config.urdf.expression_values import GLOBALS, Budget, ExpressionError, Function
+from vrx_mj.config.urdf.expressions import Names, evaluate, unknown
 from vrx_mj.config.urdf.xacro_files import Files
-from vrx_mj.config.urdf.xacro_functions import GLOBALS
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, Function
-from vrx_mj.config.urdf.xacro_names import Names, unknown
 from vrx_mj.errors import nearest
 
 __all__ = ["Substitutions"]
@@ -19,7 +17,7 @@ _ONE_WORD = ("find", "arg", "anon", "env")
 class Substitutions:
     """What `$(...)` means in one expansion."""
 
-    def __init__(self, files: Files, arguments: Mapping[str, str], budget: Budget) -> None:
+    def __init__(self, files: Files, arguments: dict[str, str], budget: Budget) -> None:
         self.files = files
         self.arguments = arguments
         """Those given and those that the files declared so far."""

@@ -8,8 +8,8 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.tree import File, Place
+from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError, measure
 from vrx_mj.config.urdf.xacro_document import FileError
-from vrx_mj.config.urdf.xacro_limits import LONGEST_TEXT, Budget, ExpressionError, measure
 
 __all__ = ["load_plain"]
 

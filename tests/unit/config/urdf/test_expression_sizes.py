@@ -8,10 +8,17 @@ from hypothesis import strategies as st
 
 from peak_memory import peak_memory
 from vrx_mj.config.urdf.expand import expand
+from vrx_mj.config.urdf.expression_values import (
+    EVERYWHERE,
+    GLOBALS,
+    LONGEST_TEXT,
+    METHODS,
+    Budget,
+    ExpressionError,
+    Function,
+    formatted,
+)
 from vrx_mj.config.urdf.expressions import Names, evaluate
-from vrx_mj.config.urdf.xacro_format import formatted
-from vrx_mj.config.urdf.xacro_functions import EVERYWHERE, GLOBALS, METHODS
-from vrx_mj.config.urdf.xacro_limits import LONGEST_TEXT, Budget, ExpressionError, Function
 from vrx_mj.errors import ConfigError
 
 MOST = 12_000_000

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module, python_module
 from vrx_mj.config.urdf.expressions import Names, evaluate
-from vrx_mj.config.urdf.xacro_functions import GLOBALS, MATH, python_module
-from vrx_mj.config.urdf.xacro_limits import Budget, ExpressionError, Module
 
 PROPERTIES = {"width": 2.4, "posts": [1, 2, 3], "name": "wamv", "mass": {"hull": 90, "deck": 30}, "on": True}
 MODULES = {"math": Module("math", MATH), "python": python_module()}
