@@ -75,8 +75,8 @@ def test_a_recording_scores_as_the_run_did(sim, tmp_path):
     with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
         summary = vrx_mj.run(sim, controller=ahead)
     scored = rescore(tmp_path / "run.rrd")
-    assert scored.sheet.score == summary.task.score
-    assert scored.sheet.collisions == summary.task.num_collisions
+    assert scored.status.score == summary.task.score
+    assert scored.status.collisions == summary.task.num_collisions
     assert scored.events == summary.task.events
 
 
@@ -84,7 +84,7 @@ def test_a_recording_that_begins_in_the_middle_scores_as_the_run_did(sim, tmp_pa
     vrx_mj.run(sim, 3.5, controller=ahead)
     with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
         summary = vrx_mj.run(sim, controller=ahead)
-    assert rescore(tmp_path / "run.rrd").sheet.score == summary.task.score
+    assert rescore(tmp_path / "run.rrd").status.score == summary.task.score
 
 
 def test_a_resumed_run_scores_as_the_uninterrupted_one(sim):

@@ -134,6 +134,6 @@ def test_the_score_of_a_run_with_a_newcomer_is_read_back(tmp_path):
         sim.remove("late")
         sim.step(duration=1.0)
         told = sim.task
-    sheet = rescore(tmp_path / "run.rrd").sheet
-    assert (sheet.score, sheet.collisions) == (told["score"], told["num_collisions"])
-    assert sheet.collisions > 0
+    status = rescore(tmp_path / "run.rrd").status
+    assert (status.score, status.collisions) == (told["score"], told["num_collisions"])
+    assert status.collisions > 0

@@ -9,12 +9,12 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.physics.motion import rotation_matrix
-from vrx_mj.tasks.frame import Stand
+from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.perception import ahead_of
 
 __all__ = [
-    "Animal", "Bay", "Beacon", "Course", "GateBar", "Light", "Path", "Showing", "course_of", "gate_rows", "stands_of",
+    "Animal", "Bay", "Beacon", "Course", "GateBar", "Light", "Path", "Showing", "course_of", "gate_rows", "poses_of",
     "symbols_of", "zone_corners",
 ]  # fmt: skip
 
@@ -140,7 +140,7 @@ class Course:
 def course_of(parameters: Mapping[str, Any]) -> Course:
     """What the task of a world lays out, from the world's parameters; swimmers and lights also where it has no task."""
     task = parameters.get("task") or {}
-    poses = stands_of(parameters)
+    poses = poses_of(parameters)
     return Course(
         gates=tuple(_gates(task, poses)),
         bays=tuple(_bays(task, poses)),
@@ -173,24 +173,24 @@ def zone_corners(zone: Mapping[str, Sequence[float]]) -> FloatArray:
     return np.array([(x + i * length, y + j * width, low) for i, j in corners], np.float64)
 
 
-def stands_of(parameters: Mapping[str, Any]) -> dict[str, Stand]:
+def poses_of(parameters: Mapping[str, Any]) -> dict[str, Pose]:
     """Where boats, objects and docks are at the start."""
     rows = [*parameters["objects"], *parameters["docks"], *parameters["boats"]]
-    return {row["name"]: _stand(row["pose"]) for row in rows}
+    return {row["name"]: _pose(row["pose"]) for row in rows}
 
 
-def _stand(pose: Sequence[float]) -> Stand:
+def _pose(pose: Sequence[float]) -> Pose:
     x, y, z, *turns = pose
-    return Stand(x, y, z, quaternion(*turns))
+    return Pose(x, y, z, quaternion(*turns))
 
 
-def _gates(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[GateBar]:
+def _gates(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[GateBar]:
     for number, row in enumerate(gate_rows(task), start=1):
         left, right = poses[row["left"]], poses[row["right"]]
         yield GateBar(number, (left.x, left.y), (right.x, right.y), gate_between(left, right).yaw)
 
 
-def _bays(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Bay]:
+def _bays(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Bay]:
     for bay in task.get("bays", ()):
         dock = poses[task["anchor"]]
         turn = rotation_matrix(np.array(dock.quaternion))
@@ -200,7 +200,7 @@ def _bays(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Bay]:
         yield Bay(bay["name"], bay["symbol"], bay["dock_allowed"], inside, outside)
 
 
-def _lights(task: Mapping[str, Any], parameters: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Light]:
+def _lights(task: Mapping[str, Any], parameters: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Light]:
     for row in parameters.get("lights", ()):
         told = task.get("color_sequence") if row["name"] == task.get("light_buoy") else None
         colors = tuple(str(color).lower() for color in told or row["pattern"])
@@ -208,13 +208,13 @@ def _lights(task: Mapping[str, Any], parameters: Mapping[str, Any], poses: Mappi
             yield Light(row["name"], poses[row["name"]].x, poses[row["name"]].y, colors)
 
 
-def _animals(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Animal]:
+def _animals(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Animal]:
     for row in task.get("animals", ()):
         place = poses[row["name"]]
         yield Animal(row["name"], row["goal"], place.x, place.y, float(task["engagement_distance"]))
 
 
-def _paths(parameters: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Path]:
+def _paths(parameters: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Path]:
     followers = parameters.get("followers", ())
     for row in parameters.get("floats", ()) if followers else ():
         number = row.get("follower", -1)
@@ -227,7 +227,7 @@ def _paths(parameters: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterato
         yield Path(name, (poses[name].x, poses[name].y), points, bool(follower["loop"]))
 
 
-def _beacons(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Beacon]:
+def _beacons(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Beacon]:
     place = task.get("pinger")
     if isinstance(place, str):
         yield Beacon(place, poses[place].x, poses[place].y)
@@ -236,7 +236,7 @@ def _beacons(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Be
         yield Beacon(name, place["x"], place["y"], float(task.get("goal_tolerance", 0.0)))
 
 
-def _showings(task: Mapping[str, Any], poses: Mapping[str, Stand]) -> Iterator[Showing]:
+def _showings(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Showing]:
     for row in task.get("objects", ()):
         x, y, *_ = ahead_of(poses[task["boat"]], row["pose"])
         yield Showing(row["name"], row["type"], x, y, row["time"], row["time"] + row["duration"])

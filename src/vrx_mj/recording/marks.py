@@ -11,8 +11,8 @@ from rerun.chunk import Chunk
 from vrx_mj.draw.course import gate_rows
 from vrx_mj.recording.moving import times
 from vrx_mj.recording.still import static
-from vrx_mj.tasks.meaning import MEANINGS
 from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = ["MARKS", "Mark", "TaskMarks", "legend_chunks", "mark_chunks"]
 
@@ -34,7 +34,7 @@ class TaskMarks:
     """Marks of a task, and the lines that its referee does not say: gates missed, and changes of a score of points."""
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self._points = MEANINGS[task["type"]].unit == "points"
+        self._points = TASK_KINDS[task["type"]].unit == "points"
         self._gates = ["ahead"] * len(gate_rows(task))
         self._score = 0.0
         self._marks: list[Mark] = []
@@ -43,7 +43,7 @@ class TaskMarks:
     def take_up(self, referee: Referee) -> None:
         """Begin in the middle of a run."""
         self._gates = list(referee.progress.get("gates", ()))
-        self._score = referee.sheet.score
+        self._score = referee.status.score
 
     def look(self, time: float, referee: Referee) -> None:
         """See what has changed at `time` [s]."""
@@ -53,7 +53,7 @@ class TaskMarks:
                 self._marks.append((time, "gates passed" if fate == "crossed" else "gates missed"))
             if fate != before and fate == "missed":
                 self._lines.append((time, f"gate {number} of {len(now)} missed", "WARN"))
-        score = referee.sheet.score
+        score = referee.status.score
         if self._points and score != self._score:
             self._marks.append((time, "score changes"))
             self._lines.append((time, f"score {score:g} points, {score - self._score:+g}", "INFO"))
@@ -73,7 +73,7 @@ def legend_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
     """Names, colours and shapes of the marks that a world may have."""
     task = parameters.get("task") or {}
     gates = bool(task) and bool(gate_rows(task))
-    points = bool(task) and MEANINGS[task["type"]].unit == "points"
+    points = bool(task) and TASK_KINDS[task["type"]].unit == "points"
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
     for kind, (color, shape) in KINDS.items():
         if shown[kind]:

@@ -16,11 +16,10 @@ from vrx_mj.recording.companies import HUGE, company_numbers
 from vrx_mj.recording.heads import sent_messages
 from vrx_mj.recording.rows import pack_rows, unpack_rows
 from vrx_mj.runtime.state import State
-from vrx_mj.tasks.frame import Frame, Message
-from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.frame import Frame, FrameLayout, Message
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.sheet import Sheet
+from vrx_mj.tasks.status import TaskStatus
 
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
@@ -47,9 +46,9 @@ class Scored:
     """Of all the recording: time [s], text, level."""
 
     @property
-    def sheet(self) -> Sheet:
+    def status(self) -> TaskStatus:
         """Phase, times, collisions and score at the end."""
-        return self.referee.sheet
+        return self.referee.status
 
 
 def frame_chunk(frames: Sequence[Seen], company: int = 0) -> Chunk:
@@ -96,7 +95,7 @@ def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Messag
 def rescore(source: str | Path | Record) -> Scored:
     """Have a task's referee look at a recording: the score is that of the run, to the last bit.
 
-    A recording that began in the middle of a run goes on from the sheet that the run had then.
+    A recording that began in the middle of a run goes on from the status that the run had then.
 
     Raises:
         RecordError: the file is no recording, or one of a world without a task.

@@ -13,7 +13,7 @@ from typing import Any
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.draw.course import gate_rows, stands_of
+from vrx_mj.draw.course import gate_rows, poses_of
 from vrx_mj.recording.course import (
     FATES,
     GATES,
@@ -28,14 +28,12 @@ from vrx_mj.recording.moving import times
 from vrx_mj.recording.officiated import Seen, take_up
 from vrx_mj.recording.still import static
 from vrx_mj.recording.telling import words
-from vrx_mj.tasks.frame import Frame, Message, Stand
-from vrx_mj.tasks.layout import FrameLayout
-from vrx_mj.tasks.meaning import MEANINGS
-from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose
+from vrx_mj.tasks.registry import TASK_KINDS, make_referee
 
 __all__ = ["PLOT", "WORDS", "TaskChunks", "task_chunks"]
 
-Ends = Sequence[tuple[Stand, Stand]]
+Ends = Sequence[tuple[Pose, Pose]]
 """Of gates: their buoys."""
 Maker = Callable[[Sequence[Any]], Any]
 """From the values of an entity's rows to rerun's columns."""
@@ -57,7 +55,7 @@ def task_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
     """Names and colours of the plot's series, if the world has a task."""
     task = parameters.get("task")
     if task:
-        meaning = MEANINGS[task["type"]]
+        meaning = TASK_KINDS[task["type"]]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter
         colors = [SCORE_COLOR, HITS_COLOR]
@@ -117,34 +115,34 @@ class TaskChunks:
             take_up(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
-            self._draw(self._begun, stands_of(self._parameters))
+            self._draw(self._begun, poses_of(self._parameters))
             self._tell(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
         """Have the referee look, and take note of what has changed."""
-        phase = self._referee.sheet.phase
+        phase = self._referee.status.phase
         self._referee.look(frame)
         self._marks.look(time, self._referee)
         self._now = time
-        self._draw(time, frame.stands)
-        self._tell(time, at_once=self._referee.sheet.phase != phase)
+        self._draw(time, frame.poses)
+        self._tell(time, at_once=self._referee.status.phase != phase)
 
-    def _draw(self, time: float, stands: Mapping[str, Stand]) -> None:
+    def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
         """Gates, bays and circles where they have changed."""
         progress = self._referee.progress
         if "gates" in progress:
-            self._draw_gates(time, stands, progress["gates"])
+            self._draw_gates(time, poses, progress["gates"])
         if "bay" in progress:
             colors = [bay_color(bay, progress) for bay in self._task["bays"]]
             self._change(bays_path(self._task), strip_colors, time, colors)
         for animal in progress.get("animals", ()):
             self._change(animal_path(animal["name"]), strip_colors, time, [animal_color(animal)])
 
-    def _draw_gates(self, time: float, stands: Mapping[str, Stand], fates: Sequence[str]) -> None:
+    def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(stands[row["left"]], stands[row["right"]]) for row in gate_rows(self._task)]
+        ends = [(poses[row["left"]], poses[row["right"]]) for row in gate_rows(self._task)]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
             return
@@ -155,9 +153,9 @@ class TaskChunks:
 
     def _tell(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
-        sheet = self._referee.sheet
+        status = self._referee.status
         if at_once or self._due(PLOT, time, PLOT_EVERY):
-            self._change(PLOT, scalar_columns, time, (sheet.score, sheet.collisions))
+            self._change(PLOT, scalar_columns, time, (status.score, status.collisions))
         if at_once or self._due(WORDS, time, WORDS_EVERY):
             self._change(WORDS, text_columns, time, words(self._task, self._referee))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from vrx_mj.tasks.meaning import MEANINGS
 from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = ["words"]
 
@@ -16,17 +16,17 @@ MARKS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
 
 def words(task: Mapping[str, Any], referee: Referee) -> str:
     """Phase, score, collisions and parts of a task, in Markdown."""
-    sheet, meaning = referee.sheet, MEANINGS[task["type"]]
+    status, meaning = referee.status, TASK_KINDS[task["type"]]
     clock = {
-        "initial": f"ready at {sheet.ready_time:g} s",
-        "ready": f"runs from {sheet.running_time:g} s",
-        "running": f"{sheet.remaining:.0f} s left",
-        "finished": ("time is up" if sheet.timed_out else "done") + f" after {sheet.elapsed:.1f} s",
-    }[sheet.phase]
-    hits = f"collisions **{sheet.collisions}**"
+        "initial": f"ready at {status.ready_time:g} s",
+        "ready": f"runs from {status.running_time:g} s",
+        "running": f"{status.remaining:.0f} s left",
+        "finished": ("time is up" if status.timed_out else "done") + f" after {status.elapsed:.1f} s",
+    }[status.phase]
+    hits = f"collisions **{status.collisions}**"
     lines = [
-        f"**{referee.name}: {sheet.phase}**, {clock}",
-        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
+        f"**{referee.name}: {status.phase}**, {clock}",
+        f"score **{status.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)

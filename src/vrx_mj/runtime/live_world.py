@@ -32,8 +32,8 @@ from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.tasks.actions import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 from vrx_mj.tasks.frame import Message
+from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
 __all__ = ["LiveWorld", "rig_of"]
 

@@ -18,8 +18,8 @@ from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.observation import TASK, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.upsets import Upsets
-from vrx_mj.tasks.layout import frame_stride
-from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.frame import frame_stride
+from vrx_mj.tasks.registry import TASK_KINDS
 
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
@@ -350,7 +350,7 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
     task = sim.task
     if task is None:
         return None
-    meaning = MEANINGS[task["type"]]
+    meaning = TASK_KINDS[task["type"]]
     return TaskSummary(
         type=task["type"],
         name=task["name"],

@@ -18,11 +18,10 @@ from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.rig import Rig
-from vrx_mj.tasks.actions import Action
-from vrx_mj.tasks.frame import Message
-from vrx_mj.tasks.layout import FrameLayout, frame_stride
+from vrx_mj.tasks.frame import FrameLayout, Message, frame_stride
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.rules import Action
 
 __all__ = ["TaskObservation", "TaskRunner"]
 

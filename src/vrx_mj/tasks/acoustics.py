@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vrx_mj.tasks.actions import SetPinger
 from vrx_mj.tasks.frame import EARLY, Frame
-from vrx_mj.tasks.kinds import Count
-from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
-from vrx_mj.tasks.sheet import Sheet
+from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
+from vrx_mj.tasks.status import Count, TaskStatus
 
 __all__ = ["AcousticPerception", "AcousticTracking"]
 
@@ -21,7 +19,7 @@ PINGER_PERIOD = 0.1
 
 
 @dataclass
-class PerceptionState:
+class AcousticPerceptionState:
     """What the boat has done so far."""
 
     distance: float | None = None
@@ -37,33 +35,35 @@ class AcousticPerception(PlainRules):
     """
 
     title = "acoustic perception"
-    state: PerceptionState
+    state: AcousticPerceptionState
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self.state = PerceptionState()
+        self.state = AcousticPerceptionState()
         self._boat, self._tolerance = task["boat"], float(task["goal_tolerance"])
         pinger = task["pinger"]
         self._pinger = (float(pinger["x"]), float(pinger["y"]), float(pinger["z"]))
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Look whether the boat is there."""
         own = self.state
         if own.distance is None:
-            desk.act(SetPinger(self._boat, self._pinger))
-        boat = frame.stands[self._boat]
+            context.act(SetPinger(self._boat, self._pinger))
+        boat = frame.poses[self._boat]
         own.distance = math.dist((boat.x, boat.y, boat.z), self._pinger)
-        desk.set_score(desk.sheet.elapsed)
+        context.set_score(context.status.elapsed)
         if own.distance <= self._tolerance:
-            desk.tell(f"{self._boat} is {own.distance:.2f} m from the beacon: found after {desk.sheet.elapsed:.2f} s")
-            desk.finish()
+            context.log(
+                f"{self._boat} is {own.distance:.2f} m from the beacon: found after {context.status.elapsed:.2f} s"
+            )
+            context.finish()
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The full time."""
-        return sheet.duration
+        return status.duration
 
 
 @dataclass
-class TrackingState:
+class AcousticTrackingState:
     """Sums over the frames since the run began."""
 
     frames: Count = 0
@@ -82,31 +82,31 @@ class AcousticTracking(PlainRules):
     """
 
     title = "acoustic tracking"
-    state: TrackingState
+    state: AcousticTrackingState
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self.state = TrackingState()
+        self.state = AcousticTrackingState()
         self._boat, self._pinger = task["boat"], task["pinger"]
         self._height, self._penalty = float(task["pinger_depth"]), float(task["obstacle_penalty"])
         self.watched = (self._pinger,)
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the distance of a frame into the mean, and have the beacon sound from where it is."""
-        if desk.sheet.phase != "running":
+        if context.status.phase != "running":
             return
-        own, boat, pinger = self.state, frame.stands[self._boat], frame.stands[self._pinger]
+        own, boat, pinger = self.state, frame.poses[self._boat], frame.poses[self._pinger]
         if frame.time >= own.due - EARLY:
             own.due = frame.time + PINGER_PERIOD
-            desk.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
+            context.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
         own.error = math.hypot(pinger.x - boat.x, pinger.y - boat.y)
         own.frames, own.total = own.frames + 1, own.total + own.error
-        desk.set_score(own.total / own.frames)
+        context.set_score(own.total / own.frames)
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean and the penalties, also those of collisions before the run began, as in VRX."""
-        return sheet.score + self._penalty * sheet.collisions
+        return status.score + self._penalty * status.collisions
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """The errors, once it runs."""
         if not self.state.frames:
             return {}

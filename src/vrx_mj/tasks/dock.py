@@ -4,22 +4,67 @@ The points for docking come on backing out, through the zone before the bay, and
 simulated in both profiles; VRX classic times the stay by the wall clock, which differs where it is not in real time.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vrx_mj.config.displays import LIGHT_COLORS
 from vrx_mj.errors import CommandError, StateError, shown
-from vrx_mj.tasks.actions import LightUp, ShowSymbol
-from vrx_mj.tasks.frame import EARLY, Frame, Stand
-from vrx_mj.tasks.kinds import Place
-from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
-from vrx_mj.tasks.sheet import Phase, Sheet
-from vrx_mj.tasks.zones import Box, relative
+from vrx_mj.tasks.frame import EARLY, Frame, Pose
+from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
+from vrx_mj.tasks.status import Phase, Place, TaskStatus
 
-__all__ = ["Docking"]
+__all__ = ["Box", "Docking", "Point", "relative"]
 
 TOPIC = "color_sequence"
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An upright box in the frame of a dock; its faces belong to it."""
+
+    center: Point
+    """[m]"""
+    size: Point
+    """Length of the edges [m]."""
+
+    def contains(self, point: Sequence[float]) -> bool:
+        """Whether a point is in it."""
+        return all(2.0 * abs(p - center) <= size for p, center, size in zip(point, self.center, self.size, strict=True))
+
+    def meets(self, start: Sequence[float], end: Sequence[float]) -> bool:
+        """Whether the straight way from one point to another has a point in it: it lies between all pairs of faces."""
+        enters, leaves = 0.0, 1.0
+        for a, b, center, size in zip(start, end, self.center, self.size, strict=True):
+            low, high = center - 0.5 * size, center + 0.5 * size
+            if a == b:
+                if not low <= a <= high:
+                    return False
+                continue
+            first, last = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+            enters, leaves = max(enters, first), min(leaves, last)
+        return enters <= leaves
+
+    def entered(self, before: Sequence[float], now: Sequence[float], reach: float) -> bool:
+        """Whether something has come in between two frames; at most `reach` [m] apart, or it did not come that way."""
+        if self.contains(before):
+            return False
+        return self.meets(before, now) if math.dist(before, now) <= reach else self.contains(now)
+
+
+def relative(anchor: Pose, pose: Pose) -> Point:
+    """Where `pose` is in the frame of `anchor` [m]: R^T (p - o), with R the rotation of the unit quaternion (w, q).
+
+    Reference: R^T v = v + w t + t x q with t = 2 v x q.
+    """
+    w, a, b, c = anchor.quaternion
+    x, y, z = pose.x - anchor.x, pose.y - anchor.y, pose.z - anchor.z
+    u, v, s = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return x + w * u + v * c - s * b, y + w * v + s * a - u * c, z + w * s + u * b - v * a
+
+
 FASTEST = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
 
@@ -53,7 +98,7 @@ class Hole(NamedTuple):
 
 
 @dataclass
-class State:
+class DockingState:
     """Where the boat and its balls are in the dock, and what was earned."""
 
     inside: dict[str, float] = field(default_factory=dict)
@@ -88,10 +133,10 @@ class Docking(PlainRules):
     """
 
     title = "docking"
-    state: State
+    state: DockingState
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self.state = State()
+        self.state = DockingState()
         self._boat, self._anchor = task["boat"], task["anchor"]
         self._balls = tuple(task["balls"])
         self._bays = tuple(_bay(bay) for bay in task["bays"])
@@ -118,30 +163,30 @@ class Docking(PlainRules):
             "hits": own.hits,
         }
 
-    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
+    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """Tell the placards their symbols, twice as VRX does; light the buoy and open the ears as it begins to run."""
         self.state.colors_open = phase == "running" and self._asks_colors
         if phase == "finished":
             return
         for bay in self._bays:
             if bay.placard is not None:
-                desk.act(ShowSymbol(bay.placard, bay.symbol))
+                context.act(ShowSymbol(bay.placard, bay.symbol))
         if phase == "running" and self._buoy is not None:
             first, second, third = self._colors
-            desk.act(LightUp(self._buoy, (first, second, third)))
+            context.act(LightUp(self._buoy, (first, second, third)))
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Listen, then look for balls in holes, then for the boat: all that falls into the last frame counts."""
-        dock = frame.stands[self._anchor]
+        dock = frame.poses[self._anchor]
         for message in frame.messages:
             if message.topic == TOPIC:
-                self._judge_colors(message.content, desk)
+                self._judge_colors(message.content, context)
         if self._holes:
-            self._follow_balls(frame, dock, desk)
-        if self._early_zones or desk.sheet.phase == "running":
-            self._follow_boat(frame, dock, desk)
+            self._follow_balls(frame, dock, context)
+        if self._early_zones or context.status.phase == "running":
+            self._follow_boat(frame, dock, context)
 
-    def check(self, state: State) -> None:
+    def check(self, state: DockingState) -> None:
         """A hit has all that is told of it.
 
         Raises:
@@ -151,13 +196,13 @@ class Docking(PlainRules):
             if hit.keys() != HIT.keys() or not all(isinstance(hit[key], kind) for key, kind in HIT.items()):
                 raise StateError(f"the state does not fit the task: a hit needs {', '.join(HIT)}")
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
 
         Classic VRX tells the symbol in all these tasks, VRX 3 in none.
         """
         seen: Outputs = {"color_sequence_open": self.state.colors_open}
-        if sheet.phase != "initial" and self._symbol is not None and self._announces:
+        if status.phase != "initial" and self._symbol is not None and self._announces:
             seen["symbol"] = self._symbol
         return seen
 
@@ -174,18 +219,18 @@ class Docking(PlainRules):
 
     # Inside
 
-    def _judge_colors(self, colors: Sequence[str], desk: Desk) -> None:
+    def _judge_colors(self, colors: Sequence[str], context: TaskContext) -> None:
         own = self.state
         if not own.colors_open:
-            desk.tell("colours ignored: they are accepted once, while the task runs", "WARN")
+            context.log("colours ignored: they are accepted once, while the task runs", "WARN")
             return
         own.colors_open, own.colors = False, list(colors)
         right = own.colors == self._colors
         if right:
-            desk.set_score(desk.sheet.score + self._color_points)
-        desk.tell(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
+            context.set_score(context.status.score + self._color_points)
+        context.log(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
 
-    def _follow_balls(self, frame: Frame, dock: Stand, desk: Desk) -> None:
+    def _follow_balls(self, frame: Frame, dock: Pose, context: TaskContext) -> None:
         """Look along the straight way of each ball since the frame before, as the dock sees it.
 
         A ball flies 0.4 m between frames, further than a small hole is long; gravity bends its way there by 3 mm. What
@@ -195,54 +240,54 @@ class Docking(PlainRules):
         reach = FASTEST * (frame.time - own.seen)
         for_points: list[tuple[str, Hole]] = []
         for ball in self._balls:
-            now = list(relative(dock, frame.stands[ball]))
+            now = list(relative(dock, frame.poses[ball]))
             before = own.balls.get(ball, now)
             own.balls[ball] = now
             if before != now:
                 for_points += [(ball, hole) for hole in self._holes if hole.box.entered(before, now, reach)]
         own.seen = frame.time
-        if for_points and desk.sheet.phase == "running":
+        if for_points and context.status.phase == "running":
             ball, hole = for_points[-1]
-            self._reward(ball, hole, frame.time, desk)
+            self._reward(ball, hole, frame.time, context)
 
-    def _reward(self, ball: str, hole: Hole, time: float, desk: Desk) -> None:
-        desk.set_score(desk.sheet.score + hole.points)
+    def _reward(self, ball: str, hole: Hole, time: float, context: TaskContext) -> None:
+        context.set_score(context.status.score + hole.points)
         self.state.hits.append({"time": time, "ball": ball, "bay": hole.bay, "size": hole.size, "points": hole.points})
-        desk.tell(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
+        context.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
 
-    def _follow_boat(self, frame: Frame, dock: Stand, desk: Desk) -> None:
-        own, place = self.state, relative(dock, frame.stands[self._boat])
+    def _follow_boat(self, frame: Frame, dock: Pose, context: TaskContext) -> None:
+        own, place = self.state, relative(dock, frame.poses[self._boat])
         for bay in self._bays:
-            self._time_stay(bay, bay.internal.contains(place), frame.time, desk)
+            self._time_stay(bay, bay.internal.contains(place), frame.time, context)
         own.bay, came = next(iter(own.inside.items()), ("", frame.time))
         own.time_in_bay = frame.time - came
         for bay in self._bays:
             if bay.name in own.docked and bay.external.contains(place):
-                self._back_out(bay, desk)
+                self._back_out(bay, context)
                 return
 
-    def _time_stay(self, bay: Bay, inside: bool, time: float, desk: Desk) -> None:
+    def _time_stay(self, bay: Bay, inside: bool, time: float, context: TaskContext) -> None:
         """Time the stay in a bay; whoever leaves too early begins anew."""
         own, docked = self.state, bay.name in self.state.docked
         if inside and bay.name not in own.inside:
             own.inside[bay.name] = time
-            desk.tell(f"{self._boat} enters {bay.name}")
+            context.log(f"{self._boat} enters {bay.name}")
         elif not inside and bay.name in own.inside:
             stay = time - own.inside.pop(bay.name)
             early = "" if docked else f", too early: {self._stay:g} s are needed"
-            desk.tell(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
+            context.log(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
         if inside and not docked and time - own.inside[bay.name] >= self._stay - EARLY:
             own.docked.append(bay.name)
-            desk.tell(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
+            context.log(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
 
-    def _back_out(self, bay: Bay, desk: Desk) -> None:
+    def _back_out(self, bay: Bay, context: TaskContext) -> None:
         """Give the points, if the task runs, and end it."""
         points = self._dock_points + (self._right_points if bay.right else 0.0)
-        worth = f"{points:g} points" if desk.sheet.phase == "running" else "no points before the task runs"
+        worth = f"{points:g} points" if context.status.phase == "running" else "no points before the task runs"
         self.state.left = bay.name
-        desk.set_score(desk.sheet.score + points)
-        desk.tell(f"{self._boat} backs out of {bay.name}, the {'right' if bay.right else 'wrong'} bay: {worth}")
-        desk.finish()
+        context.set_score(context.status.score + points)
+        context.log(f"{self._boat} backs out of {bay.name}, the {'right' if bay.right else 'wrong'} bay: {worth}")
+        context.finish()
 
 
 def _colors(content: Any) -> list[str]:

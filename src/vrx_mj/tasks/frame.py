@@ -1,11 +1,11 @@
-"""What a referee sees: where things are, what the boat touched, and what its team sent."""
+"""What a referee sees: where things are, what the boat touched, and what its team sent; as rows in recordings, too."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["EARLY", "FRAME_RATE", "Frame", "Message", "Stand"]
+__all__ = ["EARLY", "FRAME_RATE", "Frame", "FrameLayout", "Message", "Pose", "frame_stride"]
 
 FRAME_RATE = 20.0
 """Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.
@@ -16,7 +16,7 @@ EARLY = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
+class Pose:
     """Position and attitude of a body's link origin."""
 
     x: float
@@ -50,9 +50,52 @@ class Frame:
 
     time: float
     """Simulated time [s], from the world's start."""
-    stands: Mapping[str, Stand]
+    poses: Mapping[str, Pose]
     """By name of the boat, object or ball; a dock has the name of its placement."""
     touches: Mapping[str, float] = field(default_factory=dict)
     """What the scored boat has touched, by name, and when it last did [s]; nothing that it never touched."""
     messages: tuple[Message, ...] = ()
     """Sent since the frame before, in their order."""
+
+
+POSE = 7
+"""Numbers of a pose: position and quaternion."""
+
+
+@dataclass(frozen=True)
+class FrameLayout:
+    """Columns of a row: time, then x, y, z, qw, qx, qy, qz of every watched body, then times of touches."""
+
+    watched: tuple[str, ...]
+    rivals: tuple[str, ...]
+    """What the boat may touch; the time [s] of its last touch is negative until there was one."""
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return 1 + POSE * len(self.watched) + len(self.rivals)
+
+    def frame(self, row: Sequence[float], messages: Sequence[Message] = ()) -> Frame:
+        """The frame of a row."""
+        numbers = [float(number) for number in row]
+        poses, start = {}, 1
+        for name in self.watched:
+            x, y, z, *turn = numbers[start : start + POSE]
+            poses[name] = Pose(x, y, z, (turn[0], turn[1], turn[2], turn[3]))
+            start += POSE
+        touches = {name: time for name, time in zip(self.rivals, numbers[start:], strict=True) if time >= 0.0}
+        return Frame(numbers[0], poses, touches, tuple(messages))
+
+    @staticmethod
+    def of(task: Mapping[str, Any], watched: Sequence[str]) -> "FrameLayout":
+        """The layout of a task's frames."""
+        return FrameLayout(tuple(watched), tuple(task["rivals"]))
+
+
+def frame_stride(timestep: float) -> int:
+    """Physics steps of `timestep` [s] from frame to frame: the most that divide a second and give `FRAME_RATE`."""
+    per_second = round(1.0 / timestep)
+    most = max(1, int(per_second / FRAME_RATE))
+    if abs(per_second * timestep - 1.0) > 1e-9:
+        return most
+    return next(stride for stride in range(most, 0, -1) if per_second % stride == 0)

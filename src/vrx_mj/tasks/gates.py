@@ -1,15 +1,31 @@
-"""Gates of two buoys: where a boat is in one (VRX navigation_scoring_plugin.cc).
+"""Gates of two buoys, and the tasks of crossing them in turn: the navigation course, and the path with points.
 
 The `left` marker of VRX's files comes to starboard of a boat that crosses the gate as it should: red right returning.
+References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 NavigationScoringPlugin.cc.
 """
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
 
-from vrx_mj.tasks.frame import Frame, Stand
+from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.rules import PlainRules, TaskContext
+from vrx_mj.tasks.status import TaskStatus
 
-__all__ = ["Gate", "GateFate", "Passage", "Side", "gate_between", "marker_names", "passage", "side_of"]
+__all__ = [
+    "FAILURE",
+    "FollowPath",
+    "Gate",
+    "GateFate",
+    "NavigationCourse",
+    "Passage",
+    "Side",
+    "gate_between",
+    "marker_names",
+    "passage",
+    "side_of",
+]
 
 Side = Literal["outside", "before", "after"]
 Passage = Literal["forwards", "backwards"]
@@ -30,7 +46,7 @@ class Gate(NamedTuple):
     """[m]; as in VRX between the buoys' origins in space, so that their heights count."""
 
 
-def gate_between(left: Stand, right: Stand) -> Gate:
+def gate_between(left: Pose, right: Pose) -> Gate:
     """The gate of two buoys."""
     across_x, across_y = left.x - right.x, left.y - right.y
     width = math.hypot(across_x, across_y, left.z - right.z)
@@ -54,9 +70,131 @@ def marker_names(gates: Iterable[Mapping[str, str]]) -> tuple[str, ...]:
 
 def passage(gate: Mapping[str, str], before: str, boat: str, frame: Frame) -> tuple[Side, Passage | None]:
     """Where the boat is in a gate now, and whether it has passed it since it was at `before`."""
-    stands = frame.stands
-    place = stands[boat]
-    now = side_of(gate_between(stands[gate["left"]], stands[gate["right"]]), place.x, place.y)
+    poses = frame.poses
+    place = poses[boat]
+    now = side_of(gate_between(poses[gate["left"]], poses[gate["right"]]), place.x, place.y)
     if now == "after" and before == "before":
         return now, "forwards"
     return now, "backwards" if now == "before" and before == "after" else None
+
+
+FAILURE = 200.0
+"""The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
+
+
+@dataclass
+class GatesState:
+    """Of the gates, in their order."""
+
+    gates: list[GateFate] = field(default_factory=list)
+    """What became of them: see `GateFate`."""
+    sides: list[Side] = field(default_factory=list)
+    """Where the boat was in them at the frame before: see `Side`."""
+
+
+class NavigationCourse(PlainRules):
+    """The score is the time per gate [s] with penalties; a gate out of turn, or crossed backwards, is a failure."""
+
+    title = "the navigation course"
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self._boat, self._gates, self._penalty = task["boat"], task["gates"], task["obstacle_penalty"]
+        self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
+        self.watched = marker_names(self._gates)
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """What became of the gates."""
+        return {"gates": self.state.gates}
+
+    def update(self, frame: Frame, context: TaskContext) -> None:
+        """Look at the gates that are still ahead."""
+        status, fates = context.status, self.state.gates
+        if status.phase != "running":
+            return
+        spent = status.elapsed + status.collisions * self._penalty
+        context.set_score(min(status.duration, spent) / len(fates))
+        for index, fate in enumerate(fates):
+            if fate == "ahead" and self._fails(index, frame, context):
+                context.set_score(FAILURE)
+                context.finish()
+                return
+        if "ahead" not in fates:
+            context.finish()
+
+    def timeout_score(self, status: TaskStatus) -> float | None:
+        """A failure."""
+        return FAILURE
+
+    def _fails(self, index: int, frame: Frame, context: TaskContext) -> bool:
+        """See whether the boat passes a gate now, and whether it should not have."""
+        own = self.state
+        own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
+        if way is None:
+            return False
+        own.gates[index] = "crossed" if way == "forwards" else "backwards"
+        if way == "backwards":
+            context.log(f"gate {index + 1} crossed backwards: failed", "WARN")
+            return True
+        if "ahead" in own.gates[:index]:
+            missed = own.gates.index("ahead")
+            own.gates[missed:index] = ["missed"] * (index - missed)
+            context.log(f"gate {index + 1} crossed before gate {missed + 1}: failed", "WARN")
+            return True
+        context.log(f"gate {index + 1} of {len(own.gates)} crossed, {context.status.elapsed:.1f} s")
+        return False
+
+
+class FollowPath(PlainRules):
+    """The score is in points; none are lost when time is up."""
+
+    title = "the path"
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self._boat, self._gates, self._penalty = task["boat"], task["gates"], task["obstacle_penalty"]
+        self._points, self._bonus = task["points_per_gate_crossed"], task["bonus"]
+        self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
+        self.watched = marker_names(self._gates)
+
+    @property
+    def progress(self) -> dict[str, Any]:
+        """What became of the gates."""
+        return {"gates": self.state.gates}
+
+    def update(self, frame: Frame, context: TaskContext) -> None:
+        """Look at the gates that are still ahead.
+
+        Until the first gate is crossed no other counts, and it cannot be lost by crossing it backwards.
+        """
+        if context.status.phase != "running":
+            return
+        own = self.state
+        for index, fate in enumerate(own.gates):
+            if index > 0 and own.gates[0] == "ahead":
+                return
+            if fate != "ahead":
+                continue
+            own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
+            if way == "forwards" or (way == "backwards" and index > 0):
+                self._pass(index, way, context)
+
+    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
+        """Points are lost, but there are never less than 0."""
+        context.set_score(max(0.0, context.status.score - self._penalty))
+
+    def _pass(self, index: int, way: Passage, context: TaskContext) -> None:
+        """Take note of a gate that was passed, after which no gate before it counts."""
+        fates = self.state.gates
+        last = index == len(fates) - 1
+        fates[:index] = ["missed" if fate == "ahead" else fate for fate in fates[:index]]
+        if way == "forwards":
+            fates[index] = "crossed"
+            in_a_row = index > 0 and fates[index - 1] == "crossed"
+            status = context.status
+            context.set_score(status.score + self._points + self._bonus * (in_a_row + last))
+            context.log(f"gate {index + 1} of {len(fates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
+        else:
+            fates[index] = "backwards"
+            context.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
+        if last:
+            context.finish()

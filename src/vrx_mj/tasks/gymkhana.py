@@ -8,15 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from vrx_mj.tasks.actions import SetPinger
-from vrx_mj.tasks.follow_path import FollowPath
 from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.kinds import Count
-from vrx_mj.tasks.navigation import FAILURE, NavigationCourse
+from vrx_mj.tasks.gates import FAILURE, FollowPath, NavigationCourse
 from vrx_mj.tasks.referee import Referee
-from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
-from vrx_mj.tasks.sheet import Phase, Sheet
+from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
+from vrx_mj.tasks.status import Count, Phase, TaskStatus
 
 __all__ = ["Gymkhana"]
 
@@ -32,7 +29,7 @@ def channel_referee(task: Mapping[str, Any]) -> Referee:
 
 
 @dataclass
-class State:
+class GymkhanaState:
     """Sums over the frames since the run began, the way through the channel included."""
 
     frames: Count = 0
@@ -54,52 +51,52 @@ class Gymkhana(PlainRules):
         self._penalty = float(task["obstacle_penalty"])
         self._may_fail = task["profile"] != "vrx3"
         self._channel = channel_referee(task)
-        self._sums = State()
+        self._sums = GymkhanaState()
         self.watched = self._channel.watched
 
     @property
-    def state(self) -> State:
+    def state(self) -> GymkhanaState:
         """All that changes, the channel's included."""
         own = self._sums
-        return State(own.frames, own.total, own.error, self._channel.dump())
+        return GymkhanaState(own.frames, own.total, own.error, self._channel.dump())
 
     @state.setter
-    def state(self, state: State) -> None:
+    def state(self, state: GymkhanaState) -> None:
         self._channel.load(state.channel)
-        self._sums = State(state.frames, state.total, state.error)
+        self._sums = GymkhanaState(state.frames, state.total, state.error)
 
     @property
     def progress(self) -> dict[str, Any]:
         """What became of the gates."""
         return self._channel.progress
 
-    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
+    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """Put the beacon in its place; at the end, let the channel's time be up too."""
         if phase == "ready":
-            desk.act(SetPinger(self._boat, (self._pinger["x"], self._pinger["y"], self._pinger["z"])))
+            context.act(SetPinger(self._boat, (self._pinger["x"], self._pinger["y"], self._pinger["z"])))
         if phase == "finished":
-            self._watch_channel(frame, desk)
+            self._watch_channel(frame, context)
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Watch the channel, and take the distance of a frame into the mean."""
-        self._watch_channel(frame, desk)
-        if desk.sheet.phase != "running":
+        self._watch_channel(frame, context)
+        if context.status.phase != "running":
             return
         own, channel = self._sums, self._channel
-        own.error = pose_error(frame.stands[self._boat], self._pinger, heading=False)
+        own.error = pose_error(frame.poses[self._boat], self._pinger, heading=False)
         own.frames, own.total = own.frames + 1, own.total + own.error
-        desk.set_score(own.total / own.frames if channel.finished else FAILURE)
-        if self._may_fail and channel.finished and channel.sheet.score == FAILURE:
-            desk.set_score(FAILURE)
-            desk.finish()
+        context.set_score(own.total / own.frames if channel.finished else FAILURE)
+        if self._may_fail and channel.finished and channel.status.score == FAILURE:
+            context.set_score(FAILURE)
+            context.finish()
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
         if self._may_fail and not self._channel.finished:
             return FAILURE
-        return sheet.score + sheet.collisions * self._penalty
+        return status.score + status.collisions * self._penalty
 
-    def check(self, state: State) -> None:
+    def check(self, state: GymkhanaState) -> None:
         """The channel's referee can take its part.
 
         Raises:
@@ -107,9 +104,9 @@ class Gymkhana(PlainRules):
         """
         self._channel.check(state.channel)
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """The beacon's place from `ready` on, the distances while it runs, and how the channel goes."""
-        if sheet.phase == "initial":
+        if status.phase == "initial":
             return {"channel": self._channel.info}
         own = self._sums
         mean = own.total / own.frames if own.frames else 0.0
@@ -120,6 +117,6 @@ class Gymkhana(PlainRules):
             "channel": self._channel.info,
         }
 
-    def _watch_channel(self, frame: Frame, desk: Desk) -> None:
+    def _watch_channel(self, frame: Frame, context: TaskContext) -> None:
         for text, level in self._channel.look(frame).lines:
-            desk.tell(text, level)
+            context.log(text, level)

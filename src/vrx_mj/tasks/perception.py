@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.actions import PlaceObject
-from vrx_mj.tasks.frame import EARLY, Frame, Stand
-from vrx_mj.tasks.kinds import Count
-from vrx_mj.tasks.rules import Desk, PlainRules
+from vrx_mj.tasks.frame import EARLY, Frame, Pose
+from vrx_mj.tasks.rules import PlaceObject, PlainRules, TaskContext
+from vrx_mj.tasks.status import Count
 
 __all__ = ["Perception", "ahead_of"]
 
@@ -21,7 +20,7 @@ LANDMARK = frozenset({"type", "x", "y"})
 """Keys of a report."""
 
 
-def ahead_of(boat: Stand, pose: Sequence[float]) -> tuple[float, float, float, float, float, float]:
+def ahead_of(boat: Pose, pose: Sequence[float]) -> tuple[float, float, float, float, float, float]:
     """A pose in the world, given in the boat's frame of which only the yaw turns: x, y, z [m], roll, pitch, yaw."""
     x, y, z, roll, pitch, yaw = pose
     cos, sin = math.cos(boat.yaw), math.sin(boat.yaw)
@@ -29,7 +28,7 @@ def ahead_of(boat: Stand, pose: Sequence[float]) -> tuple[float, float, float, f
 
 
 @dataclass
-class State:
+class PerceptionState:
     """Of the objects, in the order of the task."""
 
     shown: list[bool]
@@ -67,21 +66,21 @@ class Perception(PlainRules):
             "errors": self.state.errors,
         }
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the reports, then show and hide objects."""
-        if desk.sheet.phase != "running":
+        if context.status.phase != "running":
             return
         for message in frame.messages:
-            self._report(message.content, frame, desk)
+            self._report(message.content, frame, context)
         own = self.state
         for index, thing in enumerate(self._objects):
-            past = desk.sheet.elapsed - own.round_time - thing["time"]
+            past = context.status.elapsed - own.round_time - thing["time"]
             if own.shown[index] and past > thing["duration"] + EARLY:
-                self._hide(index, desk)
+                self._hide(index, context)
             elif not own.shown[index] and EARLY < past < thing["duration"]:
-                self._show(index, frame, desk)
+                self._show(index, frame, context)
         if own.gone == len(self._objects):
-            self._end(desk)
+            self._end(context)
 
     def accept(self, topic: str, content: Any) -> Any:
         """A report of a landmark: its type, x and y [m, ENU]."""
@@ -99,15 +98,15 @@ class Perception(PlainRules):
             )
         return {"type": content["type"], "x": _metres("x", content["x"]), "y": _metres("y", content["y"])}
 
-    def _round(self, start: float) -> State:
+    def _round(self, start: float) -> PerceptionState:
         count = len(self._objects)
-        return State([False] * count, [MISSED] * count, round_time=start, found=[False] * count)
+        return PerceptionState([False] * count, [MISSED] * count, round_time=start, found=[False] * count)
 
-    def _report(self, landmark: Mapping[str, Any], frame: Frame, desk: Desk) -> None:
+    def _report(self, landmark: Mapping[str, Any], frame: Frame, context: TaskContext) -> None:
         """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
         own = self.state
         if not own.attempts:
-            desk.tell(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
+            context.log(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
             return
         own.attempts -= 1
         hits = [
@@ -115,38 +114,38 @@ class Perception(PlainRules):
         ]
         for index in hits:
             name = self._objects[index]["name"]
-            error = math.hypot(landmark["x"] - frame.stands[name].x, landmark["y"] - frame.stands[name].y)
+            error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
             own.errors[index], own.found[index] = min(MOST, own.errors[index], error), True
-            desk.tell(f"landmark {name} found, error {error:.2f} m")
+            context.log(f"landmark {name} found, error {error:.2f} m")
         if not hits:
-            desk.tell(f"landmark {landmark['type']} is not present now", "WARN")
+            context.log(f"landmark {landmark['type']} is not present now", "WARN")
 
-    def _show(self, index: int, frame: Frame, desk: Desk) -> None:
+    def _show(self, index: int, frame: Frame, context: TaskContext) -> None:
         thing = self._objects[index]
         self.state.shown[index] = True
         self.state.attempts += 1
-        desk.act(PlaceObject(thing["name"], ahead_of(frame.stands[self._boat], thing["pose"])))
-        desk.tell(f"landmark {thing['name']} appears")
+        context.act(PlaceObject(thing["name"], ahead_of(frame.poses[self._boat], thing["pose"])))
+        context.log(f"landmark {thing['name']} appears")
 
-    def _hide(self, index: int, desk: Desk) -> None:
+    def _hide(self, index: int, context: TaskContext) -> None:
         own, thing = self.state, self._objects[index]
         own.shown[index] = False
         own.attempts = max(0, own.attempts - 1)
         own.gone += 1
         own.total += own.errors[index]
         x, y, z, roll, pitch, yaw = thing["stash"]
-        desk.act(PlaceObject(thing["name"], (x, y, z, roll, pitch, yaw)))
-        desk.set_score(own.total)
+        context.act(PlaceObject(thing["name"], (x, y, z, roll, pitch, yaw)))
+        context.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
-        desk.tell(f"landmark {thing['name']} disappears: {result}")
+        context.log(f"landmark {thing['name']} disappears: {result}")
 
-    def _end(self, desk: Desk) -> None:
+    def _end(self, context: TaskContext) -> None:
         """The mean; then the end, or all of it again."""
-        desk.set_score(self.state.total / len(self._objects))
+        context.set_score(self.state.total / len(self._objects))
         if self._loops:
-            self.state = self._round(desk.sheet.elapsed)
+            self.state = self._round(context.status.elapsed)
         else:
-            desk.finish()
+            context.finish()
 
 
 def _metres(key: str, value: Any) -> float:

@@ -17,14 +17,13 @@ from pydantic import TypeAdapter, ValidationError
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError
-from vrx_mj.tasks.actions import Action, Release
 from vrx_mj.tasks.frame import EARLY, Frame, Message
-from vrx_mj.tasks.rules import Outputs, Rules
-from vrx_mj.tasks.sheet import Phase, Sheet
+from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
+from vrx_mj.tasks.status import Phase, TaskStatus
 
 __all__ = ["Referee", "Verdict", "dead_time", "parsed_dump"]
 
-DUMP, SHEET = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](Sheet)
+DUMP, STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
 DEAD_TIME_VRX3 = 3.0
 """[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
@@ -74,14 +73,14 @@ class Referee:
         self.buffer = dead_time(task)
         self.held_throughout = bool(task.get("held", False))
         self.locked = bool(task["locked"])
-        self._start = Sheet(initial, initial + ready, running)
+        self._start = TaskStatus(initial, initial + ready, running)
         self._rules = rules
         self._first = asdict(rules.state)
         self.restart()
 
     def restart(self) -> None:
         """Begin anew."""
-        self.sheet = replace(self._start)
+        self.status = replace(self._start)
         self._load_rules(self._first)
         self._actions: list[Action] = []
         self._lines: list[tuple[str, str]] = []
@@ -94,7 +93,7 @@ class Referee:
     @property
     def finished(self) -> bool:
         """Whether it is over."""
-        return self.sheet.phase == "finished"
+        return self.status.phase == "finished"
 
     def look(self, frame: Frame) -> Verdict:
         """Take in a frame; frames come in the order of time, each once."""
@@ -119,24 +118,24 @@ class Referee:
     @property
     def outputs(self) -> Outputs:
         """What the team sees besides phase, times and score."""
-        return self._rules.outputs(self.sheet)
+        return self._rules.outputs(self.status)
 
     @property
     def info(self) -> dict[str, Any]:
         """What VRX's `/vrx/task/info` tells, phase, times [s], collisions and score; and which boat has the task."""
-        return {"type": self.type, "name": self.name, "boat": self.boat, **self.sheet.info()}
+        return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
     def progress(self) -> dict[str, Any]:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
         return deepcopy(dict(self._rules.progress))
 
-    # The desk
+    # The context of rules
 
     def set_score(self, score: float) -> None:
         """Write the score; ignored unless the task is running, as in VRX."""
-        if self.sheet.phase == "running":
-            self.sheet.score = score
+        if self.status.phase == "running":
+            self.status.score = score
 
     def finish(self) -> None:
         """End the task, not timed out."""
@@ -146,7 +145,7 @@ class Referee:
         """Do something to the world, at this frame."""
         self._actions.append(action)
 
-    def tell(self, text: str, level: str = "INFO") -> None:
+    def log(self, text: str, level: str = "INFO") -> None:
         """Write a line into the log."""
         self._lines.append((text, level))
 
@@ -154,7 +153,7 @@ class Referee:
 
     def dump(self) -> dict[str, Any]:
         """All that changes, as plain data."""
-        return {"type": self.type, "sheet": asdict(self.sheet), "rules": asdict(self._rules.state)}
+        return {"type": self.type, "sheet": asdict(self.status), "rules": asdict(self._rules.state)}
 
     def load(self, state: Mapping[str, Any]) -> None:
         """Go on from what `dump` gave.
@@ -164,7 +163,7 @@ class Referee:
         """
         self.check(state)
         self._load_rules(state["rules"])
-        self.sheet = Sheet(**state["sheet"])
+        self.status = TaskStatus(**state["sheet"])
 
     def check(self, state: Mapping[str, Any]) -> None:
         """Tell whether `load` can take this.
@@ -174,7 +173,7 @@ class Referee:
         """
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task {shown(state.get('type'))}, not '{self.type}'")
-        self._fitting(SHEET, "sheet", asdict(self._start), state)
+        self._fitting(STATUS, "sheet", asdict(self._start), state)
         self._rules.check(self._fitting(self._rules_kind, "rules", self._first, state))
 
     # Inside
@@ -200,27 +199,27 @@ class Referee:
 
     def _advance(self, frame: Frame) -> None:
         """Let the clock bring the next phase, if it is due; one at a frame."""
-        sheet, now = self.sheet, frame.time + EARLY
-        if sheet.phase == "running":
-            sheet.elapsed = frame.time - sheet.running_time
-            if now - sheet.running_time >= sheet.duration:
+        status, now = self.status, frame.time + EARLY
+        if status.phase == "running":
+            status.elapsed = frame.time - status.running_time
+            if now - status.running_time >= status.duration:
                 self._time_out()
-        elif sheet.phase == "ready" and now >= sheet.running_time:
+        elif status.phase == "ready" and now >= status.running_time:
             self._enter("running")
-        elif sheet.phase == "initial" and now >= sheet.ready_time:
+        elif status.phase == "initial" and now >= status.ready_time:
             self._enter("ready")
 
     def _enter(self, phase: Phase) -> None:
-        self.sheet.phase = phase
-        self.tell(f"{self.name}: {self.sheet.summary()}")
+        self.status.phase = phase
+        self.log(f"{self.name}: {self.status.summary()}")
         if phase == "ready" and self.locked and not self.held_throughout:
             self.act(Release(self.boat))
         self._rules.enter(phase, self._frame, self)
 
     def _time_out(self) -> None:
         """VRX's quirk is kept: a score for running out of time counts if it is above 0."""
-        score = self._rules.timeout_score(self.sheet)
-        self.sheet.elapsed, self.sheet.timed_out = self.sheet.duration, True
+        score = self._rules.timeout_score(self.status)
+        self.status.elapsed, self.status.timed_out = self.status.duration, True
         if score is not None and score > 0.0:
             self.set_score(score)
         self._enter("finished")
@@ -228,14 +227,14 @@ class Referee:
     def _count_hits(self, frame: Frame) -> None:
         """Count a collision unless the dead time after the last one is not over; at most one at a frame."""
         other = max(frame.touches, key=lambda name: (frame.touches[name], name), default=None)
-        if other is None or frame.touches[other] - self.sheet.last_hit <= self.buffer:
+        if other is None or frame.touches[other] - self.status.last_hit <= self.buffer:
             return
-        self.sheet.last_hit = frame.touches[other]
+        self.status.last_hit = frame.touches[other]
         number = ""
         if self._rules.counts_hits:
-            self.sheet.collisions += 1
-            number = f", collision {self.sheet.collisions}"
-        self.tell(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
+            self.status.collisions += 1
+            number = f", collision {self.status.collisions}"
+        self.log(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
         self._rules.hit(other, frame, self)
 
     def _load_rules(self, state: Mapping[str, Any]) -> None:

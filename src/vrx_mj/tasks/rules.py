@@ -1,23 +1,80 @@
-"""What a task has to say to the referee: the part that differs from task to task."""
+"""The rules of a task, the part that differs from task to task, and what they do to the world."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.actions import Action
 from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.sheet import Phase, Sheet
+from vrx_mj.tasks.status import Phase, TaskStatus
 
-__all__ = ["Desk", "Outputs", "PlainRules", "Rules"]
+__all__ = [
+    "Action",
+    "LightUp",
+    "Outputs",
+    "PlaceObject",
+    "PlainRules",
+    "Release",
+    "Rules",
+    "SetPinger",
+    "ShowSymbol",
+    "TaskContext",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Let go of the boat."""
+
+    boat: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceObject:
+    """Put a floating object somewhere, at rest."""
+
+    name: str
+    pose: tuple[float, float, float, float, float, float]
+    """x, y, z [m], roll, pitch, yaw [rad], ENU."""
+
+
+@dataclass(frozen=True, slots=True)
+class LightUp:
+    """Have a light buoy show three colours in turn, from a second later on."""
+
+    name: str
+    colors: tuple[str, str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class ShowSymbol:
+    """Have a placard show a symbol."""
+
+    placard: str
+    symbol: str
+    """As `red_circle`."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetPinger:
+    """Put the beacon that all receivers of a boat hear somewhere."""
+
+    boat: str
+    position: tuple[float, float, float]
+    """[m, ENU]."""
+
+
+Action = Release | PlaceObject | LightUp | ShowSymbol | SetPinger
+
 
 Outputs = dict[str, Any]
 """What a team may read of its task, by topic: plain data, as JSON holds it."""
 
 
-class Desk(Protocol):
-    """What rules may do at the referee's desk."""
+class TaskContext(Protocol):
+    """What rules may read and do while the referee looks at a frame."""
 
-    sheet: Sheet
+    status: TaskStatus
     """Time, phase, collisions and score."""
 
     def set_score(self, score: float) -> None:
@@ -29,7 +86,7 @@ class Desk(Protocol):
     def act(self, action: Action) -> None:
         """Do something to the world, at this frame."""
 
-    def tell(self, text: str, level: str = "INFO") -> None:
+    def log(self, text: str, level: str = "INFO") -> None:
         """Write a line into the log."""
 
 
@@ -48,26 +105,26 @@ class Rules(Protocol):
     def watched(self) -> tuple[str, ...]:
         """Names of bodies, besides the boat, that every frame must hold."""
 
-    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
-        """The task enters `ready`, `running` or `finished` (by `desk.sheet.timed_out` or not) at this frame."""
+    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
+        """The task enters `ready`, `running` or `finished` (by `context.status.timed_out` or not) at this frame."""
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Look at a frame, in any phase; the frame at which a phase begins comes after `enter`."""
 
-    def hit(self, other: str, frame: Frame, desk: Desk) -> None:
-        """The boat has hit something, outside the dead time after the hit before; `sheet.collisions` counts it."""
+    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
+        """The boat has hit something, outside the dead time after the hit before; `status.collisions` counts it."""
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
 
     def check(self, state: Any) -> None:
-        """Check what kinds of fields and lengths of lists do not tell of a saved `state`.
+        """Check of a saved `state` what types of fields and lengths of lists leave open.
 
         Raises:
             StateError: it cannot be a state of these rules.
         """
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """What the team sees now besides phase, times and score."""
 
     def accept(self, topic: str, content: Any) -> Any:
@@ -79,7 +136,7 @@ class Rules(Protocol):
 
 
 class PlainRules:
-    """What most tasks say: phases and hits change nothing, the score stays when time is up, and no messages."""
+    """What most tasks have: phases and hits change nothing, the score stays when time is up, and no messages."""
 
     state: Any
     watched: tuple[str, ...] = ()
@@ -93,20 +150,20 @@ class PlainRules:
         """Nothing that a map could show."""
         return {}
 
-    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
+    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """Nothing happens between phases."""
 
-    def hit(self, other: str, frame: Frame, desk: Desk) -> None:
+    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
         """Collisions cost nothing."""
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The score stays."""
         return None
 
     def check(self, state: Any) -> None:
-        """Kinds and lengths tell all."""
+        """Types and lengths are enough."""
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """None."""
         return {}
 

@@ -6,15 +6,15 @@ from typing import Any
 
 from vrx_mj.errors import StateError
 from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
-from vrx_mj.tasks.sheet import Phase, Sheet
+from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
+from vrx_mj.tasks.status import Phase, TaskStatus
 
 __all__ = ["Wayfinding"]
 
 
 @dataclass
-class State:
+class WayfindingState:
     """The least errors."""
 
     errors: list[float] = field(default_factory=list)
@@ -27,7 +27,7 @@ class Wayfinding(PlainRules):
     title = "wayfinding"
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self.state = State()
+        self.state = WayfindingState()
         self._boat, self._waypoints = task["boat"], list(task["waypoints"])
 
     @property
@@ -35,22 +35,22 @@ class Wayfinding(PlainRules):
         """The least errors [m]."""
         return {"waypoints": self.state.errors}
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the errors of a frame, where they are less than those before."""
-        if desk.sheet.phase != "running":
+        if context.status.phase != "running":
             return
-        boat = frame.stands[self._boat]
+        boat = frame.poses[self._boat]
         now = [pose_error(boat, waypoint) for waypoint in self._waypoints]
         self.state.errors = list(map(min, self.state.errors or now, now))
-        desk.set_score(sum(self.state.errors) / len(self.state.errors))
+        context.set_score(sum(self.state.errors) / len(self.state.errors))
 
-    def enter(self, phase: Phase, frame: Frame, desk: Desk) -> None:
+    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """At the end, say how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
-                desk.tell(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
+                context.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
 
-    def check(self, state: State) -> None:
+    def check(self, state: WayfindingState) -> None:
         """There is an error for each waypoint, or none yet.
 
         Raises:
@@ -59,8 +59,8 @@ class Wayfinding(PlainRules):
         if len(state.errors) not in {0, len(self._waypoints)}:
             raise StateError(f"the state does not fit the task: {len(state.errors)} of {len(self._waypoints)} errors")
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """The waypoints from `ready` on, and the errors while it runs."""
-        if sheet.phase == "initial":
+        if status.phase == "initial":
             return {}
-        return {"waypoints": self._waypoints, "min_errors": list(self.state.errors), "mean_error": sheet.score}
+        return {"waypoints": self._waypoints, "min_errors": list(self.state.errors), "mean_error": status.score}

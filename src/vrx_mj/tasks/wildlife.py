@@ -12,11 +12,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from vrx_mj.errors import StateError
-from vrx_mj.tasks.frame import EARLY, Frame, Stand
+from vrx_mj.tasks.frame import EARLY, Frame, Pose
 from vrx_mj.tasks.gates import Side
-from vrx_mj.tasks.kinds import Count
-from vrx_mj.tasks.rules import Desk, Outputs, PlainRules
-from vrx_mj.tasks.sheet import Sheet
+from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
+from vrx_mj.tasks.status import Count, TaskStatus
 
 __all__ = ["Wildlife", "gate_side"]
 
@@ -50,7 +49,7 @@ TOLD = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
 
 
 @dataclass
-class State:
+class WildlifeState:
     """Rows are animals."""
 
     status: list[Literal["never_engaged", "engaged", "not_engaged", "circumnavigated"]]
@@ -75,7 +74,7 @@ class Wildlife(PlainRules):
     """
 
     title = "wildlife"
-    state: State
+    state: WildlifeState
 
     def __init__(self, task: Mapping[str, Any]) -> None:
         self._boat, self._animals = task["boat"], tuple(task["animals"])
@@ -85,7 +84,7 @@ class Wildlife(PlainRules):
         self._rate = task["publication_rate"]
         self.watched = tuple(str(animal["name"]) for animal in self._animals)
         count = len(self._animals)
-        self.state = State(
+        self.state = WildlifeState(
             ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
         )
 
@@ -100,33 +99,33 @@ class Wildlife(PlainRules):
             ]
         }
 
-    def update(self, frame: Frame, desk: Desk) -> None:
+    def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the time, look at every animal, and end the task when all circles are closed."""
-        sheet = desk.sheet
-        if sheet.phase != "running":
+        status = context.status
+        if status.phase != "running":
             return
-        desk.set_score(min(sheet.duration, sheet.elapsed))
-        boat = frame.stands[self._boat]
+        context.set_score(min(status.duration, status.elapsed))
+        boat = frame.poses[self._boat]
         for number, name in enumerate(self.watched):
             if self.state.status[number] != "circumnavigated":
-                self._look_at(number, frame.stands[name], boat, desk)
-        self._publish(frame, sheet)
+                self._look_at(number, frame.poses[name], boat, context)
+        self._publish(frame, status)
         if all(self._done(number) for number in range(len(self._animals)) if not self._avoided(number)):
-            self._complete(desk)
+            self._complete(context)
 
-    def hit(self, other: str, frame: Frame, desk: Desk) -> None:
+    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
             if circled and not self._done(number):
-                desk.tell(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
+                context.log(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
                 circled.clear()
 
-    def timeout_score(self, sheet: Sheet) -> float | None:
+    def timeout_score(self, status: TaskStatus) -> float | None:
         """The full time less the bonus; if nothing is left, the full time."""
-        left = sheet.duration - self._bonuses()
-        return left if left > 0.0 else sheet.duration
+        left = status.duration - self._bonuses()
+        return left if left > 0.0 else status.duration
 
-    def check(self, state: State) -> None:
+    def check(self, state: WildlifeState) -> None:
         """What the team was told of the animals has all its keys, and numbers for the place.
 
         Raises:
@@ -136,7 +135,7 @@ class Wildlife(PlainRules):
             if animal.keys() != TOLD or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
                 raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(TOLD))}")
 
-    def outputs(self, sheet: Sheet) -> Outputs:
+    def outputs(self, status: TaskStatus) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
         return {"animals": self.state.animals} if self.state.published else {}
 
@@ -157,29 +156,29 @@ class Wildlife(PlainRules):
         )
         return self._bonus * sum(earned)
 
-    def _complete(self, desk: Desk) -> None:
+    def _complete(self, context: TaskContext) -> None:
         bonus = self._bonuses()
-        score = desk.sheet.score - bonus
-        desk.set_score(max(0.0, score) if self._classic else score)
-        desk.tell(f"all animals circled after {desk.sheet.elapsed:.2f} s: bonus {bonus:g} s")
-        desk.finish()
+        score = context.status.score - bonus
+        context.set_score(max(0.0, score) if self._classic else score)
+        context.log(f"all animals circled after {context.status.elapsed:.2f} s: bonus {bonus:g} s")
+        context.finish()
 
-    def _look_at(self, number: int, animal: Stand, boat: Stand, desk: Desk) -> None:
+    def _look_at(self, number: int, animal: Pose, boat: Pose, context: TaskContext) -> None:
         """Engage, leave, or go on with the circle: one of them at a frame."""
         own, name = self.state, self.watched[number]
         distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
         if own.status[number] != "engaged":
             if distance <= self._radius:
                 lost = self._avoided(number) and own.status[number] == "never_engaged"
-                desk.tell(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
+                context.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
                 own.status[number] = "engaged"
         elif distance > self._radius:
             own.status[number] = "not_engaged"
-            self._start_over(number, f"{name} left", desk)
+            self._start_over(number, f"{name} left", context)
         elif not self._avoided(number):
-            self._circle(number, boat.x - animal.x, boat.y - animal.y, desk)
+            self._circle(number, boat.x - animal.x, boat.y - animal.y, context)
 
-    def _circle(self, number: int, dx: float, dy: float, desk: Desk) -> None:
+    def _circle(self, number: int, dx: float, dy: float, context: TaskContext) -> None:
         """See which gates the boat has crossed, and in which sense."""
         own, name = self.state, self.watched[number]
         right = "after" if self._animals[number]["goal"] == "circumnavigate_counterclockwise" else "before"
@@ -191,29 +190,29 @@ class Wildlife(PlainRules):
                 continue
             sides[gate] = "crossed"
             if side != right:
-                self._start_over(number, f"{name} passed the wrong way round", desk)
+                self._start_over(number, f"{name} passed the wrong way round", context)
                 continue
             circled.append(gate)
-            desk.tell(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
+            context.log(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
             if len(circled) == GATES:
                 own.status[number] = "circumnavigated"
-                desk.tell(f"{name} circled: {self._bonus:g} s bonus at the end")
+                context.log(f"{name} circled: {self._bonus:g} s bonus at the end")
                 return
 
-    def _start_over(self, number: int, why: str, desk: Desk) -> None:
+    def _start_over(self, number: int, why: str, context: TaskContext) -> None:
         circled = self.state.circled[number]
-        desk.tell(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
+        context.log(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
         circled.clear()
 
-    def _publish(self, frame: Frame, sheet: Sheet) -> None:
+    def _publish(self, frame: Frame, status: TaskStatus) -> None:
         """Tell the team where the animals are, if it is time: at every frame, or at a rate since the run began."""
         own = self.state
-        if self._rate and frame.time < sheet.running_time + own.published / self._rate - EARLY:
+        if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
             return
         own.published += 1
-        own.animals = [_told(animal, frame.stands[animal["name"]]) for animal in self._animals]
+        own.animals = [_told(animal, frame.poses[animal["name"]]) for animal in self._animals]
 
 
-def _told(animal: Mapping[str, Any], stand: Stand) -> dict[str, Any]:
-    place: dict[str, Any] = {"x": stand.x, "y": stand.y, "z": stand.z, "latitude": None, "longitude": None}
+def _told(animal: Mapping[str, Any], pose: Pose) -> dict[str, Any]:
+    place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
     return {"name": KINDS[animal["goal"]], **place}

@@ -11,7 +11,7 @@ from unit.tasks.streams import task
 from vrx_mj.recording.officiated import rescore
 from vrx_mj.recording.reader import Record, SavedState
 from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee
 
 TASK = task("stationkeeping", goal={"x": 0.0, "y": 0.0, "yaw": 0.0}, heading=False)
@@ -47,7 +47,7 @@ def record(times, states=()):
 
 
 def test_the_score_of_a_recording_is_that_of_the_run():
-    assert rescore(record(TIMES)).sheet == watched()[0].sheet
+    assert rescore(record(TIMES)).status == watched()[0].status
 
 
 @pytest.mark.parametrize("first", [10, 33])
@@ -56,5 +56,5 @@ def test_a_recording_that_begins_in_a_run_goes_on_and_counts_no_frame_twice(firs
     referee, kept = watched(begun)
     blob = State(STATE_VERSION, "", 0, begun, np.zeros(1), b"", 0, kept).to_bytes()
     scored = rescore(record(TIMES[first:], (SavedState(begun, blob),)))
-    assert scored.sheet == referee.sheet
+    assert scored.status == referee.status
     assert scored.referee.dump() == referee.dump()

@@ -13,7 +13,7 @@ from vrx_mj.recording.reader import read_record
 from vrx_mj.recording.telling import words
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee
 
 BUOYS = {"red_0": (5.0, 10.0), "green_0": (-5.0, 10.0), "red_1": (5.0, 30.0), "green_1": (-5.0, 30.0)}
@@ -68,9 +68,9 @@ def test_gates_and_scores_are_marks_and_lines():
 
 def test_a_gate_that_is_passed_by_is_missed():
     marks = TaskMarks(TASK)
-    sheet = SimpleNamespace(score=0.0)
+    status = SimpleNamespace(score=0.0)
     for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"])):
-        marks.look(float(time), SimpleNamespace(progress={"gates": gates}, sheet=sheet))
+        marks.look(float(time), SimpleNamespace(progress={"gates": gates}, status=status))
     lines, found = lines_and_marks(marks.chunks())
     assert lines == [(1.0, "gate 1 of 2 missed")]
     assert found == {"gates_missed": [1.0], "gates_passed": [1.0]}
@@ -113,8 +113,8 @@ def test_the_plot_ends_at_the_score_of_the_run():
     times, values = series(written(rows), PLOT, "Scalars:scalars")
     referee = judged(rows)
     assert referee.finished
-    assert values[-1] == [referee.sheet.score, referee.sheet.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
-    assert times[-1] == pytest.approx(2.0 + referee.sheet.elapsed)
+    assert values[-1] == [referee.status.score, referee.status.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
+    assert times[-1] == pytest.approx(2.0 + referee.status.elapsed)
 
 
 def test_points_of_the_plot_are_changes_at_most_two_a_second():
@@ -196,7 +196,7 @@ def test_words_tell_phase_score_and_gates():
 )
 def test_words_tell_the_parts_of_every_task(progress, line):
     class Told:
-        name, sheet = "task", judged([]).sheet
+        name, status = "task", judged([]).status
 
     Told.progress = progress
     assert words(TASK, Told).endswith("\n\n" + line)

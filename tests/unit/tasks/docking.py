@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from unit.tasks.streams import frame, stand, task
+from unit.tasks.streams import frame, pose, task
 from vrx_mj.tasks.dock import Docking
-from vrx_mj.tasks.frame import Stand
+from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.referee import Referee
 
 BALL = "wamv/ball_shooter"
@@ -70,19 +70,19 @@ class Run:
     """A run of a boat and a ball, whose places are given in the dock's frame."""
 
     def __init__(self, referee, dock=None, boat=AWAY, start=0.0):
-        self.referee, self.dock, self.boat, self.ball, self.time = referee, dock or stand(), boat, FAR, start
+        self.referee, self.dock, self.boat, self.ball, self.time = referee, dock or pose(), boat, FAR, start
         self.lines, self.actions = [], []
-        if referee.sheet.running_time == 0.0:
+        if referee.status.running_time == 0.0:
             self.go(0.0)
             self.go()
-            assert referee.sheet.phase == "running"
+            assert referee.status.phase == "running"
 
     def go(self, seconds=0.05, boat=None, ball=None, dock=None, others=(), **values):
         """One frame, some time after the one before."""
         self.boat, self.ball = boat or self.boat, ball or self.ball
         self.dock, self.time = dock or self.dock, self.time + seconds
-        stands = {"dock": self.dock, BALL: self.place(self.ball), **{name: self.place(at) for name, at in others}}
-        verdict = self.referee.look(frame(self.time, self.place(self.boat), **stands, **values))
+        poses = {"dock": self.dock, BALL: self.place(self.ball), **{name: self.place(at) for name, at in others}}
+        verdict = self.referee.look(frame(self.time, self.place(self.boat), **poses, **values))
         self.lines += [line for line, _ in verdict.lines if not line.startswith("scan_dock_deliver: ")]
         self.actions += verdict.actions
         return self
@@ -103,11 +103,11 @@ class Run:
                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
             ]
         )
-        return Stand(*(turn @ point + (self.dock.x, self.dock.y, self.dock.z)).tolist())
+        return Pose(*(turn @ point + (self.dock.x, self.dock.y, self.dock.z)).tolist())
 
     @property
     def score(self):
-        return self.referee.sheet.score
+        return self.referee.status.score
 
     @property
     def over(self):

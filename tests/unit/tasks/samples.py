@@ -3,7 +3,7 @@
 import math
 import random
 
-from unit.tasks.streams import buoys, gate_names, stand, task
+from unit.tasks.streams import buoys, gate_names, pose, task
 from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message
 
 GATES = [((x, -4), (x, 4)) for x in (-4, 0, 4)]
@@ -89,7 +89,7 @@ def restless(kind, seed, count=260):
     """Frames of a boat that goes about among gates, touches them, and sends what the task takes."""
     rng = random.Random(seed)
     x, y, touches, frames = -6.0, 0.0, {}, []
-    things = buoys(GATES) | {"dock": stand(2, 0, 0.3)}
+    things = buoys(GATES) | {"dock": pose(2, 0, 0.3)}
     for k in range(count):
         x, y = x + rng.gauss(0.05, 0.3), y + rng.gauss(-0.1 * y, 0.3)
         if rng.random() < 0.02:
@@ -97,7 +97,7 @@ def restless(kind, seed, count=260):
         messages = ()
         if kind in MESSAGES and rng.random() < 0.05:
             messages = (Message(*MESSAGES[kind]),)
-        ball = stand(rng.gauss(4, 3), rng.gauss(-3, 3), z=1.0)
-        stands = things | {"wamv": stand(x, y, math.sin(k)), "other": stand(y, x), "ball": ball}
-        frames.append(Frame(k / FRAME_RATE, stands, touches, tuple(messages)))
+        ball = pose(rng.gauss(4, 3), rng.gauss(-3, 3), z=1.0)
+        poses = things | {"wamv": pose(x, y, math.sin(k)), "other": pose(y, x), "ball": ball}
+        frames.append(Frame(k / FRAME_RATE, poses, touches, tuple(messages)))
     return frames

@@ -6,13 +6,13 @@ from collections import defaultdict
 from itertools import pairwise
 from pathlib import Path
 
-from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message, Stand
+from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message, Pose
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 
 
-def stand(x=0.0, y=0.0, yaw=0.0, z=0.0):
-    return Stand(x, y, z, (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
+def pose(x=0.0, y=0.0, yaw=0.0, z=0.0):
+    return Pose(x, y, z, (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
 
 
 def task(kind, **values):
@@ -32,17 +32,17 @@ def task(kind, **values):
 
 
 def frame(time, boat=None, touches=None, messages=(), **others):
-    """A frame; `boat` is a stand or (x, y), as are the others."""
-    stands = {name: place if isinstance(place, Stand) else stand(*place) for name, place in others.items()}
-    stands["wamv"] = stand() if boat is None else boat if isinstance(boat, Stand) else stand(*boat)
-    return Frame(time, stands, touches or {}, tuple(Message(topic, content) for topic, content in messages))
+    """A frame; `boat` is a pose or (x, y), as are the others."""
+    poses = {name: place if isinstance(place, Pose) else pose(*place) for name, place in others.items()}
+    poses["wamv"] = pose() if boat is None else boat if isinstance(boat, Pose) else pose(*boat)
+    return Frame(time, poses, touches or {}, tuple(Message(topic, content) for topic, content in messages))
 
 
 def begin(referee, **others):
     """The two frames after which a task without delays runs."""
     referee.look(frame(0.0, **others))
     referee.look(frame(1 / FRAME_RATE, **others))
-    assert referee.sheet.phase == "running"
+    assert referee.status.phase == "running"
 
 
 def look(referee, *args, **others):
@@ -74,9 +74,9 @@ def gate_names(count):
 
 
 def buoys(gates):
-    """The stands of gates given as ((red x, y), (partner x, y))."""
+    """The poses of gates given as ((red x, y), (partner x, y))."""
     return {
-        f"{side}_{k}": stand(*place)
+        f"{side}_{k}": pose(*place)
         for k, gate in enumerate(gates)
         for side, place in zip(("red", "green"), gate, strict=True)
     }

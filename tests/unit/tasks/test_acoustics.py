@@ -5,11 +5,11 @@ import math
 
 import pytest
 
-from unit.tasks.streams import begin, frame, look, stand, task
+from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.acoustics import AcousticPerception, AcousticTracking
-from vrx_mj.tasks.actions import Release, SetPinger
 from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.rules import Release, SetPinger
 
 
 def perception(**values):
@@ -32,9 +32,9 @@ def test_the_score_is_the_time_to_the_beacon():
     begin(referee, boat=(-532, 162))
     for second in range(1, 21):
         assert look(referee, float(second), (-532, 162)) == []
-        assert referee.sheet.score == second
+        assert referee.status.score == second
     lines = look(referee, 25.5, (-560, 185))
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, False, 25.5)
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 25.5)
     assert lines == ["wamv is 2.00 m from the beacon: found after 25.50 s"]
 
 
@@ -51,7 +51,7 @@ def test_the_score_is_the_time_to_the_beacon():
 def test_the_distance_is_taken_in_space(place, found):
     referee = perception()
     begin(referee, boat=(-532, 162))
-    look(referee, 1.0, stand(-560.0 + place[0], 185.0 + place[1], z=place[2]))
+    look(referee, 1.0, pose(-560.0 + place[0], 185.0 + place[1], z=place[2]))
     assert referee.finished is found
 
 
@@ -60,7 +60,7 @@ def test_a_boat_that_is_early_ends_the_task_at_0():
     referee.look(frame(0.0, (-532, 162)))
     referee.look(frame(10.0, (-532, 162)))
     referee.look(frame(15.0, (-560, 185)))
-    assert (referee.finished, referee.sheet.score, referee.sheet.elapsed) == (True, 0.0, 0.0)
+    assert (referee.finished, referee.status.score, referee.status.elapsed) == (True, 0.0, 0.0)
 
 
 def test_a_run_in_vain_has_the_full_time_and_hits_cost_nothing():
@@ -68,8 +68,8 @@ def test_a_run_in_vain_has_the_full_time_and_hits_cost_nothing():
     begin(referee, boat=(-532, 162))
     for second in range(1, 31):
         referee.look(frame(float(second), (-532, 162), {"buoy": float(second)}))
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, True, 30.0)
-    assert referee.sheet.collisions > 0
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 30.0)
+    assert referee.status.collisions > 0
 
 
 def test_the_beacon_is_put_to_its_place_once():
@@ -86,8 +86,8 @@ def test_the_score_is_the_mean_horizontal_distance():
     referee = tracking()
     begin(referee, boat=(0, 0), pinger=(3, 4))  # one frame that counts: 5 m
     look(referee, 0.1, (0, 0), pinger=(6, 8))
-    look(referee, 0.15, stand(0, 0, z=0.5), pinger=stand(3, 0, z=-7))
-    assert referee.sheet.score == pytest.approx((5 + 10 + 3) / 3)
+    look(referee, 0.15, pose(0, 0, z=0.5), pinger=pose(3, 0, z=-7))
+    assert referee.status.score == pytest.approx((5 + 10 + 3) / 3)
     assert referee.outputs == {"pose_error": 3.0, "mean_pose_error": pytest.approx(6.0)}
 
 
@@ -98,9 +98,9 @@ def test_hits_cost_at_time_out_only_also_those_before_the_run():
     for time in times:
         referee.look(frame(time, (0, 0), {"buoy": hits[time]} if time in hits else {}, pinger=(3, 4)))
         if not referee.finished:
-            assert referee.sheet.score == (5.0 if time >= 10.0 else 0.0)
-    assert (referee.sheet.timed_out, referee.sheet.collisions) == (True, 2)
-    assert referee.sheet.score == 5.0 + 2 * 1.5
+            assert referee.status.score == (5.0 if time >= 10.0 else 0.0)
+    assert (referee.status.timed_out, referee.status.collisions) == (True, 2)
+    assert referee.status.score == 5.0 + 2 * 1.5
     assert referee.outputs == {"pose_error": 5.0, "mean_pose_error": 5.0}
 
 
@@ -108,14 +108,14 @@ def test_a_boat_right_over_the_beacon_scores_0():
     referee = tracking(durations=[0.0, 0.0, 2.0])
     begin(referee, boat=(3, 4), pinger=(3, 4))
     look(referee, 2.0, (3, 4), pinger=(3, 4))
-    assert (referee.finished, referee.sheet.score) == (True, 0.0)
+    assert (referee.finished, referee.status.score) == (True, 0.0)
 
 
 def test_the_beacon_is_told_ten_times_a_second_2_m_above_the_water_while_it_runs():
     referee = tracking(durations=[1.0, 1.0, 300.0])
     told = []
     for step in range(20 * 4):
-        verdict = referee.look(frame(step / 20, pinger=stand(step / 10, 7.0, z=-0.3)))
+        verdict = referee.look(frame(step / 20, pinger=pose(step / 10, 7.0, z=-0.3)))
         told += [(step, action) for action in verdict.actions if isinstance(action, SetPinger)]
     assert told == [(step, SetPinger("wamv", (step / 10, 7.0, 2.0))) for step in range(40, 80, 2)]
 
@@ -126,7 +126,7 @@ def test_nothing_counts_before_it_runs():
         referee.look(frame(time, pinger=(50, 0)))
         assert referee.outputs == {}
     look(referee, 2.0, pinger=(5, 0))
-    assert referee.sheet.score == 5.0
+    assert referee.status.score == 5.0
 
 
 # Both
@@ -145,9 +145,9 @@ def test_no_message_is_taken(make):
 def test_another_boat_changes_nothing(make):
     alone, together = make(), make()
     for step in range(100):
-        stands = {"pinger": (step / 10, 7.0)}
-        verdict = alone.look(frame(step / 20, (-532 - step, 162), **stands))
-        assert verdict == together.look(frame(step / 20, (-532 - step, 162), wamv2=(-560, 185), **stands))
+        poses = {"pinger": (step / 10, 7.0)}
+        verdict = alone.look(frame(step / 20, (-532 - step, 162), **poses))
+        assert verdict == together.look(frame(step / 20, (-532 - step, 162), wamv2=(-560, 185), **poses))
     assert alone.dump() == together.dump()
 
 

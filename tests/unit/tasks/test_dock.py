@@ -3,9 +3,9 @@
 import pytest
 
 from unit.tasks.docking import AWAY, BALL, BAY, OUT, ZONES, Run, docking
-from unit.tasks.streams import frame, stand
+from unit.tasks.streams import frame, pose
 from vrx_mj.config.poses import quaternion
-from vrx_mj.tasks.frame import Stand
+from vrx_mj.tasks.frame import Pose
 
 
 def test_a_perfect_run():
@@ -19,7 +19,7 @@ def test_a_perfect_run():
     run.go(ball=(1.0, 8.4, 1.5)).go(ball=(5.6, 8.4, 2.8)).go(ball=(6.0, 8.4, 2.8))
     assert run.score == 25.0
     run.go(boat=(-1.0, 9.0, 0.0)).go(boat=OUT)
-    assert (run.over, run.referee.sheet.timed_out, run.score) == (True, False, 45.0)
+    assert (run.over, run.referee.status.timed_out, run.score) == (True, False, 45.0)
     assert run.lines == [
         "colours red, green, blue: right, 10 points",
         "wamv enters bay2",
@@ -38,7 +38,7 @@ def test_a_perfect_run():
 @pytest.mark.parametrize("dock", ZONES)
 def test_the_zones_end_at_vrxs_faces(dock, yaw):
     """A millimetre inside and outside of every face of every internal zone."""
-    anchor = stand(-480.0, 190.0, yaw=yaw)
+    anchor = pose(-480.0, 190.0, yaw=yaw)
     for number, (center, size, _, _) in enumerate(ZONES[dock], start=1):
         for axis in range(3):
             for way in (-1.0, 1.0):
@@ -52,7 +52,7 @@ def test_the_zones_end_at_vrxs_faces(dock, yaw):
 @pytest.mark.parametrize("yaw", [0.0, -2.76])
 @pytest.mark.parametrize("dock", ZONES)
 def test_the_points_come_at_the_faces_of_the_external_zones(dock, yaw):
-    anchor = stand(130.0, 97.0, yaw=yaw)
+    anchor = pose(130.0, 97.0, yaw=yaw)
     for number, (inside, _, center, size) in enumerate(ZONES[dock], start=1):
         for axis in range(3):
             for way in (-1.0, 1.0):
@@ -133,24 +133,24 @@ def test_a_boat_docks_once():
 def test_points_stay_when_time_is_up():
     run = Run(docking(durations=[0.0, 0.0, 30.0])).go(messages=[("color_sequence", ["red", "green", "blue"])])
     run.go(10.0, boat=BAY).go(20.0)
-    assert (run.over, run.referee.sheet.timed_out, run.score) == (True, True, 10.0)
+    assert (run.over, run.referee.status.timed_out, run.score) == (True, True, 10.0)
 
 
 def test_a_hit_costs_nothing():
     run = Run(docking()).go(boat=BAY).go(10.0, touches={"dock": 9.0}).go(boat=OUT)
-    assert (run.score, run.referee.sheet.collisions) == (20.0, 1)
+    assert (run.score, run.referee.status.collisions) == (20.0, 1)
 
 
 def test_backing_out_before_the_task_runs_ends_it_without_points():
     run = Run(docking(durations=[1.0, 19.0, 300.0])).go(boat=BAY).go(10.0).go(1.0, boat=OUT)
-    assert run.referee.sheet.phase == "finished"
+    assert run.referee.status.phase == "finished"
     assert run.score == 0.0
     assert run.lines[-1] == "wamv backs out of bay2, the right bay: no points before the task runs"
 
 
 def test_vrx3_times_the_stay_from_running_on():
     run = Run(docking(durations=[1.0, 19.0, 300.0], profile="vrx3")).go(boat=BAY).go(10.0).go(1.0, boat=OUT)
-    assert run.referee.sheet.phase == "ready"
+    assert run.referee.status.phase == "ready"
     assert run.progress["docked"] == []
     run.go(1.0, boat=BAY).go(9.0).go(9.0)
     assert run.progress["docked"] == []
@@ -171,9 +171,9 @@ def test_only_the_tasks_boat_docks():
 
 
 def test_zones_go_with_a_dock_that_drifts():
-    run = Run(docking(), dock=stand(10.0, 20.0, yaw=0.3)).go(boat=BAY)
+    run = Run(docking(), dock=pose(10.0, 20.0, yaw=0.3)).go(boat=BAY)
     for second in range(10):
-        run.go(1.0, dock=stand(10.0 + second, 20.0 - second, yaw=0.3 - 0.1 * second))
+        run.go(1.0, dock=pose(10.0 + second, 20.0 - second, yaw=0.3 - 0.1 * second))
     assert run.progress["docked"] == ["bay2"]
 
 
@@ -181,16 +181,16 @@ def test_a_dock_that_drifts_may_leave_a_boat_behind():
     """The boat is at rest in the world; the bay is 1.5 m wide and the dock drifts across it."""
     referee = docking()
     for number in range(40):
-        place = stand(1.45, 9.0)
-        referee.look(frame(number * 0.5, place, dock=stand(0.0, 0.1 * number), **{BALL: stand(z=-200.0)}))
+        place = pose(1.45, 9.0)
+        referee.look(frame(number * 0.5, place, dock=pose(0.0, 0.1 * number), **{BALL: pose(z=-200.0)}))
         assert referee.progress["bay"] == ("bay2" if number <= 7 else "")
 
 
 def test_a_zone_heels_with_its_dock():
     """Heeled by 0.4 rad about x, bay 3 at y = 15 is lifted by 5.8 m: a boat on the water is no more in it."""
-    heeled = Stand(0.0, 0.0, 0.0, quaternion(0.4, 0.0, 0.0))
+    heeled = Pose(0.0, 0.0, 0.0, quaternion(0.4, 0.0, 0.0))
     run = Run(docking(), dock=heeled).go(boat=(1.45, 15.0, 0.0))
     assert run.progress["bay"] == "bay3"
     referee = docking()
-    referee.look(frame(0.0, (1.45, 15.0), dock=heeled, **{BALL: stand(z=-200.0)}))
+    referee.look(frame(0.0, (1.45, 15.0), dock=heeled, **{BALL: pose(z=-200.0)}))
     assert referee.progress["bay"] == ""

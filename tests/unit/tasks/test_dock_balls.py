@@ -10,13 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.tasks.docking import AWAY, BALL, BAY, FAR, HOLES, OUT, ZONES, Run, docking
-from unit.tasks.streams import frame, stand
+from unit.tasks.streams import frame, pose
 from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.actions import LightUp, Release, ShowSymbol
-from vrx_mj.tasks.dock import FASTEST
-from vrx_mj.tasks.frame import Stand
-from vrx_mj.tasks.zones import Box, relative
+from vrx_mj.tasks.dock import FASTEST, Box, relative
+from vrx_mj.tasks.frame import Pose
+from vrx_mj.tasks.rules import LightUp, Release, ShowSymbol
 
 # Balls
 
@@ -24,7 +23,7 @@ from vrx_mj.tasks.zones import Box, relative
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -2.0])
 @pytest.mark.parametrize(("hole", "y", "points"), [(0, 3.6, 5.0), (1, 2.4, 10.0), (4, 15.6, 5.0), (5, 14.4, 10.0)])
 def test_a_ball_through_any_hole_counts_though_no_frame_shows_it_there(yaw, hole, y, points):
-    run = Run(docking(), dock=stand(-480.0, 190.0, yaw=yaw)).go(ball=(5.3, y, 2.8)).go(ball=(6.4, y, 2.8))
+    run = Run(docking(), dock=pose(-480.0, 190.0, yaw=yaw)).go(ball=(5.3, y, 2.8)).go(ball=(6.4, y, 2.8))
     assert run.score == points
     assert run.progress["hits"] == [
         {"time": pytest.approx(0.15), "ball": BALL, "bay": HOLES[hole]["bay"], "size": HOLES[hole]["size"]}
@@ -82,7 +81,7 @@ def test_two_holes_at_once_count_once():
 def test_balls_count_only_while_the_task_runs():
     run = Run(docking(durations=[1.0, 1.0, 300.0])).go(ball=(5.5, 9.6, 2.83)).go(ball=(5.95, 9.6, 2.83))
     run.go(3.0).go(3.0)
-    assert (run.referee.sheet.phase, run.score, run.progress["hits"]) == ("running", 0.0, [])
+    assert (run.referee.status.phase, run.score, run.progress["hits"]) == ("running", 0.0, [])
 
 
 def test_a_ball_in_the_frame_of_backing_out_counts():
@@ -99,18 +98,18 @@ def test_every_ball_of_the_boat_counts():
     referee = docking(balls=[BALL, "wamv/second"])
     assert referee.watched == ("wamv", "dock", BALL, "wamv/second")
     for number, x in enumerate((5.5, 5.5, 5.95)):
-        balls = {BALL: stand(z=-200.0), "wamv/second": stand(x, 9.6, z=2.83)}
-        referee.look(frame(0.05 * number, dock=stand(), **balls))
-    assert referee.sheet.score == 5.0
+        balls = {BALL: pose(z=-200.0), "wamv/second": pose(x, 9.6, z=2.83)}
+        referee.look(frame(0.05 * number, dock=pose(), **balls))
+    assert referee.status.score == 5.0
 
 
 def test_a_hole_goes_with_its_dock():
     """The dock drifts by 0.5 m toward a ball that hangs in the air."""
-    referee, ball = docking(), Stand(5.5, 9.6, 2.83)
+    referee, ball = docking(), Pose(5.5, 9.6, 2.83)
     for number in range(3):
-        referee.look(frame(0.05 * number, dock=stand(), **{BALL: ball}))
-    referee.look(frame(0.15, dock=stand(-0.5), **{BALL: ball}))
-    assert referee.sheet.score == 5.0
+        referee.look(frame(0.05 * number, dock=pose(), **{BALL: ball}))
+    referee.look(frame(0.15, dock=pose(-0.5), **{BALL: ball}))
+    assert referee.status.score == 5.0
 
 
 def test_without_targets_nothing_is_shot():
@@ -155,7 +154,7 @@ def test_of_two_submissions_in_one_frame_the_first_counts():
 @pytest.mark.parametrize(("wait", "phase"), [(0.0, "initial"), (1.5, "ready")])
 def test_colours_sent_too_early_are_in_vain(wait, phase):
     run = Run(docking(durations=[1.0, 1.0, 5.0])).go(wait)
-    assert (run.referee.sheet.phase, run.referee.outputs["color_sequence_open"]) == (phase, False)
+    assert (run.referee.status.phase, run.referee.outputs["color_sequence_open"]) == (phase, False)
     run.go(messages=[("color_sequence", ["red", "green", "blue"])])
     assert run.lines[-1] == "colours ignored: they are accepted once, while the task runs"
     run.go(1.5)
@@ -225,7 +224,7 @@ def wandering(seed):
         boat = draw.choice(places) if draw.random() < 0.08 else boat
         ball = draw.choice([(5.5, 9.6, 2.83), (6.0, 9.6, 2.83), (5.95, 2.4, 2.83), FAR])
         messages = [("color_sequence", ["red", "green", "blue"])] if draw.random() < 0.02 else []
-        run.dock = stand(0.1 * draw.random(), draw.random(), yaw=0.05 * draw.random())
+        run.dock = pose(0.1 * draw.random(), draw.random(), yaw=0.05 * draw.random())
         touches = {"dock": time} if draw.random() < 0.05 else {}
         others = {"dock": run.dock, BALL: run.place(ball)}
         yield frame(time, run.place(boat), messages=messages, touches=touches, **others)
@@ -236,7 +235,7 @@ def test_a_run_cut_anywhere_goes_on_exactly(seed):
     stream = list(wandering(seed))
     whole = docking(durations=[1.0, 2.0, 300.0])
     said = [whole.look(each) for each in stream]
-    assert whole.sheet.score > 0.0
+    assert whole.status.score > 0.0
     for cut in random.Random(seed).sample(range(len(stream)), 8):
         first, second = docking(durations=[1.0, 2.0, 300.0]), docking(durations=[1.0, 2.0, 300.0])
         before = [first.look(each) for each in stream[:cut]]
@@ -281,5 +280,5 @@ def test_a_way_meets_a_box_where_a_walk_along_it_is_inside(start, end, center, s
 def test_places_in_a_frame_agree_with_matrices(origin, point, roll, pitch, yaw):
     turn = np.array(rotation(roll, pitch, yaw))
     expected = turn.T @ (np.array(point) - origin)
-    found = relative(Stand(*origin, quaternion(roll, pitch, yaw)), Stand(*point))
+    found = relative(Pose(*origin, quaternion(roll, pitch, yaw)), Pose(*point))
     assert found == pytest.approx(expected.tolist(), abs=1e-12)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.tasks.streams import buoys, courses, frame, gate_names, stand, through
+from unit.tasks.streams import buoys, courses, frame, gate_names, pose, through
 from vrx_mj.config.objects import load_object
 from vrx_mj.tasks.gates import Gate, gate_between, marker_names, passage, side_of
 
@@ -16,7 +16,7 @@ metres = st.floats(-100, 100)
 
 
 def test_a_gate_is_crossed_with_its_left_marker_to_starboard():
-    gate = gate_between(stand(20, -5), stand(20, 5))  # heading east, starboard is south
+    gate = gate_between(pose(20, -5), pose(20, 5))  # heading east, starboard is south
     assert gate == pytest.approx((20.0, 0.0, 0.0, 10.0))
 
 
@@ -30,12 +30,12 @@ def test_a_gate_is_crossed_with_its_left_marker_to_starboard():
     ],
 )
 def test_directions_by_compass(left, right, yaw):
-    turned = gate_between(stand(*left), stand(*right)).yaw - yaw
+    turned = gate_between(pose(*left), pose(*right)).yaw - yaw
     assert (math.cos(turned), math.sin(turned)) == pytest.approx((1.0, 0.0), abs=1e-15)
 
 
 def test_heights_of_the_buoys_widen_a_gate_as_in_vrx():
-    assert gate_between(stand(0, -3, z=4.0), stand(0, 5, z=-2.0)).width == 10.0  # 8 and 6
+    assert gate_between(pose(0, -3, z=4.0), pose(0, 5, z=-2.0)).width == 10.0  # 8 and 6
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_sides_agree_with_complex_numbers(x, y, yaw, width, boat_x, boat_y):
     if abs(local.real) < 1e-9 or abs(abs(local.imag) - width / 2) < 1e-9:
         return  # rounding may decide
     expected = "outside" if abs(local.imag) > width / 2 else "after" if local.real > 0 else "before"
-    gate = gate_between(stand(left.real, left.imag), stand(right.real, right.imag))
+    gate = gate_between(pose(left.real, left.imag), pose(right.real, right.imag))
     assert side_of(gate, boat_x, boat_y) == expected
 
 
@@ -105,7 +105,7 @@ def test_the_shipped_courses_have_vrx_gates(course):
 
 @pytest.mark.parametrize("course", COURSES)
 def test_every_gate_of_a_course_is_entered_before_and_left_after(course):
-    stands = buoys(COURSES[course])
+    poses = buoys(COURSES[course])
     for names, gate in zip(gate_names(len(COURSES[course])), COURSES[course], strict=True):
-        found = gate_between(stands[names["left"]], stands[names["right"]])
+        found = gate_between(poses[names["left"]], poses[names["right"]])
         assert [side_of(found, *point) for point in through(gate)] == ["before", "after"]

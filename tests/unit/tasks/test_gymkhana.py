@@ -4,8 +4,8 @@ import pytest
 
 from unit.tasks.streams import begin, buoys, frame, gate_names, look, task
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.actions import Release, SetPinger
 from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.rules import Release, SetPinger
 
 GATES = [((x, -5), (x, 5)) for x in (10, 20)]
 STANDS = buoys(GATES)
@@ -26,7 +26,7 @@ def sail(referee, *boats, start=1.0, **values):
     scores = []
     for second, boat in enumerate(boats):
         look(referee, start + second, boat, **STANDS, **values)
-        scores.append(referee.sheet.score)
+        scores.append(referee.status.score)
     return scores
 
 
@@ -38,15 +38,15 @@ def test_the_score_is_200_until_the_channel_is_finished_and_then_the_mean_distan
         pytest.approx((30 + 25 + 15 + 5) / 4),
         pytest.approx((30 + 25 + 15 + 5 + 0) / 5),
     ]
-    assert referee.outputs["mean_pose_error"] == referee.sheet.score
+    assert referee.outputs["mean_pose_error"] == referee.status.score
     assert referee.outputs["channel"]["score"] == pytest.approx(3.0 / 2)
     assert referee.progress == {"gates": ["crossed", "crossed"]}
 
 
 def test_lines_of_the_channel_are_told():
     referee = gymkhana()
-    stands = [frame(time, (x, 0), **STANDS) for time, x in ((1.0, 5), (2.0, 15), (3.0, 25))]
-    lines = [text for each in stands for text, _ in referee.look(each).lines]
+    poses = [frame(time, (x, 0), **STANDS) for time, x in ((1.0, 5), (2.0, 15), (3.0, 25))]
+    lines = [text for each in poses for text, _ in referee.look(each).lines]
     assert lines == [
         "gate 1 of 2 crossed, 2.0 s",
         "gate 2 of 2 crossed, 3.0 s",
@@ -57,13 +57,13 @@ def test_lines_of_the_channel_are_told():
 def test_the_heading_does_not_count():
     referee = gymkhana()
     sail(referee, (5, 0, 1), (15, 0, 2), (25, 0, 3))
-    assert referee.sheet.score == (30 + 25 + 15 + 5) / 4
+    assert referee.status.score == (30 + 25 + 15 + 5) / 4
 
 
 def test_a_failed_channel_fails_all():
     referee = gymkhana()
     assert sail(referee, (0, 9), (15, 9), (15, 0), (5, 0)) == [200.0] * 4
-    assert (referee.finished, referee.sheet.timed_out) == (True, False)
+    assert (referee.finished, referee.status.timed_out) == (True, False)
     assert referee.progress == {"gates": ["backwards", "ahead"]}
 
 
@@ -71,7 +71,7 @@ def test_a_channel_out_of_time_fails_all_without_penalties():
     referee = gymkhana()
     sail(referee, (5, 0), (15, 0), start=200.0, touches={"red_0": 200.0})
     sail(referee, (15, 0), start=300.0)
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, True, 200.0)
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
     assert referee.outputs["channel"]["timed_out"]
     assert referee.outputs["channel"]["score"] == 200.0
 
@@ -80,19 +80,19 @@ def test_penalties_are_added_only_when_time_is_up():
     referee = gymkhana()
     sail(referee, (5, 0), (15, 0), (25, 0))
     referee.look(frame(100.0, (30, 0), touches={"buoy": 100.0}, **STANDS))
-    assert referee.sheet.score == (30 + 25 + 15 + 5 + 0) / 5
+    assert referee.status.score == (30 + 25 + 15 + 5 + 0) / 5
     referee.look(frame(200.0, (30, 0), touches={"buoy": 200.0}, **STANDS))
-    assert referee.sheet.score == 75 / 6
+    assert referee.status.score == 75 / 6
     referee.look(frame(300.0, (500, 0), touches={"buoy": 200.0}, **STANDS))
-    assert (referee.finished, referee.sheet.timed_out) == (True, True)
-    assert referee.sheet.score == 75 / 6 + 2 * 1.0
+    assert (referee.finished, referee.status.timed_out) == (True, True)
+    assert referee.status.score == 75 / 6 + 2 * 1.0
 
 
 def test_the_channel_counts_with_its_own_buffer_and_penalty():
     referee = gymkhana()
     for time in (12.0, 16.0, 20.0):  # over 3 s apart, but not 10 s
         referee.look(frame(time, (5, 0), touches={"red_0": time}, **STANDS))
-    assert referee.sheet.collisions == 3
+    assert referee.status.collisions == 3
     assert referee.outputs["channel"]["num_collisions"] == 1
     referee.look(frame(30.0, (5, 0), touches={"red_0": 20.0}, **STANDS))
     assert referee.outputs["channel"]["score"] == (30.0 + 10.0) / 2
@@ -102,7 +102,7 @@ def test_hits_after_the_channel_are_not_the_channels():
     referee = gymkhana()
     sail(referee, (5, 0), (15, 0), (25, 0))
     referee.look(frame(100.0, (30, 0), touches={"buoy": 100.0}, **STANDS))
-    assert (referee.sheet.collisions, referee.outputs["channel"]["num_collisions"]) == (1, 0)
+    assert (referee.status.collisions, referee.outputs["channel"]["num_collisions"]) == (1, 0)
 
 
 def test_in_vrx3_the_channel_is_the_path_with_points_and_cannot_fail():
@@ -111,14 +111,14 @@ def test_in_vrx3_the_channel_is_the_path_with_points_and_cannot_fail():
     assert scores[:5] == [200.0] * 5
     assert scores[5] < 30.0  # the last gate, even backwards
     assert referee.outputs["channel"]["score"] == 10.0
-    assert referee.sheet.phase == "running"
+    assert referee.status.phase == "running"
 
 
 def test_in_vrx3_a_channel_out_of_time_costs_penalties_too():
     referee = gymkhana(profile="vrx3")
     sail(referee, (5, 0), (6, 0), start=200.0, touches={"red_0": 200.0})
     sail(referee, (15, 0), start=300.0)
-    assert referee.sheet.score == 201.0
+    assert referee.status.score == 201.0
 
 
 def test_the_beacon_is_set_and_told_at_ready():

@@ -4,7 +4,7 @@ import pytest
 
 from unit.tasks.streams import begin, buoys, courses, frame, gate_names, look, task, through, track
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.navigation import FAILURE, NavigationCourse
+from vrx_mj.tasks.gates import FAILURE, NavigationCourse
 from vrx_mj.tasks.registry import make_referee
 
 COURSES = courses()
@@ -23,17 +23,17 @@ def channel(gates=GATES, **values):
 
 def sail(referee, *boats, start=1.0, gates=GATES):
     """One frame a second with the boat here and there; all lines."""
-    stands = buoys(gates)
-    return [line for second, boat in enumerate(boats) for line in look(referee, start + second, boat, **stands)]
+    poses = buoys(gates)
+    return [line for second, boat in enumerate(boats) for line in look(referee, start + second, boat, **poses)]
 
 
 def test_the_score_is_the_time_per_gate():
     referee = channel()
     lines = sail(referee, (5, 0), (15, 0), (25, 0), (35, 0))
     assert referee.finished
-    assert not referee.sheet.timed_out
-    assert referee.sheet.elapsed == pytest.approx(4.0)
-    assert referee.sheet.score == pytest.approx(4.0 / 3)
+    assert not referee.status.timed_out
+    assert referee.status.elapsed == pytest.approx(4.0)
+    assert referee.status.score == pytest.approx(4.0 / 3)
     assert lines == ["gate 1 of 3 crossed, 2.0 s", "gate 2 of 3 crossed, 3.0 s", "gate 3 of 3 crossed, 4.0 s"]
     assert referee.progress == {"gates": ["crossed"] * 3}
 
@@ -41,14 +41,14 @@ def test_the_score_is_the_time_per_gate():
 @pytest.mark.parametrize("course", COURSES)
 def test_a_course_sailed_with_red_to_starboard_is_finished_in_its_time(course):
     gates = COURSES[course]
-    referee, stands = channel(gates), buoys(gates)
+    referee, poses = channel(gates), buoys(gates)
     legs = [point for gate in gates for point in through(gate)]
     for number, boat in enumerate(track(legs, 0.25), start=2):
-        look(referee, number / 20, boat, **stands)
+        look(referee, number / 20, boat, **poses)
         if referee.finished:
             break
     assert referee.progress == {"gates": ["crossed"] * len(gates)}
-    assert referee.sheet.score == pytest.approx(number / 20 / len(gates), rel=1e-12)
+    assert referee.status.score == pytest.approx(number / 20 / len(gates), rel=1e-12)
 
 
 @pytest.mark.parametrize("course", COURSES)
@@ -56,14 +56,14 @@ def test_a_course_sailed_with_red_to_port_fails_at_its_first_gate(course):
     gates = COURSES[course]
     referee = channel(gates)
     lines = sail(referee, *reversed(through(gates[0])), gates=gates)
-    assert (referee.finished, referee.sheet.score) == (True, FAILURE)
+    assert (referee.finished, referee.status.score) == (True, FAILURE)
     assert lines == ["gate 1 crossed backwards: failed"]
 
 
 def test_a_gate_crossed_backwards_fails_even_if_it_is_not_its_turn():
     referee = channel()
     assert sail(referee, (35, 0), (25, 0)) == ["gate 3 crossed backwards: failed"]
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, False, 200.0)
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 200.0)
     assert referee.progress == {"gates": ["ahead", "ahead", "backwards"]}
 
 
@@ -73,7 +73,7 @@ def test_a_gate_out_of_turn_fails():
         "gate 1 of 3 crossed, 2.0 s",
         "gate 3 crossed before gate 2: failed",
     ]
-    assert referee.sheet.score == 200.0
+    assert referee.status.score == 200.0
     assert referee.progress == {"gates": ["crossed", "missed", "crossed"]}
 
 
@@ -100,26 +100,26 @@ def test_gates_move_with_their_buoys():
 def test_collisions_cost_seconds_also_those_before_the_run():
     referee = make_referee(task("navigation_course", gates=gate_names(3), obstacle_penalty=10.0, durations=[5, 5, 300]))
     referee.look(frame(4.0, touches={"red_0": 4.0}, **STANDS))
-    assert referee.sheet.collisions == 1
+    assert referee.status.collisions == 1
     for time in (5.0, 10.0, 12.0):
         referee.look(frame(time, touches={"red_0": 4.0}, **STANDS))
-    assert referee.sheet.score == pytest.approx((2.0 + 10.0) / 3)
+    assert referee.status.score == pytest.approx((2.0 + 10.0) / 3)
     referee.look(frame(13.0, touches={"red_0": 4.0, "red_1": 13.0}, **STANDS))
-    assert referee.sheet.score == pytest.approx((3.0 + 20.0) / 3)
+    assert referee.status.score == pytest.approx((3.0 + 20.0) / 3)
 
 
 def test_the_score_is_never_over_the_running_time_per_gate():
     referee = channel(obstacle_penalty=1000.0)
     referee.look(frame(5.0, touches={"red_0": 5.0}, **STANDS))
-    assert referee.sheet.score == 100.0  # 300 / 3
+    assert referee.status.score == 100.0  # 300 / 3
 
 
 def test_time_up_is_a_failure():
     referee = channel()
     sail(referee, (5, 0), (15, 0), (25, 0))
     assert sail(referee, (35, 0), start=300.0) == []
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, True, 200.0)
-    assert referee.sheet.remaining == 0.0
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
+    assert referee.status.remaining == 0.0
 
 
 def test_a_gate_crossed_before_the_run_does_not_count():

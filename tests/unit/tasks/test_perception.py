@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from unit.tasks.streams import begin, frame, look, stand, task
+from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.actions import PlaceObject, Release
 from vrx_mj.tasks.perception import ahead_of
 from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.rules import PlaceObject, Release
 
 RED, GREEN = "mb_marker_buoy_red", "mb_marker_buoy_green"
 
@@ -44,7 +44,7 @@ def test_a_perfect_run():
         "landmark red_0 disappears: error 0.00 m",
         "landmark green_0 disappears: error 0.00 m",
     ]
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, False, 0.0)
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 0.0)
 
 
 def test_errors_are_of_now_at_most_two_and_the_least_counts():
@@ -52,19 +52,19 @@ def test_errors_are_of_now_at_most_two_and_the_least_counts():
     look(referee, 6.0, red_0=(-200, 100))
     assert look(referee, 6.05, messages=[report(RED, 9, 0)], red_0=(8.5, 0)) == ["landmark red_0 found, error 0.50 m"]
     assert look(referee, 11.0, red_0=(9, 0)) == ["landmark red_0 disappears: error 0.50 m"]
-    assert referee.sheet.score == 0.5
+    assert referee.status.score == 0.5
     far = perception([thing("red_0", RED, 5.0)])
     look(far, 6.0, red_0=(8, 0))
     look(far, 7.0, messages=[report(RED, 800, 0)], red_0=(8, 0))
     look(far, 11.0, red_0=(8, 0))
-    assert far.sheet.score == 2.0
+    assert far.status.score == 2.0
 
 
 def test_nothing_found_is_ten():
     referee = perception()
     look(referee, 6.0, **UP)
     look(referee, 11.0, **UP)
-    assert (referee.finished, referee.sheet.score) == (True, 10.0)
+    assert (referee.finished, referee.status.score) == (True, 10.0)
 
 
 def test_the_sum_is_the_score_until_the_end_and_then_the_mean():
@@ -72,7 +72,7 @@ def test_the_sum_is_the_score_until_the_end_and_then_the_mean():
     scores = []
     for time, messages in ((6, ()), (7, [report(RED, 8, 1)]), (11, ()), (16, ()), (21, ())):
         look(referee, time, messages=messages, **UP)
-        scores.append(referee.sheet.score)
+        scores.append(referee.status.score)
     assert scores == [0.0, 0.0, 1.0, 1.0, 5.5]
 
 
@@ -86,7 +86,7 @@ def test_every_report_costs_an_attempt_right_or_wrong():
         "landmark mb_marker_buoy_green ignored: no attempts left",
     ]
     look(referee, 11.0, **UP)
-    assert referee.sheet.score == 5.5
+    assert referee.status.score == 5.5
 
 
 def test_attempts_are_shared_by_all_that_are_up():
@@ -94,7 +94,7 @@ def test_attempts_are_shared_by_all_that_are_up():
     look(referee, 6.0, **UP)
     look(referee, 7.0, messages=[report(RED, 9, 0), report(RED, 8.25, 0), report(RED, 8, 0)], **UP)
     look(referee, 11.0, **UP)
-    assert referee.sheet.score == (0.25 + 10.0) / 2
+    assert referee.status.score == (0.25 + 10.0) / 2
 
 
 def test_a_worse_report_after_a_better_one_does_no_harm():
@@ -105,7 +105,7 @@ def test_a_worse_report_after_a_better_one_does_no_harm():
         "landmark red_0 found, error 1.00 m",
     ]
     look(referee, 11.0, **UP)
-    assert referee.sheet.score == (0.25 + 10.0) / 2
+    assert referee.status.score == (0.25 + 10.0) / 2
 
 
 def test_an_attempt_goes_with_its_object():
@@ -117,14 +117,14 @@ def test_an_attempt_goes_with_its_object():
     assert lines == ["landmark green_0 found, error 0.50 m", "landmark mb_marker_buoy_green ignored: no attempts left"]
     look(referee, 13.05, **UP)  # stays 0
     assert referee.dump()["rules"]["attempts"] == 0
-    assert referee.sheet.score == (10.0 + 0.5) / 2
+    assert referee.status.score == (10.0 + 0.5) / 2
 
 
 def test_a_report_counts_for_all_of_its_type_that_are_up_and_for_no_other():
     referee = perception([thing(f"red_{k}", RED, time) for k, time in enumerate((5.0, 5.0, 20.0))])
-    stands = {"red_0": (8, 0), "red_1": (8, 1), "red_2": (8, 0)}
-    look(referee, 6.0, **stands)
-    look(referee, 7.0, messages=[report(RED, 8, 0)], **stands)
+    poses = {"red_0": (8, 0), "red_1": (8, 1), "red_2": (8, 0)}
+    look(referee, 6.0, **poses)
+    look(referee, 7.0, messages=[report(RED, 8, 0)], **poses)
     assert referee.progress == {
         "objects": ["red_0", "red_1", "red_2"],
         "up": [True, True, False],
@@ -136,12 +136,12 @@ def test_a_model_may_show_up_twice():
     referee = perception([thing("red_0", RED, 5.0), thing("red_0", RED, 15.0)])
     for time, messages in ((6, ()), (7, [report(RED, 8, 1)]), (11, ()), (16, ()), (21, ())):
         look(referee, time, messages=messages, **UP)
-    assert (referee.finished, referee.sheet.score) == (True, 5.5)
+    assert (referee.finished, referee.status.score) == (True, 5.5)
 
 
 def test_objects_are_placed_by_the_boats_yaw_and_go_back_to_their_stash():
     referee = perception([thing("red_0", RED, 5.0, (8, -2, 1, 0.1, 0.2, 0.3))])
-    boat = stand(100, 50, math.pi / 2, z=0.25)
+    boat = pose(100, 50, math.pi / 2, z=0.25)
     (action,) = referee.look(frame(5.05, boat, red_0=(0, 0))).actions
     assert action.name == "red_0"
     assert action.pose == pytest.approx((102.0, 58.0, 1.25, 0.1, 0.2, math.pi / 2 + 0.3))
@@ -151,7 +151,7 @@ def test_objects_are_placed_by_the_boats_yaw_and_go_back_to_their_stash():
 
 
 def test_roll_and_pitch_of_the_boat_are_dropped():
-    rolled = type(stand())(0.0, 0.0, 0.0, (math.cos(0.2), math.sin(0.2), 0.0, 0.0))
+    rolled = type(pose())(0.0, 0.0, 0.0, (math.cos(0.2), math.sin(0.2), 0.0, 0.0))
     assert ahead_of(rolled, (8, 2, 1, 0, 0, 0)) == pytest.approx((8, 2, 1, 0, 0, 0))
 
 
@@ -177,7 +177,7 @@ def test_out_of_time_the_sum_is_left():
     referee = perception([thing("red_0", RED, 5.0), thing("green_0", GREEN, 299.0)])
     for time in (6, 11, 299.5, 300):
         look(referee, time, **UP)
-    assert (referee.finished, referee.sheet.timed_out, referee.sheet.score) == (True, True, 10.0)
+    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 10.0)
 
 
 def test_reports_before_the_run_are_lost():
@@ -191,7 +191,7 @@ def test_a_sequence_that_loops_begins_anew_with_fresh_errors():
     scores = []
     for time, messages in ((6, ()), (7, [report(RED, 8, 1)]), (11, ()), (15.9, ()), (17, ()), (22, ())):
         look(referee, time, messages=messages, **UP)
-        scores.append((referee.sheet.score, referee.progress["up"]))
+        scores.append((referee.status.score, referee.progress["up"]))
     assert scores == [
         (0.0, [True]),
         (0.0, [True]),

@@ -8,16 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from unit.tasks.samples import MESSAGES, VALUES, restless, sample
-from unit.tasks.streams import begin, frame, stand, task
+from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
-from vrx_mj.tasks.actions import Release
 from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.referee import Referee, dead_time
-from vrx_mj.tasks.registry import RULES, make_referee
-from vrx_mj.tasks.rules import PlainRules
+from vrx_mj.tasks.registry import TASK_KINDS, make_referee
+from vrx_mj.tasks.rules import PlainRules, Release
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
-TYPES = sorted(RULES)
+TYPES = sorted(TASK_KINDS)
 
 
 def station(**values):
@@ -30,7 +29,7 @@ def phases(referee, times, boat=None):
     found = []
     for time in times:
         referee.look(frame(time, boat))
-        found.append(referee.sheet.phase)
+        found.append(referee.status.phase)
     return found
 
 
@@ -66,14 +65,14 @@ def test_a_phase_begins_though_the_clock_is_a_rounded_sum():
 def test_without_durations_a_phase_begins_at_each_frame():
     referee = station(durations=[0, 0, 0])
     assert phases(referee, (0.0, 0.05, 0.10), boat=(4, 0)) == ["ready", "running", "finished"]
-    assert (referee.sheet.timed_out, referee.sheet.elapsed, referee.sheet.score) == (True, 0.0, 4.0)
+    assert (referee.status.timed_out, referee.status.elapsed, referee.status.score) == (True, 0.0, 4.0)
 
 
 def test_times_are_counted_from_where_the_run_should_begin():
     referee = station()
     phases(referee, (0.0, 10.0, 20.0, 63.2))
-    assert referee.sheet.elapsed == pytest.approx(43.2)
-    assert referee.sheet.remaining == pytest.approx(256.8)
+    assert referee.status.elapsed == pytest.approx(43.2)
+    assert referee.status.remaining == pytest.approx(256.8)
 
 
 def test_the_log_tells_the_phases():
@@ -105,12 +104,12 @@ class Early(PlainRules):
     def __init__(self, timeout=None, end=None):
         self.state, self._timeout, self._end = Nothing(), timeout, end
 
-    def update(self, frame, desk):
-        desk.set_score(5.0)
+    def update(self, frame, context):
+        context.set_score(5.0)
         if self._end is not None and frame.time >= self._end:
-            desk.finish()
+            context.finish()
 
-    def timeout_score(self, sheet):
+    def timeout_score(self, status):
         return self._timeout
 
 
@@ -123,7 +122,7 @@ def test_a_score_is_written_only_while_the_task_runs():
     scores = []
     for time in (0.0, 1.0, 1.5, 2.0):
         referee.look(frame(time))
-        scores.append(referee.sheet.score)
+        scores.append(referee.status.score)
     assert scores == [0.0, 0.0, 0.0, 5.0]
 
 
@@ -131,13 +130,13 @@ def test_a_score_is_written_only_while_the_task_runs():
 def test_a_score_for_time_out_counts_if_it_is_above_0(timeout, score):
     referee = early(timeout=timeout)
     phases(referee, (1.0, 2.0, 12.0))
-    assert (referee.sheet.timed_out, referee.sheet.score) == (True, score)
+    assert (referee.status.timed_out, referee.status.score) == (True, score)
 
 
 def test_rules_that_end_a_task_do_not_time_it_out():
     referee = early(timeout=200.0, end=4.5)
     assert phases(referee, (1.0, 2.0, 4.45, 4.5, 5.0, 99.0)) == ["ready", *["running"] * 2, *["finished"] * 3]
-    assert (referee.sheet.timed_out, referee.sheet.elapsed, referee.sheet.score) == (False, 2.5, 5.0)
+    assert (referee.status.timed_out, referee.status.elapsed, referee.status.score) == (False, 2.5, 5.0)
     assert referee.finished
 
 
@@ -158,7 +157,7 @@ def hits(referee, *touches):
     for touch in touches:
         named = touch if isinstance(touch, dict) else {"pier": touch}
         referee.look(frame(max(named.values()), touches=named))
-        found.append(referee.sheet.collisions)
+        found.append(referee.status.collisions)
     return found
 
 
@@ -194,21 +193,21 @@ def test_a_touch_that_is_long_over_does_not_count_when_the_dead_time_ends():
     referee = station()
     hits(referee, 5.0, 7.0)
     referee.look(frame(50.0, touches={"pier": 7.0}))
-    assert referee.sheet.collisions == 1
+    assert referee.status.collisions == 1
 
 
 def test_another_boat_is_hit_as_anything_else_and_its_own_hits_are_not_seen():
     referee = station()
     referee.look(frame(5.0, rival=(50, 0)))
-    assert referee.sheet.collisions == 0
+    assert referee.status.collisions == 0
     referee.look(frame(6.0, touches={"rival": 6.0}, rival=(1, 0)))
-    assert referee.sheet.collisions == 1
+    assert referee.status.collisions == 1
 
 
 def test_the_scored_boat_is_the_one_that_the_task_names():
     referee = station(boat="second", durations=[0, 0, 300])
     begin(referee, boat=(400, 0), second=(3, 0))
-    assert referee.sheet.score == 3.0
+    assert referee.status.score == 3.0
     assert referee.watched == ("second",)
 
 
@@ -228,7 +227,7 @@ def test_without_a_dead_time_every_later_touch_counts():
 
 
 def test_there_is_a_sample_of_every_type():
-    assert set(VALUES) == set(RULES)
+    assert set(VALUES) == set(TASK_KINDS)
 
 
 def test_an_unknown_type():
@@ -286,7 +285,7 @@ def test_every_task_ends_and_says_so(kind):
 def test_no_task_looks_at_bodies_that_it_does_not_name(kind):
     referee = make_referee(sample(kind))
     for each in restless(kind, 5):
-        few = {name: each.stands[name] for name in referee.watched}
+        few = {name: each.poses[name] for name in referee.watched}
         referee.look(type(each)(each.time, few, each.touches, each.messages))
     assert referee.watched[0] == "wamv"
 
@@ -301,7 +300,7 @@ def test_no_task_takes_a_message_that_it_does_not_know(kind):
 def test_some_tasks_take_messages(kind):
     referee = make_referee(sample(kind))
     run(referee, restless("dock", 1)[:25])  # 1.2 s: it runs
-    assert referee.sheet.phase == "running"
+    assert referee.status.phase == "running"
     topic, content = MESSAGES[kind]
     assert referee.accept(topic, content) == Message(topic, content)
 
@@ -354,5 +353,5 @@ def test_a_state_with_holes_changes_nothing(spoil, reason):
 
 
 def test_a_stand_knows_its_yaw():
-    assert stand(yaw=2.5).yaw == pytest.approx(2.5)
-    assert stand(yaw=-3.0).yaw == pytest.approx(-3.0)
+    assert pose(yaw=2.5).yaw == pytest.approx(2.5)
+    assert pose(yaw=-3.0).yaw == pytest.approx(-3.0)

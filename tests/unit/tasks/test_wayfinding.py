@@ -27,8 +27,8 @@ def test_the_score_is_the_mean_of_the_least_errors():
     for time, boat in ((1.0, (1, 0)), (2.0, (10, 0)), (3.0, (10, 10, 1.0)), (4.0, (500, 500))):
         referee.look(frame(time, boat))
     assert referee.outputs["min_errors"] == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
-    assert referee.sheet.score == pytest.approx(1 / 3)
-    assert referee.outputs["mean_error"] == referee.sheet.score
+    assert referee.status.score == pytest.approx(1 / 3)
+    assert referee.outputs["mean_error"] == referee.status.score
     assert referee.progress == {"waypoints": referee.outputs["min_errors"]}
 
 
@@ -38,9 +38,9 @@ def test_the_order_is_free_and_the_run_lasts_until_time_is_up():
     for time, boat in ((1.0, (10, 10, 1.0)), (2.0, (0, 0)), (3.0, (10, 0))):
         referee.look(frame(time, boat))
     assert not referee.finished
-    assert referee.sheet.score == pytest.approx(0.0, abs=1e-12)
+    assert referee.status.score == pytest.approx(0.0, abs=1e-12)
     assert look(referee, 300.0, (0, 0)) == [f"waypoint {k} of 3: least error 0.00 m" for k in (1, 2, 3)]
-    assert (referee.finished, referee.sheet.timed_out) == (True, True)
+    assert (referee.finished, referee.status.timed_out) == (True, True)
 
 
 def test_the_score_never_rises():
@@ -48,15 +48,15 @@ def test_the_score_never_rises():
     begin(referee, boat=(-5, 0))
     for k in range(2, 200):
         referee.look(frame(k / 20, (10 * math.cos(k / 9), 10 * math.sin(k / 7), k / 5)))
-        scores.append(referee.sheet.score)
+        scores.append(referee.status.score)
     assert scores == sorted(scores, reverse=True)
 
 
 def test_headings_more_than_a_turn_apart_lower_the_error_as_in_vrx():
     referee = finding([place(0, 0, -3.47)])
     begin(referee, boat=(0, 0, 3.0))
-    assert referee.sheet.score == pytest.approx(2 * math.pi - 6.47)
-    assert referee.sheet.score < 0
+    assert referee.status.score == pytest.approx(2 * math.pi - 6.47)
+    assert referee.status.score < 0
 
 
 def test_waypoints_are_told_from_ready_on():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.tasks.streams import frame, stand, task
+from unit.tasks.streams import frame, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.gates import gate_between, side_of
 from vrx_mj.tasks.referee import Referee
@@ -41,7 +41,7 @@ class Run:
         self.referee, self.at, self.time, self.lines = referee, dict(at or AT), 0.0, []
         if start:
             self.go(AWAY, 0.0).go(AWAY)
-            assert referee.sheet.phase == "running"
+            assert referee.status.phase == "running"
             self.lines.clear()
 
     def go(self, boat=AWAY, seconds=0.05, touches=None, **others):
@@ -69,7 +69,7 @@ class Run:
 
     @property
     def score(self):
-        return self.referee.sheet.score
+        return self.referee.status.score
 
     @property
     def over(self):
@@ -89,7 +89,7 @@ def test_a_perfect_run_by_hand():
     run.go(seconds=50.0).around("platy", *CW[:-1])
     assert not run.over
     run.around("platy", CW[-1])
-    assert (run.over, run.referee.sheet.timed_out) == (True, False)
+    assert (run.over, run.referee.status.timed_out) == (True, False)
     assert run.score == pytest.approx(0.05 + 70 * 0.05 + 50.0 - 15.0)
     assert run.lines[:2] == ["turtle_0 engaged", "turtle_0: 1 of 8 gates of its circle crossed"]
     assert run.lines[8:10] == ["turtle_0: 8 of 8 gates of its circle crossed", "turtle_0 circled: 5 s bonus at the end"]
@@ -176,11 +176,11 @@ def test_a_side_is_remembered_while_the_boat_is_away():
 @pytest.mark.parametrize(
     ("boat", "engaged"),
     [
-        (stand(10.0, 0.0), True),
-        (stand(10.001, 0.0), False),
-        (stand(8.0, 0.0, z=5.9), True),
-        (stand(8.0, 0.0, z=6.1), False),
-        (stand(9.99, 0.0, z=1.0), False),
+        (pose(10.0, 0.0), True),
+        (pose(10.001, 0.0), False),
+        (pose(8.0, 0.0, z=5.9), True),
+        (pose(8.0, 0.0, z=6.1), False),
+        (pose(9.99, 0.0, z=1.0), False),
     ],
 )
 def test_the_radius_is_in_space(boat, engaged):
@@ -209,7 +209,7 @@ def test_any_collision_starts_over_all_circles(profile, counted, other):
     assert (run.circled("turtle_0"), run.circled("turtle_1")) == (1, 1)
     run.go((8.0, 1.5), touches={other: run.time})
     assert (run.circled("turtle_0"), run.circled("turtle_1")) == (0, 0)
-    assert run.referee.sheet.collisions == counted
+    assert run.referee.status.collisions == counted
     assert run.lines[-2:] == [
         f"the circle around turtle_{number} starts over: collision with {other}" for number in (0, 1)
     ]
@@ -246,17 +246,17 @@ def test_a_score_is_negative_in_vrx3_only(profile, score):
     [(30.0, False, 270.0), (30.0, True, 300.0), (299.0, False, 1.0), (300.0, False, 300.0), (400.0, False, 300.0)],
 )
 def test_out_of_time(profile, bonus, engaged, score):
-    """The crocodile's bonus; a score that would not be above 0 is not written, and the full time stands."""
+    """The crocodile's bonus; a score that would not be above 0 is not written, and the full time poses."""
     run = Run(wildlife(CROCODILE, TURTLE, time_bonus=bonus, profile=profile)).go((-95.0, 0.0) if engaged else AWAY)
     run.go(seconds=100.0)
     assert run.score == pytest.approx(100.1)
     run.go(seconds=200.0)
-    assert (run.over, run.referee.sheet.timed_out, run.score) == (True, True, score)
+    assert (run.over, run.referee.status.timed_out, run.score) == (True, True, score)
 
 
 def test_a_circle_has_its_bonus_when_time_is_up():
     run = Run(wildlife()).around("turtle_0", *CCW).go(seconds=300.0)
-    assert (run.referee.sheet.timed_out, run.score) == (True, 240.0)
+    assert (run.referee.status.timed_out, run.score) == (True, 240.0)
 
 
 def test_a_crocodile_engaged_once_has_lost_its_bonus():
@@ -264,7 +264,7 @@ def test_a_crocodile_engaged_once_has_lost_its_bonus():
     assert run.animal("croc")["status"] == "not_engaged"
     assert run.lines == ["croc engaged: its bonus is lost", "croc left", "croc engaged", "croc left"]
     run.around("turtle_0", *CCW)
-    assert run.score == pytest.approx(run.referee.sheet.elapsed - 1.0)
+    assert run.score == pytest.approx(run.referee.status.elapsed - 1.0)
 
 
 @pytest.mark.parametrize(("profile", "score"), [("vrx", 0.0), ("vrx3", -30.0)])
@@ -377,7 +377,7 @@ def test_a_gate_is_one_of_two_buoys(x, y, gate):
     along, across = x * axis[0] + y * axis[1], y * axis[0] - x * axis[1]
     if min(abs(along), abs(along - 10.0), abs(across)) < 1e-9:
         return
-    between = gate_between(stand(10.0 * axis[0], 10.0 * axis[1]), stand())
+    between = gate_between(pose(10.0 * axis[0], 10.0 * axis[1]), pose())
     assert gate_side(x, y, axis, 10.0) == side_of(between, x, y)
 
 

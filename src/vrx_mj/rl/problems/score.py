@@ -10,7 +10,7 @@ from vrx_mj.rl.problem import Entry, open_water
 from vrx_mj.rl.problems.refereed import RefereedRow
 from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem
 from vrx_mj.runtime.task_runner import TaskObservation
-from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = ["Score"]
 
@@ -47,7 +47,7 @@ class Score(TeamProblem):
         self._row = row
         self.duration = sum(row.sim.world.tree["task"]["durations"]) + 1.0  # the referee ends it before
         self.anchor = row.boats.index(str(self._task["boat"]))
-        better = MEANINGS[str(self._task["type"])].better
+        better = TASK_KINDS[str(self._task["type"])].better
         self._sign = 1.0 if better == "higher" else -1.0
         features = row.features[0]
         self._first = features[:, :2].copy()

@@ -13,7 +13,7 @@ from vrx_mj.rl.problems.follow_path import COUNT, FollowPath
 from vrx_mj.rl.problems.stationkeeping import StationKeeping
 from vrx_mj.rl.problems.wayfinding import Wayfinding
 from vrx_mj.rl.seen import Seen, folded, pose_error, seen_of
-from vrx_mj.tasks.frame import Stand
+from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.stationkeeping import pose_error as scored_error
 
 
@@ -45,7 +45,7 @@ def begun(kind, world, *, seed=1):
 def test_the_error_of_a_pose_is_that_of_the_scorer(x, y, yaw):
     goal = {"x": 1.0, "y": -2.0, "yaw": 0.4}
     ours = pose_error(at(x, y, yaw), *(np.array([goal[key]]) for key in ("x", "y", "yaw")))
-    assert ours[0] == pytest.approx(scored_error(Stand(x, y, 0.0, quaternion(0.0, 0.0, yaw)), goal), abs=1e-12)
+    assert ours[0] == pytest.approx(scored_error(Pose(x, y, 0.0, quaternion(0.0, 0.0, yaw)), goal), abs=1e-12)
 
 
 def test_angles_fold():

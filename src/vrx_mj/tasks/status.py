@@ -1,18 +1,24 @@
-"""The score sheet: phase, times, collisions and score of a task."""
+"""The status of a task: phase, times, collisions and score; and types of what rules keep."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from vrx_mj.tasks.kinds import Count
+from pydantic import Field
 
-__all__ = ["Phase", "Sheet"]
+__all__ = ["Count", "Phase", "Place", "TaskStatus"]
+
+Count = Annotated[int, Field(ge=0, le=1 << 53)]
+"""A number of things."""
+Place = Annotated[list[float], Field(min_length=3, max_length=3)]
+"""x, y, z [m]."""
+
 
 Phase = Literal["initial", "ready", "running", "finished"]
 
 
 @dataclass
-class Sheet:
-    """What every task has, as VRX's `/vrx/task/info` tells it. Times are simulated, from the world's start [s]."""
+class TaskStatus:
+    """What every task has, as VRX's `/vrx/task/info` has it. Times are simulated, from the world's start [s]."""
 
     ready_time: float
     """When the task becomes ready."""

@@ -2,8 +2,7 @@
 
 import pytest
 
-from vrx_mj.tasks.frame import FRAME_RATE
-from vrx_mj.tasks.layout import FrameLayout, frame_stride
+from vrx_mj.tasks.frame import FRAME_RATE, FrameLayout, frame_stride
 
 
 @pytest.mark.parametrize("per_second", [1, 7, 19, 20, 21, 39, 40, 50, 60, 100, 101, 240, 250, 300, 400, 500, 1000])
@@ -23,6 +22,6 @@ def test_a_frame_has_poses_by_name_and_only_the_touches_that_were():
     assert layout.width == 1 + 2 * 7 + 2
     frame = layout.frame([2.5, 1, 2, 3, 1, 0, 0, 0, 4, 5, 6, 0, 0, 0, 1, -1.0, 0.0])
     assert frame.time == 2.5
-    assert (frame.stands["buoy"].x, frame.stands["buoy"].y, frame.stands["buoy"].z) == (4, 5, 6)
-    assert frame.stands["buoy"].quaternion == (0, 0, 0, 1)
+    assert (frame.poses["buoy"].x, frame.poses["buoy"].y, frame.poses["buoy"].z) == (4, 5, 6)
+    assert frame.poses["buoy"].quaternion == (0, 0, 0, 1)
     assert frame.touches == {"terrain": 0.0}
