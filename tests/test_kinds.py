@@ -1,4 +1,4 @@
-"""Every type of sensor has all of its parts: who adds one and forgets a part is told which, and where it belongs."""
+"""Every type of sensor and of task has all its parts: who forgets one is told which, and where it belongs."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -8,8 +8,14 @@ from typing import get_args
 import pytest
 
 from vrx_mj.config.sensors import SensorConfig
+from vrx_mj.config.tasks import TASKS
+from vrx_mj.control.captain import SKIPPERS
+from vrx_mj.mjcf.tasks import _RESOLVERS
+from vrx_mj.model.tasks import Task
 from vrx_mj.ros.table.sensing import TOPICS
+from vrx_mj.ros.table.tasks import TASK_TOPICS
 from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.tasks.registry import TASK_KINDS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -40,16 +46,29 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
     },
     "row in docs/sensors.md": rows("sensors.md"),
 }
+TASK_PARTS: dict[str, Collection[str]] = {
+    "configuration: AnyTask in config/tasks.py": set(TASKS),
+    "parameters: _RESOLVERS in mjcf/tasks.py": {name for name, config in TASKS.items() if config in _RESOLVERS},
+    "compiled form: Task in model/tasks.py": {
+        name for kind in get_args(get_args(Task)[0]) for name in get_args(kind.__annotations__["type"])
+    },
+    "record: TASK_KINDS in tasks/registry.py": set(TASK_KINDS),
+    "controller: SKIPPERS in control/captain.py": set(SKIPPERS),
+    "topics: TASK_TOPICS in ros/table/tasks.py": set(TASK_TOPICS),
+    "row in docs/tasks.md": rows("tasks.md"),
+}
+PARTS = {"sensor": SENSOR_PARTS, "task": TASK_PARTS}
 
 
-def test_every_type_of_sensor_has_all_its_parts():
-    assert forgotten("sensor", SENSOR_PARTS) == []
+@pytest.mark.parametrize("what", PARTS)
+def test_every_type_has_all_its_parts(what):
+    assert forgotten(what, PARTS[what]) == []
 
 
-@pytest.mark.parametrize("part", SENSOR_PARTS)
-def test_whoever_forgets_a_part_of_a_sensor_is_told_which(part):
-    incomplete = {name: set(types) | ({"sonar"} if name != part else set()) for name, types in SENSOR_PARTS.items()}
-    assert forgotten("sensor", incomplete) == [f"sensor 'sonar' has no {part}"]
+@pytest.mark.parametrize(("what", "part"), [(what, part) for what, parts in PARTS.items() for part in parts])
+def test_who_forgets_a_part_is_told_which(what, part):
+    incomplete = {name: set(types) | ({"new"} if name != part else set()) for name, types in PARTS[what].items()}
+    assert forgotten(what, incomplete) == [f"{what} 'new' has no {part}"]
 
 
 @pytest.mark.parametrize("name", SENSOR_KINDS)

@@ -260,22 +260,24 @@ class AcousticTrackingTask(TaskConfig):
 
 ALIASES = {"station_keeping": "stationkeeping"}
 """Other names of types."""
-_MODELS: tuple[type[TaskConfig], ...] = (
-    StationkeepingTask,
-    WayfindingTask,
-    PerceptionTask,
-    NavigationTask,
-    FollowPathTask,
-    DockTask,
-    WildlifeTask,
-    GymkhanaTask,
-    AcousticPerceptionTask,
-    AcousticTrackingTask,
+AnyTask = (
+    StationkeepingTask
+    | WayfindingTask
+    | PerceptionTask
+    | NavigationTask
+    | FollowPathTask
+    | DockTask
+    | WildlifeTask
+    | GymkhanaTask
+    | AcousticPerceptionTask
+    | AcousticTrackingTask
 )
-
-
+"""A task of any type."""
 TASKS: Mapping[str, type[TaskConfig]] = {
-    name: model for model in _MODELS for name in get_args(model.model_fields["type"].annotation) if name not in ALIASES
+    name: model
+    for model in get_args(AnyTask)
+    for name in get_args(model.model_fields["type"].annotation)
+    if name not in ALIASES
 }
 """Models of the tasks, by type."""
 
@@ -312,18 +314,5 @@ def _one_of(task: TaskConfig, geodetic: str, cartesian: str) -> None:
         raise faults(((cartesian,), f"give {geodetic} or {cartesian}, not both"))
 
 
-Task = Annotated[
-    StationkeepingTask
-    | WayfindingTask
-    | PerceptionTask
-    | NavigationTask
-    | FollowPathTask
-    | DockTask
-    | WildlifeTask
-    | GymkhanaTask
-    | AcousticPerceptionTask
-    | AcousticTrackingTask
-    | None,
-    BeforeValidator(read_task),
-]
-"""A task of any type."""
+Task = Annotated[AnyTask | None, BeforeValidator(read_task)]
+"""A task of any type, read by its type; None for none."""
