@@ -174,7 +174,7 @@ def view(
 
     steer = steering(control, thrust)
     sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge))
-    open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, tell=typer.echo)
+    open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=typer.echo)
 
 
 def replay(

@@ -44,7 +44,7 @@ def demo(
     if result.interrupted:
         typer.echo(f"interrupted; {to_open(file)}")
         raise SystemExit(1)
-    from vrx_mj.drive.view.display import has_display
+    from vrx_mj.drive.display import has_display
 
     shown = has_display()
     if not (open_ and shown):

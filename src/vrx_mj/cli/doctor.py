@@ -28,7 +28,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.runtime.limits import core_share, free_memory
 
 if TYPE_CHECKING:
-    from vrx_mj.drive.view.display import Attempt
+    from vrx_mj.drive.display import Attempt
 
 __all__ = ["Row", "as_json", "examine", "healthy", "print_rows"]
 
@@ -215,21 +215,21 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
         if name == "display":
             continue
         if attempt.works:
-            yield Row(DRAWS[name], attempt.said, "yes")
+            yield Row(DRAWS[name], attempt.detail, "yes")
         elif name == "glfw" and screen is not None and not screen.works:
             yield Row(DRAWS[name], "no display", "not needed")
         else:
             needed = name == "glfw" or not cameras
             yield Row(
                 DRAWS[name],
-                attempt.said,
+                attempt.detail,
                 "no" if needed else "not needed",
                 f"sudo apt-get install {DEBIAN[name]}" if needed else "",
             )
 
 
 def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.drive.view.display import BACKENDS, Attempt, has_display, try_backend
+    from vrx_mj.drive.display import BACKENDS, Attempt, has_display, try_backend
 
     linux = sys.platform.startswith("linux")
     names = BACKENDS if linux else ("glfw",)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from vrx_mj.drive.view.pacer import Pacer
+from vrx_mj.drive.session import Pacer
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network

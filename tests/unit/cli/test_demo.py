@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj import read_record
-from vrx_mj.drive.view import display
+from vrx_mj.drive import display
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 
 from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
-from vrx_mj.drive.view.display import Attempt
+from vrx_mj.drive.display import Attempt
 from vrx_mj.packages import install_command
 
 FAILS = Attempt(False, "libEGL.so.1: cannot open shared object file")
@@ -117,9 +117,9 @@ def test_displays():
 def test_without_any_way_to_draw_both_are_advised():
     rows = doctor.drawing_rows({"display": Attempt(False, ""), "egl": FAILS, "osmesa": FAILS, "glfw": FAILS})
     assert list(rows) == [
-        Row("cameras, by GPU or CPU (egl)", FAILS.said, "no",
+        Row("cameras, by GPU or CPU (egl)", FAILS.detail, "no",
             "sudo apt-get install libegl1 libgl1-mesa-dri libopengl0"),
-        Row("cameras, by CPU (osmesa)", FAILS.said, "no", "sudo apt-get install libosmesa6 libopengl0"),
+        Row("cameras, by CPU (osmesa)", FAILS.detail, "no", "sudo apt-get install libosmesa6 libopengl0"),
         Row("window (glfw)", "no display", "not needed"),
     ]  # fmt: skip
 
@@ -127,9 +127,9 @@ def test_without_any_way_to_draw_both_are_advised():
 def test_one_way_to_draw_is_enough_and_a_display_wants_its_own():
     rows = doctor.drawing_rows({"display": Attempt(True, ""), "egl": FAILS, "osmesa": DRAWS, "glfw": FAILS})
     assert list(rows) == [
-        Row("cameras, by GPU or CPU (egl)", FAILS.said, "not needed"),
+        Row("cameras, by GPU or CPU (egl)", FAILS.detail, "not needed"),
         Row("cameras, by CPU (osmesa)", "llvmpipe", "yes"),
-        Row("window (glfw)", FAILS.said, "no", "sudo apt-get install libgl1 libgl1-mesa-dri"),
+        Row("window (glfw)", FAILS.detail, "no", "sudo apt-get install libgl1 libgl1-mesa-dri"),
     ]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from bridged import Bridged, nothing
 from vrx_mj import compile_world
-from vrx_mj.drive.helm.engines import Engine, Wheel, engines_of
+from vrx_mj.drive.pilot import Engine, Wheel, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.ros import messages
 from vrx_mj.ros.offer import Input, Output, Service, Table

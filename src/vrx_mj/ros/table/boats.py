@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from vrx_mj.config.build import Order, boat_urdf
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.drive.helm.engines import Wheel, engine_commands, engines_of
+from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.messages import Message

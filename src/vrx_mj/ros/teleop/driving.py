@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 from websockets.exceptions import ConnectionClosed, InvalidURI, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from vrx_mj.drive.helm.engines import Engine, Wheel, engine_commands
-from vrx_mj.drive.helm.keys import HELP
-from vrx_mj.drive.helm.pilot import Pilot
-from vrx_mj.drive.helm.terminal import Terminal
+from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands
+from vrx_mj.drive.terminal import HELP, Terminal
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.signals import ended_by_signals
 
@@ -406,7 +404,7 @@ class Helmsman:
     def _meet(self) -> None:
         """Boats may have come or gone."""
         before = self.pilot.boat
-        self.pilot.meet(self._scene.engines)
+        self.pilot.change_boats(self._scene.engines)
         self._told = {boat: wheel for boat, wheel in self._told.items() if boat in self.pilot.wheels}
         if before and before != self.pilot.boat:
             self._say(f"{before} was removed; the keys drive {self.pilot.boat or 'no boat'} now")

@@ -1,4 +1,4 @@
-// Keys, what they ask of a boat, and its engines: the same as vrx_mj.drive.helm, which a test holds it to.
+// Keys, what they ask of a boat, and its engines: the same as vrx_mj.drive.pilot, which a test holds it to.
 
 const SHORT_ARM = 0.1; // [m]
 const FULL_RUDDER = 0.5; // [rad]

@@ -12,7 +12,7 @@ __all__ = ["BACKENDS", "Attempt", "has_display", "no_window", "try_backend"]
 
 BACKENDS = ("egl", "osmesa", "glfw")
 """MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
-PATIENCE = 20.0
+ATTEMPT_TIMEOUT = 20.0
 """Longest that an attempt may take [s]."""
 
 DRAW = """
@@ -37,8 +37,8 @@ class Attempt:
     """How drawing went."""
 
     works: bool
-    said: str
-    """What drew, or why nothing did."""
+    detail: str
+    """The renderer's name, or why nothing was drawn."""
 
 
 def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> Attempt:
@@ -49,7 +49,7 @@ def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> A
     command = [sys.executable, "-W", "ignore", "-c", DRAW]
     try:
         done = subprocess.run(
-            command, env=variables, capture_output=True, timeout=PATIENCE, check=False, encoding="utf-8",
+            command, env=variables, capture_output=True, timeout=ATTEMPT_TIMEOUT, check=False, encoding="utf-8",
             errors="replace", stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -83,7 +83,7 @@ def no_window(
     if not has_display(variables, platform):
         return "no display: neither DISPLAY nor WAYLAND_DISPLAY is set"
     attempt = try_backend("glfw", variables)
-    return None if attempt.works else f"the display cannot draw: {attempt.said}"
+    return None if attempt.works else f"the display cannot draw: {attempt.detail}"
 
 
 def _has_main_thread() -> bool:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
-from vrx_mj.drive.helm.keys import HELP
-from vrx_mj.drive.helm.terminal import Terminal
-from vrx_mj.drive.view.display import no_window
-from vrx_mj.drive.view.session import Screen, Session, watch
+from vrx_mj.drive.display import no_window
+from vrx_mj.drive.session import Screen, Session, watch
+from vrx_mj.drive.terminal import HELP, Terminal
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import ended_by_signals
@@ -23,7 +22,7 @@ def view(
     pace: float = 1.0,
     controller: Controller | None = None,
     browser: bool = False,
-    tell: Callable[[str], None] = print,
+    write: Callable[[str], None] = print,
 ) -> None:
     """Watch and drive until the window is closed, or Ctrl-C.
 
@@ -33,7 +32,7 @@ def view(
         pace: simulated seconds per second.
         controller: what steers the boats that no key has driven.
         browser: use the browser even where there is a display.
-        tell: takes lines for the person who watches.
+        write: is called with lines for the person who watches.
 
     Raises:
         UnknownNameError: no boat has that name.
@@ -46,27 +45,27 @@ def view(
         screen = _open(sim, reason)
         try:
             for line in _introduction(screen, reason, keys=terminal.reads):
-                tell(line)
+                write(line)
             session.start()
             watch(session, screen, [terminal])
         finally:
             screen.close()
-    tell(f"stopped at {sim.time:.1f} s of simulated time")
+    write(f"stopped at {sim.time:.1f} s of simulated time")
 
 
 def _open(sim: Simulation, reason: str | None) -> Screen:
     """The window, or for a reason the browser."""
     if reason is None:
-        from vrx_mj.drive.view.window import Window
+        from vrx_mj.drive.window import Window
 
         return Window(sim)
-    from vrx_mj.drive.view.browser import Browser
+    from vrx_mj.drive.browser import Browser
 
     return Browser(sim)
 
 
 def _introduction(screen: Screen, reason: str | None, *, keys: bool) -> Iterator[str]:
-    """What to tell before it begins; `keys`: whether they are read from the terminal."""
+    """Lines to write before it begins; `keys`: whether they are read from the terminal."""
     if screen.url is not None:
         yield f"In the browser: {reason}."
         yield f"Open {screen.url}"

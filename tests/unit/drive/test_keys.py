@@ -1,6 +1,6 @@
 """Keys of MuJoCo's window: the number pad has all ten digits."""
 
-from vrx_mj.drive.helm.keys import window_key
+from vrx_mj.drive.terminal import window_key
 
 
 def test_the_number_pad_gives_the_digits():

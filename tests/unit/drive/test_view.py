@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from vrx_mj import Simulation, compile_world
+from vrx_mj.drive import browser, display, window
 from vrx_mj.drive import view as package
-from vrx_mj.drive.helm.terminal import Terminal
-from vrx_mj.drive.view import display, sea, server, view
-from vrx_mj.drive.view.session import Session, watch
+from vrx_mj.drive.session import Session, watch
+from vrx_mj.drive.terminal import Terminal
+from vrx_mj.drive.view import view
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError
 
 WAVES = {"extends": "ocean", "sea": {"model": "pms", "gain": 1.0, "period": 5.0, "tau": 0.01}}
@@ -146,8 +147,8 @@ def test_the_boat_must_exist(trio):
 def waves():
     """A simulation in waves, the model and data of its window, and the sea there."""
     sim = Simulation(compile_world(WAVES))
-    model = sea.window_model(sim.world)
-    return sim, model, mujoco.MjData(model), sea.sea_of(model, sim.sea.height)
+    model = window.window_model(sim.world)
+    return sim, model, mujoco.MjData(model), window.sea_of(model, sim.sea.height)
 
 
 def drawn(model, data):
@@ -159,12 +160,12 @@ def drawn(model, data):
 
 
 def test_before_anything_moves_the_mesh_is_flat_water(waves):
-    model = sea.window_model(waves[0].world)
+    model = window.window_model(waves[0].world)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     points = drawn(model, data)
     assert np.abs(points[:, 2]).max() < 1e-3
-    assert np.ptp(points[:, 0]) == pytest.approx(2 * sea.HORIZON)
+    assert np.ptp(points[:, 0]) == pytest.approx(2 * window.HORIZON)
 
 
 def test_the_mesh_lies_on_the_sea_near_the_boat_and_flat_at_the_horizon(waves):
@@ -177,14 +178,14 @@ def test_the_mesh_lies_on_the_sea_near_the_boat_and_flat_at_the_horizon(waves):
     heights = sim.sea.height(points[near, 0], points[near, 1], 20.0)
     assert np.abs(heights).max() > 0.2
     np.testing.assert_allclose(points[near, 2], heights, atol=1e-4)  # float32 of some 50 m
-    assert away.min() < sea.CELL
+    assert away.min() < window.CELL
     assert not points[away > 200.0, 2].any()
 
 
 def test_the_mesh_is_lit_from_above_and_moves(waves):
     _, model, data, mesh = waves
     mesh.follow(data, (0.0, 0.0), 20.0)
-    before, normals = model.mesh_vert.copy(), model.mesh_normal[-(sea.SIDE**2) :].copy()
+    before, normals = model.mesh_vert.copy(), model.mesh_normal[-(window.SIDE**2) :].copy()
     mesh.follow(data, (0.0, 0.0), 21.0)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-6)
     assert normals[:, 2].min() > 0.0
@@ -192,17 +193,17 @@ def test_the_mesh_is_lit_from_above_and_moves(waves):
 
 
 def test_the_window_draws_the_same_state(trio):
-    model = sea.window_model(trio)
+    model = window.window_model(trio)
     assert model.nq == Simulation(trio).model.nq
     assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "water") == -1
 
 
 def test_lines_grow_toward_the_horizon():
-    lines = sea.sea_lines()
+    lines = window.sea_lines()
     gaps = np.diff(lines)
-    assert gaps[sea.SIDE // 2] == pytest.approx(sea.CELL, rel=0.01)
+    assert gaps[window.SIDE // 2] == pytest.approx(window.CELL, rel=0.01)
     np.testing.assert_allclose(lines, -lines[::-1], atol=1e-9)
-    assert (np.diff(gaps[sea.SIDE // 2 :]) > 0.0).all()
+    assert (np.diff(gaps[window.SIDE // 2 :]) > 0.0).all()
 
 
 # Where it is shown
@@ -227,7 +228,7 @@ def test_a_display_that_cannot_draw_is_no_display(monkeypatch):
 
 def test_a_way_to_draw_that_fails_says_why():
     attempt = display.try_backend("glfw", {**os.environ, "DISPLAY": ":99999", "WAYLAND_DISPLAY": ""})
-    assert (attempt.works, bool(attempt.said)) == (False, True)
+    assert (attempt.works, bool(attempt.detail)) == (False, True)
 
 
 def addresses(port):
@@ -258,7 +259,7 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
 
     monkeypatch.setattr(package, "watch", few_frames)
     before = signal.getsignal(signal.SIGTERM)
-    view(Simulation(trio), browser=True, tell=told.append)
+    view(Simulation(trio), browser=True, write=told.append)
     ports, listening, running = shown
     assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
     page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy"
@@ -269,9 +270,9 @@ def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
 
 
 def test_a_server_that_does_not_start_says_what_rerun_said(monkeypatch):
-    monkeypatch.setattr(server, "viewer_binary", lambda: sys.executable)  # knows none of rerun's options
+    monkeypatch.setattr(browser, "viewer_binary", lambda: sys.executable)  # knows none of rerun's options
     with pytest.raises(RecordError, match=r"^rerun's browser viewer does not start: ") as error:
-        server.Server()
+        browser.Server()
     assert re.search(r"-c|-h", str(error.value))
 
 
@@ -280,7 +281,7 @@ def test_a_port_that_is_taken_gives_way_to_a_free_one():
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        assert server.free_port(port) not in {port, 0}
+        assert browser.free_port(port) not in {port, 0}
 
 
 # The terminal

@@ -9,13 +9,16 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.drive.helm.keys import HELP, OURS, window_key
-from vrx_mj.drive.view.sea import sea_of, window_model
-from vrx_mj.drive.view.session import Session
+from vrx_mj.drive.session import Session
+from vrx_mj.drive.terminal import HELP, OURS, window_key
+from vrx_mj.mjcf.drawing import add_signs
+from vrx_mj.mjcf.world import World
+from vrx_mj.recording.scene import SeaHeight
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["Window"]
+__all__ = ["SIDE", "SeaMesh", "Window", "sea_lines", "sea_of", "sea_points", "window_model"]
 
 DISTANCE, ELEVATION = 16.0, -18.0
 """Where the camera starts: [m] from the boat, [deg] looking down."""
@@ -148,3 +151,125 @@ def _texts(session: Session) -> list[tuple[int, int, str, str]]:
         (font, grid.mjGRID_TOPLEFT, "\n".join(row[0] for row in status), "\n".join(row[1] for row in status)),
         (font, grid.mjGRID_BOTTOMLEFT, "\n".join(row[0] for row in keys), "\n".join(row[1] for row in keys)),
     ]
+
+
+FloatArray = npt.NDArray[np.float64]
+
+SIDE = 129
+"""Vertices along one side: odd, so that the horizon's rings are alike on both sides."""
+CELL = 0.6
+"""Size of the cells at the boat [m]."""
+HORIZON = 2500.0
+"""Distance of the outermost vertices [m]."""
+CALM = (60.0, 160.0)
+"""Distances [m] between which waves fade: beyond, cells are too long to draw them."""
+RELIEF = 5.0
+"""How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
+NAME = "vrx_mj/sea"
+WATER = "water"
+"""The geom of flat water, and its material, as worlds have them."""
+
+
+def window_model(world: World) -> mujoco.MjModel:
+    """The model that MuJoCo's window draws: everything visible, and a sea that can move in the place of flat water."""
+    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    spec.visual.quality.shadowsize = 2048
+    add_signs(spec, world)
+    water = spec.geom(WATER)
+    if water is None:
+        return spec.compile()
+    material = spec.material(WATER)
+    if material is not None:
+        material.reflectance = 0.0  # waves have no one plane to mirror in
+    spec.delete(water)
+    points, faces = sea_points(lambda x, y, t: 0.0 * x, (0.0, 0.0), 0.0), sea_faces()
+    spec.add_mesh(
+        name=NAME,
+        uservert=points.reshape(-1),
+        userface=faces.reshape(-1),
+        usernormal=np.tile([0.0, 0.0, 1.0], len(points)),
+        userfacenormal=faces.reshape(-1),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    spec.worldbody.add_geom(
+        name=NAME, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=NAME, material=WATER, contype=0, conaffinity=0, group=1
+    )
+    return spec.compile()
+
+
+class SeaMesh:
+    """Writes the sea into the model of a window."""
+
+    def __init__(self, model: mujoco.MjModel, height: SeaHeight) -> None:
+        self._height = height
+        self._model = model
+        self.mesh = int(model.mesh(NAME).id)
+        """Number of the mesh, for `update_mesh`."""
+        self._geom = int(model.geom(NAME).id)
+        start, first = int(model.mesh_vertadr[self.mesh]), int(model.mesh_normaladr[self.mesh])
+        self._points = slice(start, start + SIDE * SIDE)
+        self._normals = slice(first, first + SIDE * SIDE)
+
+    def follow(self, data: mujoco.MjData, place: tuple[float, float], time: float) -> None:
+        """Draw the sea around `place` [m, ENU] at simulated time `time` [s].
+
+        The mesh is placed in `data` by hand: MuJoCo places what does not move once and for all.
+        """
+        centre = np.round(np.asarray(place) / CELL) * CELL  # vertices keep their places while the boat moves
+        points = sea_points(self._height, (float(centre[0]), float(centre[1])), time)
+        self._model.mesh_vert[self._points] = points
+        self._model.mesh_normal[self._normals] = normals(points)
+        data.geom_xpos[self._geom] = (*centre, 0.0)
+        data.geom_xmat[self._geom] = np.eye(3).reshape(-1)
+
+
+def sea_of(model: mujoco.MjModel, height: SeaHeight) -> SeaMesh | None:
+    """The moving sea of a window's model; None where the world has no water."""
+    names = {model.mesh(number).name for number in range(model.nmesh)}
+    return SeaMesh(model, height) if NAME in names else None
+
+
+def sea_lines() -> FloatArray:
+    """Coordinates of the grid's lines from its middle [m]: cells grow with distance, as sinh does."""
+    half = (SIDE - 1) // 2
+    growth = _growth(HORIZON / CELL, half)
+    index = np.arange(-half, half + 1)
+    lines: FloatArray = CELL * np.sinh(growth * index) / np.sinh(growth)
+    return lines
+
+
+def _growth(reach: float, half: int) -> float:
+    """The rate g for which sinh(g half) / sinh(g) = reach, by bisection; it grows with g."""
+    low, high = 1e-6, 1.0
+    for _ in range(60):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if np.sinh(middle * half) < reach * np.sinh(middle) else (low, middle)
+    return low
+
+
+def sea_points(height: SeaHeight, centre: tuple[float, float], time: float) -> FloatArray:
+    """Vertices (SIDE * SIDE, 3) [m] of the sea at simulated time `time` [s], from `centre` [m, ENU]."""
+    x, y = np.meshgrid(sea_lines(), sea_lines())
+    away = np.hypot(x, y)
+    near = away < CALM[1]
+    z = np.zeros_like(x)
+    fade = np.clip((CALM[1] - away[near]) / (CALM[1] - CALM[0]), 0.0, 1.0)
+    z[near] = fade * np.asarray(height(x[near] + centre[0], y[near] + centre[1], time))
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+
+
+def sea_faces() -> npt.NDArray[np.int32]:
+    """Triangles (2 * (SIDE - 1)^2, 3), counter-clockwise seen from above."""
+    corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).reshape(-1, 1)
+    first, second = corner + np.array([0, 1, SIDE + 1]), corner + np.array([0, SIDE + 1, SIDE])
+    return np.concatenate([first, second]).astype(np.int32)
+
+
+def normals(points: FloatArray) -> FloatArray:
+    """Unit normals (SIDE * SIDE, 3) of the surface, by its slopes along the grid's lines, steeper."""
+    lines = sea_lines()
+    slopes = np.gradient(points[:, 2].reshape(SIDE, SIDE), lines, lines)
+    along_y, along_x = np.tanh(RELIEF * np.stack(slopes))
+    out = np.stack([-along_x, -along_y, np.ones_like(along_x)], axis=-1).reshape(-1, 3)
+    unit: FloatArray = out / np.linalg.norm(out, axis=1, keepdims=True)
+    return unit

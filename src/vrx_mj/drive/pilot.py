@@ -1,0 +1,209 @@
+"""Keys to the commands of a boat's engines, whatever their layout. No simulation, no window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import mul
+from typing import TYPE_CHECKING, Any
+
+from vrx_mj.physics.tables import NEWTONS, RUDDER
+
+if TYPE_CHECKING:
+    from vrx_mj.mjcf.world import World
+
+__all__ = ["Engine", "Pilot", "Wheel", "engine_commands", "engines_of"]
+
+STEP = 0.1
+"""Power and turn of one press of an arrow key."""
+SPEED, TURN, ANGLE = 0.5, 1.0, 0.1
+"""What VRX's keys start with: power, turn, and the step of the angle [rad]."""
+TENTH = 1.1, 0.9
+"""VRX's factors of more and less."""
+
+TWISTS = {
+    "i": (1, 0), ",": (-1, 0), "j": (0, 1), "l": (0, -1),
+    "u": (1, 1), "o": (1, -1), "m": (-1, -1), ".": (-1, 1),
+}  # fmt: skip
+"""teleop_twist_keyboard: signs of power and turn."""
+NUDGES = {"up": (STEP, 0.0), "down": (-STEP, 0.0), "left": (0.0, STEP), "right": (0.0, -STEP)}
+SCALES = {
+    "q": ("speed", "turn", TENTH[0]), "z": ("speed", "turn", TENTH[1]),
+    "w": ("speed", "speed", TENTH[0]), "x": ("speed", "speed", TENTH[1]),
+    "e": ("turn", "turn", TENTH[0]), "c": ("turn", "turn", TENTH[1]),
+    "r": ("angle", "angle", TENTH[0]), "v": ("angle", "angle", TENTH[1]),
+}  # fmt: skip
+"""Which of VRX's sizes a key changes, and by what factor."""
+
+
+class Pilot:
+    """Drives one boat at a time by keys; boats that were driven once keep their last commands."""
+
+    def __init__(self, engines: Mapping[str, Sequence[Engine]], boat: str) -> None:
+        self._engines = engines
+        self._boats = tuple(engines)
+        self.boat = boat
+        """The boat that the keys drive now."""
+        self.sizes = {"speed": SPEED, "turn": TURN, "angle": ANGLE}
+        """What the keys of VRX command."""
+        self._wheels: dict[str, Wheel] = {}
+
+    @property
+    def wheel(self) -> Wheel:
+        """Power, turn and angle of the chosen boat."""
+        return self._wheels.get(self.boat, Wheel())
+
+    @property
+    def wheels(self) -> Mapping[str, Wheel]:
+        """Power, turn and angle of the boats that keys have driven."""
+        return self._wheels
+
+    def change_boats(self, engines: Mapping[str, Sequence[Engine]]) -> None:
+        """Take the engines of boats that came or went. Keys go on with the one that they drove, or with the first; "" where there is none."""
+        self._engines, self._boats = engines, tuple(engines)
+        self._wheels = {boat: wheel for boat, wheel in self._wheels.items() if boat in engines}
+        if self.boat not in engines:
+            self.boat = next(iter(engines), "")
+
+    def press(self, key: str) -> bool:
+        """Take a key; False if it means nothing here."""
+        if not self._boats:
+            return False
+        wheel = self._turned(key)
+        if wheel is not None:
+            self._wheels[self.boat] = wheel
+            return True
+        return self._scaled(key) or self._chosen(key)
+
+    def commands(self) -> dict[str, dict[str, float]]:
+        """Commands of all boats that keys have driven; the others are left alone."""
+        return {boat: engine_commands(self._engines[boat], wheel) for boat, wheel in self._wheels.items()}
+
+    def reset(self) -> None:
+        """Let go of all boats."""
+        self._wheels.clear()
+
+    def _turned(self, key: str) -> Wheel | None:
+        """The wheel after a key that turns it."""
+        wheel = self.wheel
+        if key in NUDGES:
+            power, turn = NUDGES[key]
+            return replace(wheel, power=_share(wheel.power + power), turn=_share(wheel.turn + turn))
+        if key in TWISTS:
+            power, turn = TWISTS[key]
+            return replace(wheel, power=power * self.sizes["speed"], turn=turn * self.sizes["turn"])
+        if key in {"h", ";"}:
+            step = self.sizes["angle"] * (1 if key == ";" else -1)
+            limit = max((engine.max_angle for engine in self._engines[self.boat]), default=0.0)
+            return replace(wheel, angle=min(max(wheel.angle + step, -limit), limit))
+        return replace(wheel, power=0.0, turn=0.0) if key in {"space", "k"} else None
+
+    def _scaled(self, key: str) -> bool:
+        if key not in SCALES:
+            return False
+        *names, factor = SCALES[key]
+        for name in set(names):
+            self.sizes[str(name)] *= float(factor)
+        return True
+
+    def _chosen(self, key: str) -> bool:
+        count, here = len(self._boats), self._boats.index(self.boat)
+        if key in {"tab", "n"}:
+            self.boat = self._boats[(here + 1) % count]
+            return True
+        if key.isdecimal() and 1 <= int(key) <= count:
+            self.boat = self._boats[int(key) - 1]
+            return True
+        return False
+
+
+def _share(value: float) -> float:
+    """Within [-1, 1], and without the dust of adding tenths."""
+    return round(min(max(value, -1.0), 1.0), 6) + 0.0
+
+
+ACROSS = 0.2
+"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
+SHORT_ARM = 0.1
+"""Arm [m] of the engines' thrusts about the centre of mass, below which a boat is steered by turning them."""
+FULL_RUDDER = 0.5
+"""Angle [rad] of a full turn where engines are turned to steer."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """Power, turn and steering angle that the keys command of one boat."""
+
+    power: float = 0.0
+    """Forward, as a share of full power."""
+    turn: float = 0.0
+    """Counter-clockwise, as a share of the largest difference between the sides."""
+    angle: float = 0.0
+    """Steering angle of the engines [rad], counter-clockwise."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """One thruster or rudder that the keys drive."""
+
+    name: str
+    forward: float
+    """Share of its thrust that points forward; 0 for a rudder."""
+    arm: float
+    """Arm of its thrust about the centre of mass [m]; positive turns counter-clockwise."""
+    aft: bool
+    """Whether it is behind the centre of mass."""
+    max_angle: float
+    """Largest steering angle [rad]."""
+    rudder: bool = False
+    """Whether it has no propeller."""
+    ahead: float = 1.0
+    """Command of full power ahead: 1, or a force [N] where commands are newtons."""
+    astern: float = 1.0
+    """Command of full power astern, above 0: 1, or a force [N] where commands are newtons."""
+
+
+def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
+    """The thrusters and rudders of a boat that the keys drive."""
+    hull = world.boats.index(boat)
+    centre = world.parameters["hulls"][hull]["body_com"]
+    engines = (_engine(row, centre) for row in world.parameters["thrusters"] if row["hull"] == hull)
+    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
+
+
+def _engine(row: Mapping[str, Any], centre: Sequence[float]) -> Engine:
+    x, y = row["position"][0] - centre[0], row["position"][1]  # hulls are alike on both sides, cargo is not
+    forward, left, _ = (sum(map(mul, line, row["direction"])) for line in row["rotation"])
+    if row["mapping"] == RUDDER:
+        return Engine(row["name"], 0.0, 0.0, x < 0.0, row["max_angle"], rudder=True)
+    full = (row["max_forward"], abs(row["max_reverse"])) if row["mapping"] == NEWTONS else (1.0, 1.0)
+    return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"], False, *full)
+
+
+def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]:
+    """Commands of the engines: thrusts in [-1, 1], or in newtons, and their `_angle` in rad.
+
+    Thrusts turn the boat where they have an arm: for two engines side by side, left is power minus turn and right
+    is power plus turn, as in VRX's twist2thrust. Else the engines turn to steer. A rudder always does.
+    """
+    reach = max((abs(engine.arm) for engine in engines), default=0.0)
+    commands: dict[str, float] = {}
+    for engine in engines:
+        by_angle = engine.rudder or reach <= SHORT_ARM
+        if not engine.rudder:
+            turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
+            share = _within(_sign(engine.forward) * wheel.power + turn, 1.0)
+            commands[engine.name] = share * (engine.ahead if share > 0.0 else engine.astern)
+        if engine.max_angle > 0.0:
+            steer = (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn if by_angle else 0.0
+            commands[f"{engine.name}_angle"] = _within(steer + wheel.angle, engine.max_angle)
+    return commands
+
+
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value)
+
+
+def _within(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit) + 0.0
