@@ -10,7 +10,7 @@ import pytest
 
 from vrx_command import ended, start, vrx
 from vrx_mj.campaign.plan import Cell
-from vrx_mj.campaign.pool import sail_all
+from vrx_mj.campaign.process import sail_all
 from vrx_mj.campaign.trial import Trial
 
 pytestmark = pytest.mark.slow

@@ -2,21 +2,22 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from vrx_mj.campaign.compare import Comparison
-from vrx_mj.campaign.drawing import COLORS, draw
 from vrx_mj.campaign.manifest import Campaign
+from vrx_mj.campaign.maps import COLORS, draw
 from vrx_mj.campaign.plan import Cell
-from vrx_mj.campaign.ranking import leaderboard, mean_of, task_types, tasks_of_worlds
-from vrx_mj.campaign.results import LOG, Result
+from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
+from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, task_types, tasks_of_worlds
 from vrx_mj.resources import root
 
-__all__ = ["page"]
+__all__ = ["PAGE", "page", "refreshed", "write_report"]
 
 BEST, MIDDLE, WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
 """Colours of a score among those of its world."""
@@ -147,3 +148,22 @@ def _environment() -> Environment:
 def _number(value: float | None, digits: int = 3) -> str:
     """A number with so many significant digits; a dash for none."""
     return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"
+
+
+PAGE = "index.html"
+
+
+def refreshed(campaign: Campaign) -> Campaign:
+    """The campaign with the results that are in its folder now."""
+    return replace(campaign, results=read_results(campaign.folder, campaign.manifest.plan.cells))
+
+
+def write_report(campaign: Campaign, comparison: Comparison | None = None) -> Path:
+    """Write `results.csv` and the page into the campaign's folder; the path of the page."""
+    plan = campaign.manifest.plan
+    write_csv(
+        campaign.folder / "results.csv", (campaign.results[cell] for cell in plan.cells if cell in campaign.results)
+    )
+    text = page(campaign, read_sketches(campaign.folder, plan.worlds), comparison)
+    write_text(campaign.folder / PAGE, text)
+    return campaign.folder / PAGE

@@ -1,4 +1,4 @@
-"""A trial in a process of its own: whatever a controller does there, the campaign goes on.
+"""Trials, many at a time, each in a process of its own: whatever a controller does there, the campaign goes on.
 
 Where the system can fork, processes come from a server that has loaded everything, compiled kernels included, and runs
 no threads: a trial begins at once, and shares nothing with the one before.
@@ -13,18 +13,19 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, MutableSequence
+from collections.abc import Callable, Generator, Iterator, Mapping, MutableSequence, Sequence
 from functools import partial
+from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from pathlib import Path
 
+from vrx_mj.campaign.maps import sketch_of
 from vrx_mj.campaign.program import ENDING, adopt_orphans
 from vrx_mj.campaign.results import FORMAT, LOG, Result, read_result, sketch_file, write_json, write_result
-from vrx_mj.campaign.sketch import sketch_of
 from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
 from vrx_mj.mjcf.world import World
 
-__all__ = ["TrialProcess", "start_server", "undisturbed"]
+__all__ = ["TrialProcess", "sail_all", "start_server", "undisturbed"]
 
 PRELOADED = "vrx_mj.campaign.warm"
 GRACE = 5.0
@@ -241,3 +242,41 @@ def _log_into(file: Path) -> None:
     sys.stdout = open(1, "w", encoding="utf-8", errors="replace", buffering=1, closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", encoding="utf-8", errors="replace", buffering=1, closefd=False)  # noqa: SIM115
     faulthandler.enable(sys.stderr)
+
+
+LOOK = 0.25
+"""How often trials are looked after [s]."""
+
+
+def sail_all(
+    trials: Sequence[Trial], root: Path, jobs: int, *, running: Callable[[int], None] = lambda _count: None
+) -> Generator[Result, None, None]:
+    """Sail trials, `jobs` of them at a time; the result of each as soon as it has ended.
+
+    Closed early, by Ctrl-C too, it ends what is under way and removes what that has written.
+
+    Args:
+        trials: in the order in which they begin.
+        root: the campaign's folder.
+        jobs: how many processes there are at a time.
+        running: is told how many trials are under way, when that changes.
+    """
+    waiting, under_way = list(reversed(trials)), list[TrialProcess]()
+    try:
+        context = start_server() if trials else None
+        while waiting or under_way:
+            while context and waiting and len(under_way) < jobs:
+                with undisturbed():
+                    under_way.append(TrialProcess(context, waiting.pop(), root))
+            running(len(under_way))
+            wait([process.sentinel for process in under_way], timeout=LOOK)
+            for process in list(under_way):
+                result = process.result()
+                if result is not None:
+                    under_way.remove(process)
+                    yield result
+    finally:
+        for process in under_way:
+            process.ask_to_end()
+        for process in under_way:
+            process.withdraw()

@@ -8,23 +8,23 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.results import Result
-from vrx_mj.campaign.track import Tracks
+from vrx_mj.campaign.tracks import Stopwatch, Tracks
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["INTERRUPTED", "PREPARATION", "Stopwatch", "Trial", "sail"]
+__all__ = ["INTERRUPTED", "PREPARATION", "Trial", "sail"]
 
 RECORDING = "run.rrd"
 PREPARATION = 120.0
 """Wall time for compiling a world [s]."""
-PATIENCE = 60.0
+EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
 INTERRUPTED = "interrupted"
 """The error of a trial that was told to end."""
@@ -45,19 +45,6 @@ class Trial:
     record: bool = False
     serving: Serving | None = None
     """Where the controller is a program."""
-
-
-class Stopwatch(Protocol):
-    """Who sees to it that a trial ends."""
-
-    def allow(self, wall: float) -> None:
-        """The trial may take this wall time [s] from now on."""
-
-    def reach(self, moment: float) -> None:
-        """The trial has reached this simulated time [s]."""
-
-    def lead(self, group: int) -> None:
-        """A program that sails it has this process group; 0: it has none any more."""
 
 
 class _RaisedError(VrxError):
@@ -121,12 +108,12 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
 def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
     simulated = trial.duration or planned(sim)
     if trial.serving is None:
-        stopwatch.allow(trial.timeout or PATIENCE + simulated)
+        stopwatch.allow(trial.timeout or EXTRA_TIME + simulated)
         return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
-    from vrx_mj.campaign.served import sail_by_program  # needs the extra ros1
+    from vrx_mj.campaign.ros_trial import sail_by_program  # needs the extra ros1
 
     slower = min(trial.serving.rate or 1.0, 1.0)
-    wall = trial.timeout or PATIENCE + simulated / slower
+    wall = trial.timeout or EXTRA_TIME + simulated / slower
     return sail_by_program(trial.cell, trial.serving, sim, folder, trial.duration, wall, tracks, stopwatch)
 
 

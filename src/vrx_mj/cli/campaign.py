@@ -74,9 +74,9 @@ def campaign(
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
-    from vrx_mj.campaign.compare import compare
     from vrx_mj.campaign.manifest import begin, read_campaign
-    from vrx_mj.campaign.report import refreshed, write_report
+    from vrx_mj.campaign.page import refreshed, write_report
+    from vrx_mj.campaign.scores import compare
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge)
     plan = _plan(
@@ -163,7 +163,7 @@ def _sailed(
         from vrx_mj.campaign.ray_pool import sail_on_ray
 
         return sail_on_ray(trials, folder, jobs, running=watch.running)
-    from vrx_mj.campaign.pool import sail_all
+    from vrx_mj.campaign.process import sail_all
     from vrx_mj.runtime.limits import core_share
 
     return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)

@@ -12,9 +12,9 @@ from rich.text import Text
 from vrx_mj.bar import Bar
 
 if TYPE_CHECKING:
-    from vrx_mj.campaign.compare import Comparison
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.results import Result
+    from vrx_mj.campaign.scores import Comparison
 
 __all__ = ["Watch", "print_tables", "watching"]
 
@@ -73,7 +73,7 @@ def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
 
 
 def _scores(campaign: "Campaign") -> Table:
-    from vrx_mj.campaign.ranking import mean_of, tasks_of_worlds
+    from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
 
     plan, results = campaign.manifest.plan, list(campaign.results.values())
     tasks = tasks_of_worlds(results)
@@ -103,7 +103,7 @@ def _mean(mean: object, count: int, *, has_task: bool) -> Text:
 
 
 def _leaderboard(campaign: "Campaign") -> Table:
-    from vrx_mj.campaign.ranking import leaderboard, task_types
+    from vrx_mj.campaign.scores import leaderboard, task_types
 
     results = list(campaign.results.values())
     kinds = task_types(results)

@@ -60,7 +60,7 @@ class Pilot:
         return self._wheels
 
     def change_boats(self, engines: Mapping[str, Sequence[Engine]]) -> None:
-        """Take the engines of boats that came or went. Keys go on with the one that they drove, or with the first; "" where there is none."""
+        """Boats came or went: keys go on with the one that they drove, or with the first; `boat` is "" without any."""
         self._engines, self._boats = engines, tuple(engines)
         self._wheels = {boat: wheel for boat, wheel in self._wheels.items() if boat in engines}
         if self.boat not in engines:

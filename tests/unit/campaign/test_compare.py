@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.campaign.compare import Test as PairedTest
-from vrx_mj.campaign.compare import _adjusted, compare, paired_test
+from vrx_mj.campaign.scores import Test as PairedTest
+from vrx_mj.campaign.scores import _adjusted, compare, paired_test
 
 SEEDS = range(8)
 

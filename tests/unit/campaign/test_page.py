@@ -4,9 +4,9 @@ from html.parser import HTMLParser
 import pytest
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.campaign.compare import compare
 from vrx_mj.campaign.page import page
 from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.scores import compare
 
 EVIL = "<script>alert('no')</script> & \"more\""
 VOID = {"meta", "input", "br", "link"}

@@ -11,7 +11,7 @@ from vrx_command import environment
 from vrx_mj.campaign import program
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.program import Program
-from vrx_mj.campaign.served import PORTS, claimed_port, surroundings
+from vrx_mj.campaign.ros_trial import PORTS, claimed_port, surroundings
 from vrx_mj.errors import NetworkError
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups of other systems")
@@ -136,7 +136,7 @@ def test_ports_of_trials_are_free_and_apart():
 
 def test_without_a_free_port_it_says_so(monkeypatch):
     with claimed_port() as taken:
-        monkeypatch.setattr("vrx_mj.campaign.served.PORTS", range(taken, taken + 1))
+        monkeypatch.setattr("vrx_mj.campaign.ros_trial.PORTS", range(taken, taken + 1))
         message = rf"^no port of {taken} to {taken} is free on 127\.0\.0\.1$"
         with pytest.raises(NetworkError, match=message), claimed_port():
             pass

@@ -2,7 +2,7 @@ import sys
 
 import pytest
 
-from vrx_mj.campaign.provenance import code_version, controller_hash
+from vrx_mj.campaign.manifest import code_version, controller_hash
 from vrx_mj.errors import VrxError
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from campaigns import failed, scored
-from vrx_mj.campaign.ranking import leaderboard, mean_of
+from vrx_mj.campaign.scores import leaderboard, mean_of
 
 RESULTS = [
     # station-keeping, in m: a 2, b 4, c 3 with a failure; docks, in points: a 0, b 20, c 20

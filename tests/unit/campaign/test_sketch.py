@@ -3,8 +3,7 @@ import math
 
 import pytest
 
-from vrx_mj.campaign.drawing import draw
-from vrx_mj.campaign.sketch import sketch_of
+from vrx_mj.campaign.maps import draw, sketch_of
 from vrx_mj.mjcf.compile import compile_world
 
 WORLD = {

@@ -10,8 +10,11 @@ from shapely import MultiPoint, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
+from vrx_mj.draw.course import Bay, Course
+from vrx_mj.draw.map import map_of
+from vrx_mj.mjcf.world import World
 
-__all__ = ["COLORS", "Drawing", "draw"]
+__all__ = ["COLORS", "Drawing", "draw", "sketch_of"]
 
 COLORS = ("#d1495b", "#00798c", "#6a4c93", "#c2571a", "#3f7d20", "#30638e", "#a8760b", "#8d5a97")
 """Of the controllers' tracks, in their order."""
@@ -215,3 +218,62 @@ def _track(result: Result, line: Line, stride: int, pixel: float, controllers: S
         else f'<circle cx="{x:.1f}" cy="{-y:.1f}" r="{3.0 * pixel:.2f}"/>'
     )
     return f'<g {attributes}><title>{escape(told)}</title><path d="{_path(points)}"/>{end}</g>'
+
+
+Row = dict[str, Any]
+
+
+def sketch_of(world: World) -> Row:
+    """Shore, docks, objects, boats at their start, and what the task lays out."""
+    scene = map_of(world)
+    task = world.parameters.get("task")
+    shown = {showing.name: (showing.x, showing.y) for showing in scene.course.showings}
+    spots = {item.name: shown.get(item.name, (item.x, item.y)) for item in scene.objects}
+    return {
+        "name": world.name,
+        "description": world.parameters["description"],
+        "task": None if task is None else {"type": task["type"], "name": task["name"]},
+        "shore": [_points(ring) for ring in scene.shore],
+        "docks": [
+            {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}
+            for dock in scene.docks
+        ],
+        "objects": [
+            {"name": item.name, "spot": list(spots[item.name]), "color": _hex(item.color), "size": item.size}
+            for item in scene.objects
+        ],
+        "boats": [{"name": boat.name, "x": boat.x, "y": boat.y, "yaw": boat.yaw} for boat in scene.boats],
+        "waypoints": [list(place) for place in scene.waypoints],
+        **_laid_out(scene.course),
+    }
+
+
+def _laid_out(course: Course) -> Row:
+    animals = [(item.x, item.y, item.radius, f"{item.name}: {item.goal}") for item in course.animals]
+    beacons = [(item.x, item.y, item.radius, item.name) for item in course.beacons]
+    return {
+        "gates": [{"left": list(gate.left), "right": list(gate.right), "yaw": gate.yaw} for gate in course.gates],
+        "bays": [_bay(bay) for bay in course.bays],
+        "paths": [
+            _points([path.start, *path.points, *(path.points[:1] if path.closed else ())]) for path in course.paths
+        ],
+        "circles": [_circle(*row) for row in animals + beacons if row[2] > 0.0],
+        "beacons": [[item.x, item.y] for item in course.beacons],
+    }
+
+
+def _bay(bay: Bay) -> Row:
+    told = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
+    return {"corners": _points(bay.internal[:, :2]), "allowed": bay.right, "told": told}
+
+
+def _circle(x: float, y: float, radius: float, told: str) -> Row:
+    return {"x": x, "y": y, "radius": radius, "told": told.replace("_", " ")}
+
+
+def _points(points: Any) -> list[list[float]]:
+    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+
+
+def _hex(color: tuple[float, float, float]) -> str:
+    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in color)

@@ -9,12 +9,10 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.program import ENDING, Program
-from vrx_mj.campaign.track import Tracks
+from vrx_mj.campaign.tracks import FloatArray, Stopwatch, Tracks
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros1 import Ros1
@@ -22,9 +20,6 @@ from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.tasks.frame import EARLY
-
-if TYPE_CHECKING:
-    from vrx_mj.campaign.trial import Stopwatch
 
 __all__ = ["claimed_port", "sail_by_program", "surroundings"]
 
@@ -41,7 +36,7 @@ def sail_by_program(
     duration: float | None,
     wall: float,
     tracks: Tracks,
-    stopwatch: "Stopwatch",
+    stopwatch: Stopwatch,
 ) -> Summary:
     """Sail a world by the program that the cell names, until the task is over or for a duration [s].
 
@@ -113,7 +108,7 @@ class _Pilot:
     """The program, from when all topics are there until the trial is over."""
 
     def __init__(
-        self, line: str, sim: Simulation, duration: float | None, wall: float, tracks: Tracks, stopwatch: "Stopwatch"
+        self, line: str, sim: Simulation, duration: float | None, wall: float, tracks: Tracks, stopwatch: Stopwatch
     ) -> None:
         self._line, self._sim, self._tracks, self._stopwatch = line, sim, tracks, stopwatch
         self._to_task, self._last = duration is None, sim.time + (planned(sim) if duration is None else duration)

@@ -1,8 +1,10 @@
-"""Where boats went, with few points."""
+"""What is noted of a trial while it runs: tracks of the boats, with few points, and times for a stopwatch."""
+
+from typing import Protocol
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = ["Tracks", "simplified"]
+__all__ = ["Stopwatch", "Tracks", "simplified"]
 
 Point = tuple[float, float]
 APART = 0.3
@@ -11,6 +13,19 @@ TOLERANCE = 0.2
 """How far a simplified track may be from the true one [m]."""
 MOST = 400
 """Points of a simplified track, at most."""
+
+
+class Stopwatch(Protocol):
+    """Who sees to it that a trial ends."""
+
+    def allow(self, wall: float) -> None:
+        """The trial may take this wall time [s] from now on."""
+
+    def reach(self, moment: float) -> None:
+        """The trial has reached this simulated time [s]."""
+
+    def lead(self, group: int) -> None:
+        """A program that sails it has this process group; 0: it has none any more."""
 
 
 class Tracks:
