@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.draw.map import map_of
+from vrx_mj.draw.map_scene import map_of
 from vrx_mj.recording.blueprint import plan_circle
 from vrx_mj.recording.progress import PLOT, WORDS
 from vrx_mj.recording.session import scene_of

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
 from vrx_mj.draw.course import Bay, Course
-from vrx_mj.draw.map import map_of
+from vrx_mj.draw.map_scene import map_of
 from vrx_mj.mjcf.world import World
 
 __all__ = ["COLORS", "Drawing", "draw", "sketch_of"]

@@ -1,4 +1,4 @@
-"""Scores of a campaign: the ranking, and what changed since an earlier one, with a paired test for each type of task."""
+"""Scores of a campaign: the ranking, and what changed since an earlier one, with paired tests by type of task."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

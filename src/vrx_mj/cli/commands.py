@@ -253,7 +253,8 @@ def map_(
 
     Example: vrx-mj map example_course --fleet trio -o map.png
     """
-    from vrx_mj.draw.map import draw_map, map_of
+    from vrx_mj.draw.map import draw_map
+    from vrx_mj.draw.map_scene import map_of
     from vrx_mj.mjcf.compile import compile_world
 
     drawn = map_of(compile_world(world, fleet=fleet, nudge=nudge))

@@ -1,1 +1,1 @@
-"""Pictures: maps, charts, compliance; notebooks."""
+"""Pictures of worlds and boats by matplotlib: maps, and what rules say of a boat's parts."""

@@ -13,7 +13,7 @@ from vrx_mj.config.parts.boxes import Box
 from vrx_mj.config.parts.compliance import PartVerdict, Verdict
 from vrx_mj.config.parts.files import Kind
 from vrx_mj.config.parts.values import triple_of
-from vrx_mj.draw.chart.labels import INK, Thing, label, quiet_fonts, write
+from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.draw.map import FORMATS
 from vrx_mj.errors import VrxError
 from vrx_mj.resources import root
@@ -75,7 +75,7 @@ def draw_verdict(verdict: Verdict, path: str | Path) -> None:
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
         raise VrxError(f"invalid file name '{file.name}' for a picture: it must end in {', '.join(FORMATS)}")
-    with quiet_fonts():
+    with font_warnings_hidden():
         _figure(verdict).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 

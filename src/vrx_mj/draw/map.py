@@ -1,128 +1,28 @@
-"""What a world looks like from above. `MapScene` is plain data; the drawing itself is in `chart`."""
+"""Maps of worlds, drawn with matplotlib: a plan, and a panel with compass, legend and overview beside it."""
 
-import colorsys
 import io
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vrx_mj.arguments import as_path, check_kind, whole
-from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course import Course, course_of, symbols_of
+from vrx_mj.draw.course_marks import Row, course_rows
+from vrx_mj.draw.labels import INK, font_warnings_hidden, write
+from vrx_mj.draw.map_scene import MapScene
+from vrx_mj.draw.plan import SOFT, Box, draw_plan, ground, nice_length, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
-from vrx_mj.mjcf.shooters import BALL
-from vrx_mj.mjcf.world import World
 from vrx_mj.outputs import written
 
-__all__ = [
-    "MapBoat",
-    "MapDock",
-    "MapObject",
-    "MapPlacard",
-    "MapScene",
-    "MapWave",
-    "MapWind",
-    "draw_map",
-    "map_of",
-    "map_png",
-]
-
-Rgb = tuple[float, float, float]
+__all__ = ["FORMATS", "chart", "draw_map", "map_png"]
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
-BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
-NO_FLEET = "single"
-"""What the compiler calls the one boat of a world without a fleet."""
-DOCK_CELL = 2.0
-"""Edge of a dock's cell [m] (VRX's dock_block)."""
+DPI = 100
 LARGEST = 16384
 """Width and height of a map, at most [px]."""
-EMPTY = Course()
-
-
-@dataclass(frozen=True)
-class MapDock:
-    """A dock: the centres of its cells (n, 2) [m] in the world frame, its yaw [rad] and the edge of a cell [m]."""
-
-    name: str
-    cells: FloatArray
-    yaw: float
-    block: float = DOCK_CELL
-
-
-@dataclass(frozen=True)
-class MapObject:
-    """A buoy, a post, ... at (x, y) [m]; `size` is its width as seen from above [m]."""
-
-    name: str
-    model: str
-    x: float
-    y: float
-    color: Rgb
-    size: float
-    floating: bool = True
-
-
-@dataclass(frozen=True)
-class MapPlacard:
-    """A placard at (x, y) [m] and its symbol, such as `red_circle`."""
-
-    name: str
-    x: float
-    y: float
-    symbol: str
-
-
-@dataclass(frozen=True)
-class MapBoat:
-    """A boat at (x, y) [m] that heads to `yaw` [rad]; any colour matplotlib knows."""
-
-    name: str
-    x: float
-    y: float
-    yaw: float
-    color: str | Rgb
-
-
-@dataclass(frozen=True)
-class MapWind:
-    """Direction of travel [deg, counter-clockwise from east] and mean speed [m/s]."""
-
-    direction: float
-    speed: float
-
-
-@dataclass(frozen=True)
-class MapWave:
-    """Direction of travel (a vector), peak period [s] and significant height [m]."""
-
-    direction: tuple[float, float]
-    period: float
-    height: float
-
-
-@dataclass(frozen=True)
-class MapScene:
-    """All that a map shows. Lengths in m, world frame (east, north)."""
-
-    title: str
-    shore: tuple[FloatArray, ...] = ()
-    """Rings (n, 2), the land on their left."""
-    docks: tuple[MapDock, ...] = ()
-    objects: tuple[MapObject, ...] = ()
-    boats: tuple[MapBoat, ...] = ()
-    waypoints: tuple[tuple[float, float, float], ...] = ()
-    """Places x, y and headings [rad], in their order."""
-    wind: MapWind | None = None
-    wave: MapWave | None = None
-    placards: tuple[MapPlacard, ...] = ()
-    course: Course = EMPTY
-    """What the task lays out."""
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
@@ -152,11 +52,8 @@ def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
 
 
 def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suffix: str) -> None:
-    from vrx_mj.draw.chart import chart
-    from vrx_mj.draw.chart.labels import quiet_fonts
-
     check_kind("a map", scene, MapScene, "a MapScene, as map_of(world)")
-    with quiet_fonts():
+    with font_warnings_hidden():
         chart(scene, _pixels(size)).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
 
 
@@ -168,87 +65,135 @@ def _pixels(size: Any) -> tuple[int, int]:
     return width, height
 
 
-def map_of(world: World) -> MapScene:
-    """The map of a compiled world at its start; CommandError if it is not one."""
-    check_kind("map_of", world, World, "a World, as compile_world returns it")
-    values = world.tree
-    fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
-    wind, sea = values["wind"], values["sea"]
-    toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
-    model = _model(world)
-    return MapScene(
-        title=f"{values['name']}{fleet}",
-        shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values["shoreline"]),
-        docks=tuple(_dock(dock) for dock in values["docks"]),
-        objects=_objects(world, model),
-        boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
-        waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
-        wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
-        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"]) if sea["waves"] else None,
-        placards=tuple(_placards(world, model)),
-        course=course_of(values),
-    )
+def chart(scene: MapScene, size: tuple[int, int]) -> Any:
+    """The map as a matplotlib figure of `size` pixels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.055, 0.06, 0.685, 0.875))
+    view = view_of(scene, axes.get_window_extent().width / axes.get_window_extent().height)
+    draw_plan(axes, scene, view)
+    write(figure, 0.055, 0.955, scene.title, size=17, weight="bold", va="bottom")
+    compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
+    legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
+    overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
+    canvas.draw()
+    return figure
 
 
-def _model(world: World) -> Any:
-    """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
-    import mujoco
-
-    if not world.tree["objects"] and not world.tree.get("placards"):
-        return None
-    return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
+WIND_COLOR, WAVE_COLOR, FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
+LEGEND_ROWS = 16
+FEW_BOATS = 4
+"""Most boats that the legend names."""
 
 
-def _dock(entry: Any) -> MapDock:
-    x, y, *_, yaw = entry["pose"]
-    local = entry["block"] * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
-    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    return MapDock(entry["name"], local @ turn.T + [x, y], yaw, entry["block"])
+def compass(axes: Any, scene: MapScene) -> None:
+    """Where north is, and where wind and waves go."""
+    from matplotlib.patches import Circle
 
-
-def _boat(entry: Any, index: int) -> MapBoat:
-    x, y, *_, yaw = entry["pose"]
-    color = tuple(entry["color"][:3]) if entry["color"] else BOAT_COLORS[index % len(BOAT_COLORS)]
-    return MapBoat(entry["name"], x, y, yaw, color)
-
-
-def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
-    """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    return tuple(_object(model, item) for item in world.tree["objects"] if item["model"] != BALL)
-
-
-def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
-    import mujoco
-
-    rows = world.tree.get("placards", ())
-    if not rows:
-        return
-    data, symbols = mujoco.MjData(model), symbols_of(world.tree)
-    mujoco.mj_kinematics(model, data)
-    for row in rows:
-        x, y, _ = data.body(row["body"]).xpos.tolist()
-        yield MapPlacard(row["name"], x, y, symbols[row["name"]])
-
-
-def _object(model: Any, entry: Any) -> MapObject:
-    color, size = _look(model, model.body(entry["body"]).id)
-    x, y = entry["pose"][:2]
-    return MapObject(entry["name"], entry["model"], x, y, color, size, entry["kind"] == "floating")
-
-
-def _look(model: Any, body: int) -> tuple[Rgb, float]:
-    """The colour that shows most of a body, vivid ones first, and the body's width [m]."""
-    first, count = model.body_geomadr[body], model.body_geomnum[body]
-    seen = [i for i in range(first, first + count) if model.geom_group[i] < 3 and model.geom_rgba[i, 3] > 0.1]
-    shares: dict[Rgb, float] = {}
-    width = 0.5
-    for i in seen:
-        half = model.geom_aabb[i, 3:]
-        red, green, blue = (float(share) for share in model.geom_rgba[i, :3])
-        color = (red, green, blue)
-        vivid = 0.2 + colorsys.rgb_to_hsv(*color)[1]
-        shares[color] = shares.get(color, 0.0) + vivid * float(
-            half[0] * half[1] + half[1] * half[2] + half[2] * half[0]
+    axes.set_axis_off()
+    axes.set_xlim(-2.0, 2.0)
+    axes.set_ylim(-2.55, 1.55)
+    axes.set_aspect("equal", anchor="N")
+    axes.add_patch(Circle((0, 0), 1.0, facecolor="#f4f8fa", edgecolor=SOFT, linewidth=1.0))
+    for name, x, y in (("N", 0.0, 1.24), ("E", 1.24, 0.0), ("S", 0.0, -1.24), ("W", -1.24, 0.0)):
+        write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
+    lines = [("calm sea", SOFT), ("no wind", SOFT)]
+    if scene.wave:
+        toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
+        _arrow(axes, toward, WAVE_COLOR, 4.0)
+        lines[0] = (
+            f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, toward {toward:.0f}°",
+            WAVE_COLOR,
         )
-        width = max(width, 2.0 * float(sorted(half)[1]))
-    return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width
+    if scene.wind:
+        _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
+        lines[1] = (
+            f"wind {scene.wind.speed:.1f} m/s, toward {scene.wind.direction % 360.0:.0f}°",
+            WIND_COLOR,
+        )
+    for row, (text, color) in enumerate(lines):
+        write(axes, 0.0, -1.68 - 0.3 * row, text, size=10, color=color, ha="center", va="center", weight="bold")
+    if scene.wind or scene.wave:
+        write(
+            axes,
+            0.0,
+            -2.34,
+            "degrees counter-clockwise from east",
+            size=8,
+            color=SOFT,
+            ha="center",
+            va="center",
+        )
+
+
+def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
+    x, y = math.cos(math.radians(toward)), math.sin(math.radians(toward))
+    style = {
+        "arrowstyle": "-|>",
+        "color": color,
+        "linewidth": width,
+        "mutation_scale": 20,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
+
+
+def legend(axes: Any, scene: MapScene) -> None:
+    """Boats, then the task's places, then each kind of object with its colour and number, what floats first."""
+    axes.set_axis_off()
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
+    rows = list(_legend_rows(scene))
+    left_out = len(rows) - LEGEND_ROWS
+    for row, (marker, face, edge, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
+        drawn = str(marker).startswith("$")  # a letter: what looks well about a disc would blot it
+        size, width = (13, 0.2) if drawn else (8, 0.8 if edge is INK else 1.6)
+        axes.plot([0.04], [-row], marker=marker, ms=size, color=face, markeredgecolor=edge, markeredgewidth=width)
+        write(axes, 0.11, -row, text, size=9.5, va="center")
+    if left_out > 0:
+        write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
+
+
+def _legend_rows(scene: MapScene) -> Iterator[Row]:
+    if len(scene.boats) <= FEW_BOATS:
+        yield from (((5, 0, 0), boat.color, INK, boat.name) for boat in scene.boats)
+    if scene.waypoints:
+        yield ("D", "white", INK, "waypoint")
+    yield from course_rows(scene)
+    if scene.docks:
+        yield ("s", "#9aa3ab", INK, "dock")
+    counts: dict[tuple[str, Any], int] = {}
+    for item in sorted(scene.objects, key=lambda item: not item.floating):
+        counts[item.model, item.color] = counts.get((item.model, item.color), 0) + 1
+    yield from (("o", color, INK, f"{model} × {count}") for (model, color), count in counts.items())
+
+
+def overview(axes: Any, scene: MapScene, view: Box) -> None:
+    """The whole terrain, with the plan's frame in it."""
+    from matplotlib.patches import Rectangle
+
+    if not scene.shore:
+        axes.set_axis_off()
+        return
+    points = np.vstack([*scene.shore, np.reshape(view, (2, 2))])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.04 * float(np.max(high - low))
+    ground(axes, scene, (low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin))
+    axes.set_aspect("equal", anchor="S")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    width, height = view[2] - view[0], view[3] - view[1]
+    axes.add_patch(Rectangle(view[:2], width, height, facecolor="none", edgecolor=FRAME_COLOR, lw=1.6, zorder=5))
+    for things, color in ((scene.objects, INK), (scene.boats, FRAME_COLOR)):
+        places = np.array([(thing.x, thing.y) for thing in things]).reshape(-1, 2)
+        axes.plot(*places.T, linestyle="", marker="o", markersize=1.6, color=color, zorder=4)
+    length = nice_length(float(high[0] - low[0]) / 3.0)
+    extent = high - low
+    axes.set_title(f"whole terrain, {extent[0]:.0f} m × {extent[1]:.0f} m", fontsize=9, color=SOFT)
+    axes.plot([low[0], low[0] + length], [low[1], low[1]], color=INK, linewidth=2)
+    place = (low[0] + length / 2, low[1] + margin / 2)
+    write(axes, *place, f"{length:g} m", size=8, ha="center", va="bottom", zorder=6)

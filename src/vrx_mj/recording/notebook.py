@@ -50,7 +50,8 @@ def _shell() -> Any:
 
 def world_map(world: "World") -> bytes:
     """A world from above, as a PNG."""
-    from vrx_mj.draw.map import map_of, map_png
+    from vrx_mj.draw.map import map_png
+    from vrx_mj.draw.map_scene import map_of
 
     return map_png(map_of(world), MAP_SIZE)
 

@@ -4,9 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vrx_mj.draw.chart.plan import view_of
 from vrx_mj.draw.course import course_of, symbols_of, zone_corners
-from vrx_mj.draw.map import MapBoat, MapDock, MapObject, MapPlacard, MapScene, draw_map
+from vrx_mj.draw.map import draw_map
+from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapPlacard, MapScene
+from vrx_mj.draw.plan import view_of
 
 
 def thing(name, x, y, yaw=0.0):

@@ -6,11 +6,10 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from vrx_mj.draw.chart import chart
-from vrx_mj.draw.chart.ground import nice_length
-from vrx_mj.draw.chart.labels import quiet_fonts
-from vrx_mj.draw.chart.plan import view_of
-from vrx_mj.draw.map import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, draw_map, map_of
+from vrx_mj.draw.labels import font_warnings_hidden
+from vrx_mj.draw.map import chart, draw_map
+from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, map_of
+from vrx_mj.draw.plan import nice_length, view_of
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World
 
@@ -108,7 +107,7 @@ def test_small_courses_are_named_once_and_wide_ones_part_by_part(tmp_path, monke
     def noted(axes, things, pixel):
         names.extend(thing.name for thing in things if thing.name)
 
-    monkeypatch.setattr("vrx_mj.draw.chart.plan.label", noted)
+    monkeypatch.setattr("vrx_mj.draw.plan.label", noted)
     parts = [
         ("tent/chair", 0.0),
         ("tent/table", 1.0),
@@ -189,7 +188,7 @@ def test_a_plan_has_the_shape_of_its_picture_and_all_boats_in_it(aspect, place):
 
 def test_fonts_without_a_weight_are_no_news(caplog):
     fonts = logging.getLogger("matplotlib.font_manager")
-    with quiet_fonts():
+    with font_warnings_hidden():
         fonts.warning("findfont: Failed to find font weight bold for WenQuanYi Zen Hei, now using 500.")
         fonts.warning("findfont: something else")
     fonts.warning("findfont: Failed to find font weight %s", "bold")

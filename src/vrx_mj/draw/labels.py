@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["INK", "Thing", "label", "quiet_fonts", "write"]
+__all__ = ["INK", "Thing", "font_warnings_hidden", "label", "write"]
 
 INK = "#20313c"
 FONTS = (
@@ -70,7 +70,7 @@ def write(place: Any, x: float, y: float, text: str, **style: Any) -> Any:
 
 
 @contextlib.contextmanager
-def quiet_fonts() -> Iterator[None]:
+def font_warnings_hidden() -> Iterator[None]:
     """Around drawing: matplotlib says nothing about letters and weights that no font here has."""
     fonts = logging.getLogger("matplotlib.font_manager")
     with warnings.catch_warnings():

@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.chart.course import course_things, draw_course
-from vrx_mj.draw.chart.ground import SOFT, Box, ground, nice_length
-from vrx_mj.draw.chart.labels import INK, Thing, label, write
+from vrx_mj.draw.course_marks import course_things, draw_course
+from vrx_mj.draw.labels import INK, Thing, label, write
+from vrx_mj.draw.map_scene import MapBoat, MapScene
 
-if TYPE_CHECKING:
-    from vrx_mj.draw.map import MapBoat, MapScene
+__all__ = ["SOFT", "Box", "draw_plan", "ground", "nice_length", "view_of"]
 
-__all__ = ["draw_plan", "view_of"]
+FloatArray = npt.NDArray[np.float64]
 
+Box = tuple[float, float, float, float]
+"""West, south, east and north [m]."""
 
+WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
 HULL_LENGTH, HULL_BEAM = 4.9, 2.4
 """Outline of a WAM-V [m]."""
 LONELY = 80.0
@@ -25,7 +27,7 @@ SMALL_COURSE = 70.0
 """A course of less than this many pixels gets one name for all its parts."""
 
 
-def view_of(scene: "MapScene", aspect: float) -> Box:
+def view_of(scene: MapScene, aspect: float) -> Box:
     """West, south, east and north of the plan [m]: what matters, and a margin, in the picture's shape."""
     spots = [(boat.x, boat.y) for boat in scene.boats] + [(x, y) for x, y, _ in scene.waypoints]
     spots += scene.course.spots()
@@ -50,7 +52,7 @@ def _has_company(spot: tuple[float, float], others: list[tuple[float, float]]) -
     return any(math.dist(spot, other) < LONELY for other in others)
 
 
-def draw_plan(axes: Any, scene: "MapScene", view: Box) -> None:
+def draw_plan(axes: Any, scene: MapScene, view: Box) -> None:
     """Draw the part `view` of the world into `axes`."""
     ground(axes, scene, view)
     step = nice_length((view[2] - view[0]) / 7.0)
@@ -74,7 +76,7 @@ def draw_plan(axes: Any, scene: "MapScene", view: Box) -> None:
     label(axes, list(_things(scene, pixel)), pixel)
 
 
-def _docks(axes: Any, scene: "MapScene") -> None:
+def _docks(axes: Any, scene: MapScene) -> None:
     from matplotlib.patches import Polygon
 
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
@@ -100,7 +102,7 @@ def _waypoint(axes: Any, x: float, y: float, yaw: float, label: str, reach: floa
     write(axes, x, y, label, size=small, color="#7a2e8e", ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _boat(axes: Any, boat: "MapBoat", scale: float) -> None:
+def _boat(axes: Any, boat: MapBoat, scale: float) -> None:
     """A hull's outline, bow forward, and an arrow along its heading."""
     from matplotlib.patches import Polygon
 
@@ -133,7 +135,7 @@ def _scale_bar(axes: Any, view: Box) -> None:
     write(axes, x + length / 2, y + 0.014 * height, f"{length:g} m", size=9, ha="center", va="bottom", zorder=6)
 
 
-def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
+def _things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     """What is in the plan, as labels see it: boats with the tips of their arrows first, objects last."""
     reach = max(HULL_LENGTH / 2.0, 12.0 * pixel)
     for boat in scene.boats:
@@ -152,7 +154,7 @@ def _things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
         yield Thing(name, item.x, item.y, max(item.size / 2.0, 4.5 * pixel))
 
 
-def _object_names(scene: "MapScene", pixel: float) -> list[str]:
+def _object_names(scene: MapScene, pixel: float) -> list[str]:
     """What to write beside each object: its own name, or that of a course too small to see its parts."""
     groups: dict[str, list[tuple[float, float]]] = {}
     for item in scene.objects:
@@ -174,3 +176,27 @@ def _object_names(scene: "MapScene", pixel: float) -> list[str]:
 
 def _turn(yaw: float) -> FloatArray:
     return np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+
+
+def nice_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most `most`."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
+
+
+def ground(axes: Any, scene: MapScene, view: Box) -> None:
+    """Water, land and the frame of the axes."""
+    axes.set_facecolor(WATER)
+    axes.set_xlim(view[0], view[2])
+    axes.set_ylim(view[1], view[3])
+    axes.set_aspect("equal")
+    for side in axes.spines.values():
+        side.set_color(SOFT)
+    if not scene.shore:
+        return
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
+    land = PathPatch(Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5)
+    axes.add_patch(land)

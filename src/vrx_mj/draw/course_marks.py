@@ -4,16 +4,14 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vrx_mj.config.displays import RGB
-from vrx_mj.draw.chart.labels import INK, Thing, write
-
-if TYPE_CHECKING:
-    from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
-    from vrx_mj.draw.map import MapPlacard, MapScene
+from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
+from vrx_mj.draw.labels import INK, Thing, write
+from vrx_mj.draw.map_scene import MapPlacard, MapScene
 
 __all__ = ["Row", "course_rows", "course_things", "draw_course"]
 
@@ -35,7 +33,7 @@ ARROWS = 3
 """On a circle."""
 
 
-def draw_course(axes: Any, scene: "MapScene", pixel: float) -> None:
+def draw_course(axes: Any, scene: MapScene, pixel: float) -> None:
     """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
     course = scene.course
     for animal in course.animals:
@@ -56,7 +54,7 @@ def draw_course(axes: Any, scene: "MapScene", pixel: float) -> None:
         _lamps(axes, light.x, light.y, light.colors, pixel)
 
 
-def course_things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
+def course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     """What the course's drawings are to the labels: names of bays and beacons, and what names must not cover."""
     course = scene.course
     for gate in course.gates:
@@ -73,7 +71,7 @@ def course_things(scene: "MapScene", pixel: float) -> Iterator[Thing]:
         yield Thing(f"{showing.start:g}–{showing.end:g} s", showing.x, showing.y, 6.0 * pixel)
 
 
-def _gate_things(gate: "GateBar", pixel: float) -> Iterator[Thing]:
+def _gate_things(gate: GateBar, pixel: float) -> Iterator[Thing]:
     """A gate's number, then points along its bar and its arrow."""
     middle = np.array(gate.middle)
     yield _keep_off(middle, 0.6 * DISC * pixel)
@@ -89,7 +87,7 @@ def _keep_off(place: Any, radius: float) -> Thing:
     return Thing("", float(place[0]), float(place[1]), radius)
 
 
-def _bay_things(bay: "Bay", pixel: float) -> Iterator[Thing]:
+def _bay_things(bay: Bay, pixel: float) -> Iterator[Thing]:
     """A bay's name, outside of the zone to back out to, and the zone to stay in."""
     inside, outside = bay.internal[:, :2].mean(axis=0), bay.external[:, :2].mean(axis=0)
     out = (outside - inside) / max(math.dist(outside, inside), 1e-9)
@@ -99,7 +97,7 @@ def _bay_things(bay: "Bay", pixel: float) -> Iterator[Thing]:
     yield _keep_off(inside, 8.0 * pixel)
 
 
-def course_rows(scene: "MapScene") -> Iterator[Row]:
+def course_rows(scene: MapScene) -> Iterator[Row]:
     """The legend of what is there."""
     course = scene.course
     if course.gates:
@@ -130,17 +128,17 @@ def _arrow(axes: Any, start: Any, tip: Any, color: str, **style: Any) -> None:
     axes.annotate("", tip, start, arrowprops={**look, **style}, zorder=4)
 
 
-def _along(gate: "GateBar") -> Any:
+def _along(gate: GateBar) -> Any:
     """The direction in which to cross a gate, a unit vector."""
     return np.array([math.cos(gate.yaw), math.sin(gate.yaw)])
 
 
-def _reach(gate: "GateBar", pixel: float) -> float:
+def _reach(gate: GateBar, pixel: float) -> float:
     """Length of a gate's arrow [m]: in proportion, but long enough to be seen."""
     return max(26.0 * pixel, 0.4 * math.dist(gate.left, gate.right))
 
 
-def _gate(axes: Any, gate: "GateBar", pixel: float) -> None:
+def _gate(axes: Any, gate: GateBar, pixel: float) -> None:
     """A bar between the buoys, an arrow across it and its number."""
     axes.plot(*zip(gate.left, gate.right, strict=True), color=GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
     x, y = gate.middle
@@ -149,7 +147,7 @@ def _gate(axes: Any, gate: "GateBar", pixel: float) -> None:
     write(axes, x, y, str(gate.number), size=7.5, color=GATE, ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _bay(axes: Any, bay: "Bay") -> None:
+def _bay(axes: Any, bay: Bay) -> None:
     from matplotlib.patches import Polygon
 
     color, order = (RIGHT, 2.5) if bay.right else (WRONG, 2.4)
@@ -158,7 +156,7 @@ def _bay(axes: Any, bay: "Bay") -> None:
     axes.add_patch(Polygon(bay.external[:, :2], facecolor="none", linewidth=1.3, linestyle=(0, (4, 3)), **style))
 
 
-def _spread(placards: "Sequence[MapPlacard]", pixel: float) -> "Iterator[MapPlacard]":
+def _spread(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard]:
     """Placards, those back to back moved apart until both are seen."""
     for placard in placards:
         here = np.array([placard.x, placard.y])
@@ -170,7 +168,7 @@ def _spread(placards: "Sequence[MapPlacard]", pixel: float) -> "Iterator[MapPlac
         yield replace(placard, x=float(here[0]), y=float(here[1]))
 
 
-def _placard(axes: Any, placard: "MapPlacard") -> None:
+def _placard(axes: Any, placard: MapPlacard) -> None:
     """The symbol that a placard shows."""
     color, _, shape = placard.symbol.partition("_")
     mark = SYMBOL_MARKS.get(shape, "o")
@@ -192,7 +190,7 @@ def _lamps(axes: Any, x: float, y: float, colors: Any, pixel: float) -> None:
                   markeredgewidth=0.9, zorder=5.2)  # fmt: skip
 
 
-def _animal(axes: Any, animal: "Animal", pixel: float) -> None:
+def _animal(axes: Any, animal: Animal, pixel: float) -> None:
     """The circle of engagement, with arrows where it is to be gone round."""
     from matplotlib.patches import Circle
 
@@ -211,7 +209,7 @@ def _animal(axes: Any, animal: "Animal", pixel: float) -> None:
         _arrow(axes, ends[0], ends[1], color, mutation_scale=16)
 
 
-def _path(axes: Any, path: "Path") -> None:
+def _path(axes: Any, path: Path) -> None:
     """Where something swims, with an arrow on every way; the way from its start is thin."""
     points = np.vstack([path.points, path.points[:1]]) if path.closed else path.points
     first = np.array([path.start, points[0]])
@@ -223,7 +221,7 @@ def _path(axes: Any, path: "Path") -> None:
             _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), PATH)
 
 
-def _beacon(axes: Any, beacon: "Beacon") -> None:
+def _beacon(axes: Any, beacon: Beacon) -> None:
     from matplotlib.patches import Circle
 
     axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=BEACON, zorder=4)
@@ -232,12 +230,12 @@ def _beacon(axes: Any, beacon: "Beacon") -> None:
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
 
 
-def _showing(axes: Any, showing: "Showing", color: Any) -> None:
+def _showing(axes: Any, showing: Showing, color: Any) -> None:
     axes.plot([showing.x], [showing.y], marker="o", markersize=8, color=(*color, 0.45), markeredgecolor=INK,
               markeredgewidth=1.0, zorder=3)  # fmt: skip
 
 
-def _showing_colors(scene: "MapScene") -> Iterator[Any]:
+def _showing_colors(scene: MapScene) -> Iterator[Any]:
     """The colours of the objects that come up."""
     colors = {item.name: item.color for item in scene.objects}
     for showing in scene.course.showings:

@@ -1,0 +1,202 @@
+"""What a map of a world shows, as plain data."""
+
+import colorsys
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arguments import check_kind
+from vrx_mj.draw.course import Course, course_of, symbols_of
+from vrx_mj.mjcf.shooters import BALL
+from vrx_mj.mjcf.world import World
+
+__all__ = [
+    "MapBoat",
+    "MapDock",
+    "MapObject",
+    "MapPlacard",
+    "MapScene",
+    "MapWave",
+    "MapWind",
+    "map_of",
+]
+
+FloatArray = npt.NDArray[np.float64]
+Rgb = tuple[float, float, float]
+
+BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
+NO_FLEET = "single"
+"""What the compiler calls the one boat of a world without a fleet."""
+DOCK_CELL = 2.0
+"""Edge of a dock's cell [m] (VRX's dock_block)."""
+EMPTY = Course()
+
+
+@dataclass(frozen=True)
+class MapDock:
+    """A dock: the centres of its cells (n, 2) [m] in the world frame, its yaw [rad] and the edge of a cell [m]."""
+
+    name: str
+    cells: FloatArray
+    yaw: float
+    block: float = DOCK_CELL
+
+
+@dataclass(frozen=True)
+class MapObject:
+    """A buoy, a post, ... at (x, y) [m]; `size` is its width as seen from above [m]."""
+
+    name: str
+    model: str
+    x: float
+    y: float
+    color: Rgb
+    size: float
+    floating: bool = True
+
+
+@dataclass(frozen=True)
+class MapPlacard:
+    """A placard at (x, y) [m] and its symbol, such as `red_circle`."""
+
+    name: str
+    x: float
+    y: float
+    symbol: str
+
+
+@dataclass(frozen=True)
+class MapBoat:
+    """A boat at (x, y) [m] that heads to `yaw` [rad]; any colour matplotlib knows."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    color: str | Rgb
+
+
+@dataclass(frozen=True)
+class MapWind:
+    """Direction of travel [deg, counter-clockwise from east] and mean speed [m/s]."""
+
+    direction: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class MapWave:
+    """Direction of travel (a vector), peak period [s] and significant height [m]."""
+
+    direction: tuple[float, float]
+    period: float
+    height: float
+
+
+@dataclass(frozen=True)
+class MapScene:
+    """All that a map shows. Lengths in m, world frame (east, north)."""
+
+    title: str
+    shore: tuple[FloatArray, ...] = ()
+    """Rings (n, 2), the land on their left."""
+    docks: tuple[MapDock, ...] = ()
+    objects: tuple[MapObject, ...] = ()
+    boats: tuple[MapBoat, ...] = ()
+    waypoints: tuple[tuple[float, float, float], ...] = ()
+    """Places x, y and headings [rad], in their order."""
+    wind: MapWind | None = None
+    wave: MapWave | None = None
+    placards: tuple[MapPlacard, ...] = ()
+    course: Course = EMPTY
+    """What the task lays out."""
+
+
+def map_of(world: World) -> MapScene:
+    """The map of a compiled world at its start; CommandError if it is not one."""
+    check_kind("map_of", world, World, "a World, as compile_world returns it")
+    values = world.parameters
+    fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
+    wind, sea = values["wind"], values["sea"]
+    toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
+    model = _model(world)
+    return MapScene(
+        title=f"{values['name']}{fleet}",
+        shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values["shoreline"]),
+        docks=tuple(_dock(dock) for dock in values["docks"]),
+        objects=_objects(world, model),
+        boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
+        waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
+        wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
+        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"]) if sea["waves"] else None,
+        placards=tuple(_placards(world, model)),
+        course=course_of(values),
+    )
+
+
+def _model(world: World) -> Any:
+    """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
+    import mujoco
+
+    if not world.parameters["objects"] and not world.parameters.get("placards"):
+        return None
+    return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
+
+
+def _dock(entry: Any) -> MapDock:
+    x, y, *_, yaw = entry["pose"]
+    local = entry["block"] * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
+    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    return MapDock(entry["name"], local @ turn.T + [x, y], yaw, entry["block"])
+
+
+def _boat(entry: Any, index: int) -> MapBoat:
+    x, y, *_, yaw = entry["pose"]
+    color = tuple(entry["color"][:3]) if entry["color"] else BOAT_COLORS[index % len(BOAT_COLORS)]
+    return MapBoat(entry["name"], x, y, yaw, color)
+
+
+def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
+    """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
+    return tuple(_object(model, item) for item in world.parameters["objects"] if item["model"] != BALL)
+
+
+def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
+    import mujoco
+
+    rows = world.parameters.get("placards", ())
+    if not rows:
+        return
+    data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
+    mujoco.mj_kinematics(model, data)
+    for row in rows:
+        x, y, _ = data.body(row["body"]).xpos.tolist()
+        yield MapPlacard(row["name"], x, y, symbols[row["name"]])
+
+
+def _object(model: Any, entry: Any) -> MapObject:
+    color, size = _look(model, model.body(entry["body"]).id)
+    x, y = entry["pose"][:2]
+    return MapObject(entry["name"], entry["model"], x, y, color, size, entry["kind"] == "floating")
+
+
+def _look(model: Any, body: int) -> tuple[Rgb, float]:
+    """The colour that shows most of a body, vivid ones first, and the body's width [m]."""
+    first, count = model.body_geomadr[body], model.body_geomnum[body]
+    seen = [i for i in range(first, first + count) if model.geom_group[i] < 3 and model.geom_rgba[i, 3] > 0.1]
+    shares: dict[Rgb, float] = {}
+    width = 0.5
+    for i in seen:
+        half = model.geom_aabb[i, 3:]
+        red, green, blue = (float(share) for share in model.geom_rgba[i, :3])
+        color = (red, green, blue)
+        vivid = 0.2 + colorsys.rgb_to_hsv(*color)[1]
+        shares[color] = shares.get(color, 0.0) + vivid * float(
+            half[0] * half[1] + half[1] * half[2] + half[2] * half[0]
+        )
+        width = max(width, 2.0 * float(sorted(half)[1]))
+    return max(shares, key=lambda color: shares[color], default=(0.5, 0.5, 0.5)), width
