@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from vrx_mj.recording.scene import RecordedBody, RecordedThruster, RecordScene, Surface, Waypoint
+from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface, Waypoint
 from vrx_mj.recording.writer import RecordWriter
 
 RATE = 20.0

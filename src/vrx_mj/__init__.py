@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.mjcf.world import World
     from vrx_mj.recording import compare, read_record, record, resume
-    from vrx_mj.recording.notebook import show
-    from vrx_mj.recording.progress_bar import progress
+    from vrx_mj.recording.notebook import progress, show
     from vrx_mj.runtime.batch import Batch
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.run import Summary, run

@@ -10,8 +10,8 @@ from pathlib import Path
 from fuzz import raw, recordings
 from fuzz.kind import Files, Kind
 from vrx_mj import compare, read_record, resume
-from vrx_mj.recording.officiated import rescore
-from vrx_mj.recording.parsed import FILE_HEADER, MESSAGE_HEADER
+from vrx_mj.recording.rescoring import rescore
+from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER
 from vrx_mj.ros.convert import convert
 
 TESTS = Path(__file__).resolve().parents[1]

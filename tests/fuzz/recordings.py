@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.recording.parsed import parsed_file
+from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.reader import COLUMNS, OURS, read_record
 from vrx_mj.recording.readings import READING_COLUMNS
-from vrx_mj.recording.rows import pack_rows, unpack_rows
+from vrx_mj.recording.rrd_file import parsed_file
 
 Parts = list[tuple[str, bool, dict[str, list[Any]]]]
 """Chunks of our entities: path, whether it is without time, and columns of cells."""

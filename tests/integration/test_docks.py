@@ -6,8 +6,8 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM, GUSTY, ROUGH, boats, simulation
-from vrx_mj.recording.hinged import part_poses
-from vrx_mj.recording.session import scene_of
+from vrx_mj.recording.motion_chunks import part_poses
+from vrx_mj.recording.simulation_scene import scene_of
 
 ROUGHEST = {"model": "pms", "gain": 0.7, "period": 3.0}  # of VRX 2019's worlds
 AFAR = boats((-60.0, 0.0, 0.0))

@@ -7,8 +7,8 @@ import pytest
 
 import vrx_mj
 from vrx_mj.recording.video import Film, Shot, draw_video, write_video
-from vrx_mj.recording.video.caption import project
 from vrx_mj.recording.video.eye import Above, view_of
+from vrx_mj.recording.video.filming import project
 from vrx_mj.recording.video.footage import Footage
 
 SIZE = (320, 180)

@@ -9,9 +9,9 @@ import pytest
 import vrx_mj
 from integration.sailing import AFLOAT, CALM, GUSTY, ROUGH, boats, same_bits, simulation
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.moving import MovingChunks
+from vrx_mj.recording.motion_chunks import MovingChunks
 from vrx_mj.recording.reader import read_record
-from vrx_mj.recording.session import scene_of
+from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.sensors.displays import displays_of
 
 MASS, RADIUS, CENTRE, BALLAST = 20.0, 0.325, 0.2, -2.0  # of an animal: sphere at CENTRE, centre of mass at BALLAST

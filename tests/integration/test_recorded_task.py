@@ -8,8 +8,8 @@ import pytest
 import vrx_mj
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.recording.blueprint import plan_circle
-from vrx_mj.recording.progress import PLOT, WORDS
-from vrx_mj.recording.session import scene_of
+from vrx_mj.recording.simulation_scene import scene_of
+from vrx_mj.recording.task_chunks import PLOT, WORDS
 
 BUOYS = [
     {"name": name, "model": f"mb_marker_buoy_{color}", "pose": [x, y, 0.0, 0, 0, 0]}

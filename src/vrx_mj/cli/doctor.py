@@ -256,7 +256,7 @@ def viewer_row(
 
 
 def _viewer() -> Path:
-    from vrx_mj.recording.viewer import viewer_binary
+    from vrx_mj.recording.writer import viewer_binary
 
     return viewer_binary()
 

@@ -8,7 +8,7 @@ import typer
 from vrx_mj.cli.screen import score_line
 
 if TYPE_CHECKING:
-    from vrx_mj.recording.officiated import Scored
+    from vrx_mj.recording.rescoring import Scored
 
 __all__ = ["score"]
 
@@ -21,7 +21,7 @@ def score(
 
     Example: vrx-mj score run.rrd
     """
-    from vrx_mj.recording.officiated import rescore
+    from vrx_mj.recording.rescoring import rescore
 
     scored = rescore(recording)
     for time, text, level in scored.events if events else ():

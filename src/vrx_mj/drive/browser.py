@@ -16,13 +16,11 @@ import rerun as rr
 from vrx_mj.drive.session import Session
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.blueprint import blueprint_bytes, layout
-from vrx_mj.recording.boats import boat_chunks
-from vrx_mj.recording.moving import MovingChunks, event_chunk
-from vrx_mj.recording.scene import RecordScene
-from vrx_mj.recording.session import scene_of
-from vrx_mj.recording.still import still_chunks
-from vrx_mj.recording.viewer import viewer_binary
-from vrx_mj.recording.writer import APPLICATION
+from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk
+from vrx_mj.recording.record_scene import RecordScene
+from vrx_mj.recording.simulation_scene import scene_of
+from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
+from vrx_mj.recording.writer import APPLICATION, viewer_binary
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["LOOPBACK", "Browser", "Server", "free_port"]

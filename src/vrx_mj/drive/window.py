@@ -15,7 +15,7 @@ from vrx_mj.drive.session import Session
 from vrx_mj.drive.terminal import HELP, OURS, window_key
 from vrx_mj.mjcf.drawing import add_signs
 from vrx_mj.mjcf.world import World
-from vrx_mj.recording.scene import SeaHeight
+from vrx_mj.recording.record_scene import SeaHeight
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["SIDE", "SeaMesh", "Window", "sea_lines", "sea_of", "sea_points", "window_model"]

@@ -10,12 +10,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.draw.course import course_of
-from vrx_mj.recording.marks import MARKS
-from vrx_mj.recording.moving import TIMELINE
-from vrx_mj.recording.progress import PLOT, WORDS
-from vrx_mj.recording.scene import RecordedSensor, RecordScene
-from vrx_mj.recording.sensed import track_path
-from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.recording.motion_chunks import TIMELINE
+from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
+from vrx_mj.recording.sensor_chunks import track_path
+from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
 
 __all__ = ["blueprint_bytes", "layout"]
 
@@ -43,6 +41,13 @@ BELOW = (
     ("wind", "Wind [m/s]"),
 )
 """Plots under the sea; the boats' colours are those of the speed's legend."""
+SENSED = {
+    "imu": (("acceleration", "Acceleration [m/s2]"), ("turning", "Turning [deg/s]")),
+    "pinger": (("range", "Beacon range [m]"), ("bearing", "Beacon bearing [deg]")),
+    "gps": (("latitude", "Latitude [deg]"), ("longitude", "Longitude [deg]")),
+    "ball_shooter": (("shots", "Shots left"),),
+}
+"""Plots of sensors by their type."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
 
@@ -115,8 +120,7 @@ def task_view() -> rrb.Container:
 
 def below(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
-    shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
-    sensed = [plot_view((plot.name, plot.title), legend=True) for plot in shown]
+    sensed = [plot_view(plot, legend=True) for kind in SENSED if scene.of_type(kind) for plot in SENSED[kind]]
     pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
     if not pictures:
         return rrb.Horizontal(*map(plot_view, BELOW), *([rrb.Tabs(*sensed)] if sensed else []))

@@ -17,16 +17,15 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
-from vrx_mj.recording.archive import archive, unpacked
-from vrx_mj.recording.heads import company_head
-from vrx_mj.recording.parsed import LONGEST
-from vrx_mj.recording.rows import unpack_rows
-from vrx_mj.recording.scene import MovingBody, RecordScene, RowLayout
+from vrx_mj.recording.headers import company_head
+from vrx_mj.recording.packing import archive, unpack_rows, unpacked
+from vrx_mj.recording.record_scene import MovingBody, RecordScene, RowLayout
+from vrx_mj.recording.rrd_file import LONGEST
 
 if TYPE_CHECKING:
     from rerun.chunk import Chunk
 
-    from vrx_mj.recording.parsed import Part
+    from vrx_mj.recording.rrd_file import Part
 
 __all__ = [
     "COMPANIES",
@@ -86,7 +85,7 @@ def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk
     import rerun as rr
     from rerun.chunk import Chunk
 
-    from vrx_mj.recording.moving import times
+    from vrx_mj.recording.motion_chunks import times
 
     assert scene.begun is not None, "boats come and go at a time"
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}

@@ -14,15 +14,28 @@ import numpy as np
 from vrx_mj.arguments import as_number, as_path, as_text
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import RecordError, UnknownNameError, shown
-from vrx_mj.recording.archive import unpacked
-from vrx_mj.recording.companies import COMPANIES, Company, all_rows, joint_layout, read_companies, sound_rows
-from vrx_mj.recording.heads import head_of
-from vrx_mj.recording.officiated import FRAMES, Found, read_frames
-from vrx_mj.recording.parsed import Part, allowance, parsed_file
+from vrx_mj.recording.companies import (
+    COMPANIES,
+    HUGE,
+    Company,
+    all_rows,
+    company_numbers,
+    joint_layout,
+    read_companies,
+    sound_rows,
+)
+from vrx_mj.recording.headers import head_of, sent_messages
+from vrx_mj.recording.packing import unpack_rows, unpacked
 from vrx_mj.recording.readings import READING_COLUMNS, RecordedReadings
-from vrx_mj.recording.scene import MovingBody, RecordedSensor, RowLayout
+from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
+from vrx_mj.recording.rrd_file import Part, allowance, parsed_file
+from vrx_mj.tasks.frame import Message
 
-__all__ = ["Event", "Record", "SavedState", "Track", "read_readings", "read_record"]
+__all__ = ["FRAMES", "Event", "Record", "RecordedFrame", "SavedState", "Track", "read_readings", "read_record"]
+
+
+RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
+"""Number of the company, the frame's row, and its messages."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +110,7 @@ class Record:
     """What happened, in order of time."""
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
-    frames: tuple[Found, ...]
+    frames: tuple[RecordedFrame, ...]
     """What the referee of the world's task looked at: company, a row of `tasks.layout`, and what was sent with it."""
     layout: RowLayout
     """Which column of `rows` is what."""
@@ -207,6 +220,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
 
 
 RUN = "/record/run"
+FRAMES = "/record/frames"
 OURS = (RUN, "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
 COLUMNS = (
@@ -266,6 +280,34 @@ def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
         for time, blob in zip(part.times("time"), part.blobs("blob"), strict=True)
     ]
     return tuple(sorted(states, key=lambda state: state.time))
+
+
+def read_frames(parts: Sequence[Part], companies: int) -> tuple[RecordedFrame, ...]:
+    """Companies, of so many, rows and messages of all frames, in the order of time.
+
+    Raises:
+        RecordError: one is damaged.
+    """
+    found = [
+        (company, row, messages)
+        for part in parts
+        for company, blob, sent in zip(
+            company_numbers(part, companies), part.blobs("block"), part.texts("sent"), strict=True
+        )
+        for row, messages in _unpacked(blob, sent)
+    ]
+    return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
+
+
+def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
+    messages = {
+        number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
+    }
+    rows = unpack_rows(blob)
+    if not (np.abs(rows) < HUGE).all():
+        raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
+    for number, row in enumerate(rows):
+        yield row, messages.get(number, ())
 
 
 def tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:

@@ -1,48 +1,21 @@
-"""The rerun executable: joins a recording and its blueprint, and opens recordings."""
+"""Opens recordings in rerun's viewer."""
 
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
 import uuid
 from dataclasses import replace
 from pathlib import Path
 
 from vrx_mj.arguments import check_name
-from vrx_mj.errors import RecordError
-from vrx_mj.recording.parsed import copy_without_views
 from vrx_mj.recording.reader import Record, read_record
+from vrx_mj.recording.rrd_file import copy_without_views
+from vrx_mj.recording.simulation_scene import scene_of
+from vrx_mj.recording.writer import APPLICATION, join_views, viewer_binary
+from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["join_views", "open_viewer", "viewer_binary"]
-
-JOIN_SECONDS = 600.0
-"""Longest that joining may take."""
-MANY_CHUNKS = 4000
-"""Recordings of more chunks are compacted when they are closed: a viewer opens those faster."""
-
-
-def viewer_binary() -> Path:
-    """The executable inside the installed rerun package: the script beside Python only wraps it."""
-    import rerun
-
-    name = "rerun.exe" if sys.platform == "win32" else "rerun"
-    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
-    if not path.is_file():
-        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
-    return path
-
-
-def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> None:
-    """Write `recording`, its blueprint `views` and a table of contents to `output`, alone in its folder."""
-    blueprint = output.with_suffix(".rbl")
-    blueprint.write_bytes(views)
-    how = ["optimize", "--profile", "live"] if chunks > MANY_CHUNKS else ["merge"]
-    command = [str(viewer_binary()), "rrd", *how, str(recording), str(blueprint), "-o", str(output)]
-    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False)
-    if done.returncode != 0:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise RecordError(f"rerun cannot finish '{recording}': {said[-1] if said else done.returncode}")
+__all__ = ["open_viewer"]
 
 
 def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
@@ -73,8 +46,6 @@ def following(record: Record, boat: str, folder: Path) -> Path:
     Raises:
         UnknownNameError: there is no such boat.
     """
-    from vrx_mj.recording.writer import APPLICATION
-
     views, bare, copy = views_following(record, boat), folder / "bare.rrd", folder / record.path.name
     copy_without_views(record.path, bare, APPLICATION, str(uuid.uuid4()))
     copy = copy.with_stem(f"{copy.stem}_{boat}")
@@ -89,9 +60,6 @@ def views_following(record: Record, boat: str) -> bytes:
         UnknownNameError: there is no such boat.
     """
     from vrx_mj.recording.blueprint import blueprint_bytes
-    from vrx_mj.recording.session import scene_of
-    from vrx_mj.recording.writer import APPLICATION
-    from vrx_mj.runtime.simulation import Simulation
 
     check_name("boat", boat, record.boats)
     sim = Simulation(record.companies[0].world)

@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import queue
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -27,13 +28,13 @@ import numpy as np
 from vrx_mj.arguments import as_path
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
-from vrx_mj.recording.rows import pack_rows
-from vrx_mj.recording.scene import RecordScene
+from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.runtime.contacts import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
 
-__all__ = ["APPLICATION", "RecordWriter"]
+__all__ = ["APPLICATION", "RecordWriter", "join_views", "viewer_binary"]
 
 APPLICATION = "vrx_mj"
 FLUSH = 1.0
@@ -42,6 +43,11 @@ FLUSH_BYTES = 16 << 20
 """Rows and readings that wait for a flush, at most [bytes]."""
 WAITING = 64
 """Blocks and readings in the queue before the caller waits."""
+
+JOIN_SECONDS = 600.0
+"""Longest that joining may take."""
+MANY_CHUNKS = 4000
+"""Recordings of more chunks are compacted when they are closed: a viewer opens those faster."""
 
 KINDS = ("rows", "event", "mark", "state", "reading", "frame", "scene")
 """Of what waits in the queue."""
@@ -202,15 +208,12 @@ class Work:
             raise
 
     def _all_chunks(self) -> Iterator[Any]:
-        from vrx_mj.recording.boats import boat_chunks, change_chunks
         from vrx_mj.recording.companies import company_chunk
-        from vrx_mj.recording.course import course_chunks
-        from vrx_mj.recording.marks import legend_chunks, mark_chunks
-        from vrx_mj.recording.moving import MovingChunks, event_chunk, state_chunk
-        from vrx_mj.recording.officiated import frame_chunk
-        from vrx_mj.recording.progress import TaskChunks, task_chunks
-        from vrx_mj.recording.sensed import SensedChunks, sensor_chunks
-        from vrx_mj.recording.still import still_chunks
+        from vrx_mj.recording.course_chunks import course_chunks
+        from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, state_chunk
+        from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
+        from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
+        from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, legend_chunks, mark_chunks, task_chunks
 
         yield from still_chunks(self._scene, self._views)
         yield from boat_chunks(self._scene)
@@ -269,7 +272,6 @@ class Work:
     def _complete(self) -> None:
         """Add the blueprint and the table of contents."""
         from vrx_mj.recording.blueprint import blueprint_bytes
-        from vrx_mj.recording.viewer import join_views
 
         views = self._views
         if self.last is not self._scene:  # with the trails of who joined later
@@ -278,3 +280,26 @@ class Work:
             joined = Path(folder) / "joined.rrd"
             join_views(self._path, views, joined, chunks=self._chunks)
             joined.replace(self._path)
+
+
+def viewer_binary() -> Path:
+    """The executable inside the installed rerun package: the script beside Python only wraps it."""
+    import rerun
+
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    path = Path(rerun.__file__).parent.parent / "rerun_cli" / name
+    if not path.is_file():
+        raise RecordError(f"no rerun viewer at '{path}': install rerun-sdk for this platform")
+    return path
+
+
+def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> None:
+    """Write `recording`, its blueprint `views` and a table of contents to `output`, alone in its folder."""
+    blueprint = output.with_suffix(".rbl")
+    blueprint.write_bytes(views)
+    how = ["optimize", "--profile", "live"] if chunks > MANY_CHUNKS else ["merge"]
+    command = [str(viewer_binary()), "rrd", *how, str(recording), str(blueprint), "-o", str(output)]
+    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False)
+    if done.returncode != 0:
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise RecordError(f"rerun cannot finish '{recording}': {said[-1] if said else done.returncode}")

@@ -3,7 +3,8 @@
 import pytest
 
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.choice import Choice, chosen
+from vrx_mj.recording.session import chosen
+from vrx_mj.recording.simulation_scene import Choice
 
 WAMV1 = {"front_left_camera": 30.0, "lidar_wamv": 10.0, "pinger": 1.0}
 WAMV2 = {"lidar_wamv": 10.0, "gps_wamv": 15.0}

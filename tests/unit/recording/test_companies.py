@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vrx_mj.recording.companies import all_rows, joint_layout
-from vrx_mj.recording.parsed import Part
-from vrx_mj.recording.rows import pack_rows
-from vrx_mj.recording.scene import MovingBody, RowLayout
+from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.record_scene import MovingBody, RowLayout
+from vrx_mj.recording.rrd_file import Part
 
 FIRST = RowLayout(
     nq=15,  # a, its engine on a hinge, b

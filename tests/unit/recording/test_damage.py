@@ -14,16 +14,15 @@ import pytest
 import recorded_run
 from fuzz import recordings
 from vrx_mj.errors import RecordError, StateError
-from vrx_mj.recording import parsed
-from vrx_mj.recording.archive import FILES, archive, unpacked
+from vrx_mj.recording import rrd_file
 from vrx_mj.recording.compare import compare
-from vrx_mj.recording.heads import company_head, head_of, sent_messages
-from vrx_mj.recording.officiated import rescore
-from vrx_mj.recording.parsed import Part, parsed_file
+from vrx_mj.recording.headers import company_head, head_of, sent_messages
+from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
 from vrx_mj.recording.reader import read_readings, read_record
 from vrx_mj.recording.readings import RecordedReadings, decoded
-from vrx_mj.recording.rows import pack_rows, unpack_rows
-from vrx_mj.recording.scene import RecordedSensor
+from vrx_mj.recording.record_scene import RecordedSensor
+from vrx_mj.recording.rescoring import rescore
+from vrx_mj.recording.rrd_file import Part, parsed_file
 
 MOST = 1 << 20
 ABORTS = "import os; os.abort()"
@@ -69,15 +68,15 @@ def test_a_parser_that_does_not_end_well_is_damage_of_the_file(program, reason, 
     """As a panic of rerun's is, at some flipped bytes."""
     stub = tmp_path / "stub.py"
     stub.write_text(program, encoding="utf-8")
-    monkeypatch.setattr(parsed.parsing, "__file__", str(stub))
-    monkeypatch.setattr(parsed, "PATIENCE", 0.2 if program is ENDLESS else 12)
-    monkeypatch.setattr(parsed, "RATIO", 0)
+    monkeypatch.setattr(rrd_file.rrd_parser, "__file__", str(stub))
+    monkeypatch.setattr(rrd_file, "CLOCK_PER_PROCESSOR_TIME", 0.2 if program is ENDLESS else 12)
+    monkeypatch.setattr(rrd_file, "RATIO", 0)
     assert refusal(read_record, recording) == f"'{recording}' is damaged: {reason}"
 
 
 @pytest.mark.parametrize("said", [b"\x05", b"\xff" * 8, struct.pack("<Q", 2) + b"{}", struct.pack("<Q", 2) + b"[["])
 def test_what_the_parser_says_is_checked(said, recording):
-    assert refusal(parsed.blocks_of, said, recording, recording).startswith(f"'{recording}' is damaged: ")
+    assert refusal(rrd_file.blocks_of, said, recording, recording).startswith(f"'{recording}' is damaged: ")
 
 
 def test_a_file_that_grew_a_bad_message_keeps_what_was_whole(recording, tmp_path):

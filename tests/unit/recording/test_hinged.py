@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vrx_mj.physics.motion import rotation_matrix
-from vrx_mj.recording.hinged import part_poses
-from vrx_mj.recording.scene import RecordedPart
+from vrx_mj.recording.motion_chunks import part_poses
+from vrx_mj.recording.record_scene import RecordedPart
 
 ANGLE = np.linspace(-1.2, 1.2, 7)
 ANCHOR, AXIS = np.array([0.5, -1.0, 0.25]), np.array([0.6, 0.0, 0.8])

@@ -8,9 +8,9 @@ import pytest
 import vrx_mj
 from integration.sailing import boats, water
 from vrx_mj.config.poses import quaternion
-from vrx_mj.recording.moving import MovingChunks, Ticker, engine, motion, thrust_arrows, transforms
-from vrx_mj.recording.scene import RecordedThruster
-from vrx_mj.recording.session import scene_of
+from vrx_mj.recording.motion_chunks import MovingChunks, Ticker, engine, motion, thrust_arrows, transforms
+from vrx_mj.recording.record_scene import RecordedThruster
+from vrx_mj.recording.simulation_scene import scene_of
 
 STERN = RecordedThruster("stern", "a", (-2.0, 0.0, 0.1))
 BACKWARD = RecordedThruster("back", "a", (2.0, 1.0, 0.1), mount=quaternion(0.0, 0.0, math.pi))

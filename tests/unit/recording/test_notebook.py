@@ -12,7 +12,7 @@ from vrx_mj.draw.map import draw_map
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.packages import install_command
-from vrx_mj.recording import notebook, progress_bar
+from vrx_mj.recording import notebook
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def drawn(shell, monkeypatch):
 
 
 def test_a_bar_in_a_notebook_ends_where_the_run_ended(drawn, sim, monkeypatch):
-    monkeypatch.setattr(progress_bar, "REDRAWN", 0.0)
+    monkeypatch.setattr(notebook, "REDRAWN", 0.0)
     with vrx_mj.progress(sim, 4.0) as tick:
         tick(1.0)
         tick(3.0)
@@ -143,7 +143,7 @@ def test_a_bar_in_a_notebook_ends_where_the_run_ended(drawn, sim, monkeypatch):
 
 
 def test_a_bar_in_a_notebook_is_not_redrawn_at_every_call_but_at_the_end(drawn, sim, monkeypatch):
-    monkeypatch.setattr(progress_bar, "REDRAWN", 3600.0)
+    monkeypatch.setattr(notebook, "REDRAWN", 3600.0)
 
     def fail():
         with vrx_mj.progress(sim, 100.0) as tick:
@@ -159,7 +159,7 @@ def test_a_bar_in_a_notebook_is_not_redrawn_at_every_call_but_at_the_end(drawn, 
 def test_the_referee_is_heard_under_the_bar(drawn):
     events = ((10.0, "a < b: ready", "INFO"),)
     task = {"name": "course", "state": "ready", "score": 0.5}
-    with progress_bar.notebook_bar(SimpleNamespace(task=task, task_events=events), 20.0) as tick:
+    with notebook.notebook_bar(SimpleNamespace(task=task, task_events=events), 20.0) as tick:
         tick(12.0)
         tick(13.0)
     assert drawn[-1] == (

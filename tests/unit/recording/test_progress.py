@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.recording.course import FATES
-from vrx_mj.recording.marks import TaskMarks, legend_chunks
-from vrx_mj.recording.progress import PLOT, WORDS, TaskChunks
+from vrx_mj.recording.course_chunks import FATES
 from vrx_mj.recording.reader import read_record
-from vrx_mj.recording.telling import words
+from vrx_mj.recording.task_chunks import PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout

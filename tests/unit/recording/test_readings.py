@@ -4,7 +4,7 @@ import numpy as np
 
 from vrx_mj.config.sensors import ErrorModel, ImuConfig, PingerConfig
 from vrx_mj.recording.readings import RecordedReadings
-from vrx_mj.recording.scene import RecordedSensor
+from vrx_mj.recording.record_scene import RecordedSensor
 
 PLACE = (0.0, 0.0, 0.0)
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

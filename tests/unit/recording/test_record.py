@@ -9,8 +9,8 @@ import pytest
 
 import recorded_run
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.parsed import whole_bytes
 from vrx_mj.recording.reader import Event, read_record
+from vrx_mj.recording.rrd_file import whole_bytes
 from vrx_mj.recording.writer import RecordWriter
 
 SECONDS = 6.0
@@ -275,7 +275,7 @@ def test_nan_is_recorded_as_it_is(tmp_path):
 
 def test_nothing_of_rerun_is_loaded_before_it_is_used():
     code = (
-        "import sys, vrx_mj.recording.writer, vrx_mj.recording.scene;"
+        "import sys, vrx_mj.recording.writer, vrx_mj.recording.record_scene;"
         "sys.exit(any(name.split('.')[0] in ('rerun', 'rerun_bindings', 'pyarrow') for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

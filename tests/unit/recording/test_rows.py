@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 import recorded_run
-from vrx_mj.recording.rows import pack_rows, unpack_rows
+from vrx_mj.recording.packing import pack_rows, unpack_rows
 
 ANY_ROWS = npst.arrays(np.uint64, npst.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.recording.sea import HORIZON, SIDE, sea_patch, sea_triangles
+from vrx_mj.recording.motion_chunks import HORIZON, SIDE, sea_patch, sea_triangles
 
 BOATS = np.array([[0.0, 20.0], [17.3, -10.0], [-17.3, -10.0]])
 

@@ -12,13 +12,13 @@ import recorded_run
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.packages import install_command
 from vrx_mj.recording import Record, read_record
-from vrx_mj.recording.colors import boat_colors
+from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.caption import clock_line, project, task_lines
 from vrx_mj.recording.video.encoder import encoder_of
 from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
+from vrx_mj.recording.video.filming import clock_line, project, task_lines
 from vrx_mj.recording.video.footage import Standing, between
-from vrx_mj.recording.video.wake import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
+from vrx_mj.recording.video.stage import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.recording.writer import RecordWriter
 
 UP = (0.0, 0.0, 1.0)
@@ -251,7 +251,7 @@ def test_a_log_says_how_far_a_video_is(tmp_path, monkeypatch, capsys):
         video.write_bytes(bytes(200_000))
         return 4
 
-    monkeypatch.setattr("vrx_mj.recording.video.command.write_video", write)
+    monkeypatch.setattr("vrx_mj.recording.video.filming.write_video", write)
     said = draw_video(Path("run.rrd"), tmp_path / "run.webp", Shot())
     assert said == f"video: {tmp_path / 'run.webp'}, 4 pictures, 0.2 MB"
     first, second = capsys.readouterr().err.splitlines()

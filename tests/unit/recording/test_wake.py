@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.recording.moving import MovingChunks
-from vrx_mj.recording.wake import FADES, LASTS, OVER, WAKE_RATE, Wake
+from vrx_mj.recording.motion_chunks import FADES, LASTS, OVER, WAKE_RATE, MovingChunks, Wake
 
 
 def sail(wake, duration):

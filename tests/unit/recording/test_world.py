@@ -7,7 +7,7 @@ import pytest
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.companies import Company
-from vrx_mj.recording.scene import RowLayout
+from vrx_mj.recording.record_scene import RowLayout
 
 
 @pytest.fixture(scope="module")

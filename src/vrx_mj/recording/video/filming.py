@@ -5,30 +5,48 @@ from __future__ import annotations
 import errno
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.bar import Bar
 from vrx_mj.errors import UnknownNameError, VideoError
-from vrx_mj.recording.colors import boat_colors
 from vrx_mj.recording.reader import Record, read_record
-from vrx_mj.recording.video.caption import clock_line, name_boats, task_lines, write_lines
+from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.encoder import encoder_of
 from vrx_mj.recording.video.eye import Above, Chase, Eye, view_of
-from vrx_mj.recording.video.footage import Footage, Instant
+from vrx_mj.recording.video.footage import Footage, Instant, Standing
 from vrx_mj.recording.video.stage import Stage
+from vrx_mj.sensors.view import View
 
 if TYPE_CHECKING:
+    from PIL import ImageFont
     from PIL.Image import Image
 
-__all__ = ["VIEWS", "Film", "Shot", "write_video"]
+__all__ = [
+    "VIEWS",
+    "Film",
+    "Shot",
+    "clock_line",
+    "draw_video",
+    "name_boats",
+    "parse_size",
+    "project",
+    "task_lines",
+    "write_lines",
+    "write_video",
+]
 
+FloatArray = npt.NDArray[np.float64]
+Picture = npt.NDArray[np.uint8]
 VIEWS = ("both", "chase", "above")
 """From where a video is seen; both: behind a boat, with the view from above in a corner."""
 SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}
@@ -145,7 +163,7 @@ class Film:
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
 
-    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[ByteArray]:
+    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
         """Every picture (height, width, 3), drawn when it is asked for."""
         for number, time in enumerate(self.times, 1):
             picture = self.picture(time)
@@ -153,7 +171,7 @@ class Film:
                 progress(number, len(self.times))
             yield picture
 
-    def picture(self, time: float) -> ByteArray:
+    def picture(self, time: float) -> Picture:
         """The picture of a simulated time [s]."""
         moment, (width, height) = self._footage.at(time), self.size
         first, *others = self._eyes
@@ -259,3 +277,103 @@ def set_in(picture: Image, inset: Image) -> None:
     edge, line = round(INSET_EDGE * picture.width), max(1, round(picture.height / 360))
     framed = ImageOps.expand(inset, line, FRAME)
     picture.paste(framed, (picture.width - edge - framed.width, edge))
+
+
+Rgb = tuple[int, int, int]
+
+FONT = "DejaVuSans.ttf"
+"""The font that matplotlib carries."""
+TEXT_SHARE, NAME_SHARE = 0.034, 0.026
+"""Heights of letters, of the picture's height."""
+SMALLEST = 9
+"""Height of letters at least [pixels]."""
+PANEL = (8, 22, 34, 150)
+WHITE: Rgb = (255, 255, 255)
+TAG_HEIGHT = 2.3
+"""Height of a name over its boat's origin [m]."""
+FARTHEST = 250.0
+"""Distance up to which boats are named [m]."""
+
+
+def clock_line(world: str, time: float, speed: float) -> str:
+    """The world and the time, and how much faster than real it goes."""
+    faster = "" if speed == 1.0 else f"  ×{speed:g}"
+    return f"{world}  {time:.1f} s{faster}"
+
+
+def task_lines(standing: Standing) -> tuple[str, str]:
+    """Phase and time left, score and collisions of a task."""
+    left = f", {standing.remaining:.0f} s left" if standing.phase == "running" else ""
+    score = f"score {standing.score:.2f} {standing.unit}, collisions {standing.collisions}"
+    return f"{standing.task}: {standing.phase}{left}", score
+
+
+def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:
+    """Column and row [pixels] of a place (3,) [m] in a picture of a view, and its distance [m]; None: behind it."""
+    ahead, left, up = (float(value) for value in (place - view.position) @ view.rotation)
+    if ahead <= view.near:
+        return None
+    column = width / 2.0 - view.focal_length * left / ahead
+    row = height / 2.0 - view.focal_length * up / ahead
+    return column, row, ahead
+
+
+def write_lines(picture: Image, lines: Sequence[str], *, bottom: bool = False) -> None:
+    """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
+    from PIL import ImageDraw
+
+    if not lines:
+        return
+    draw = ImageDraw.Draw(picture, "RGBA")
+    size = max(SMALLEST, round(picture.height * TEXT_SHARE))
+    font, edge, step = font_of(size), size // 2, round(1.35 * size)
+    width = max(draw.textlength(line, font=font) for line in lines)
+    top = picture.height - edge - len(lines) * step - edge if bottom else edge
+    box = (edge, top, edge + width + 2 * edge, top + len(lines) * step + edge)
+    draw.rounded_rectangle(box, radius=edge, fill=PANEL)
+    for number, line in enumerate(lines):
+        draw.text((2 * edge, top + edge // 2 + number * step), line, font=font, fill=WHITE)
+
+
+def name_boats(
+    picture: Image, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], *, away: float = FARTHEST
+) -> None:
+    """Write the names of boats at places (3,) [m] over them, if they are in view and no farther than `away` [m]."""
+    from PIL import ImageDraw
+
+    draw = ImageDraw.Draw(picture)
+    font = font_of(max(SMALLEST, round(picture.height * NAME_SHARE)))
+    for name, place in places.items():
+        spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), picture.width, picture.height)
+        if spot is not None and spot[2] < away:
+            draw.text(spot[:2], name, font=font, fill=colors[name], anchor="mb", stroke_width=1, stroke_fill=PANEL[:3])
+
+
+@cache
+def font_of(size: int) -> ImageFont.FreeTypeFont:
+    """Letters of a height [pixels]."""
+    import matplotlib as mpl
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / FONT), size)
+
+
+def draw_video(recording: Path, video: Path, shot: Shot) -> str:
+    """Draw a recording into a video, and show how far it is; returns a line about it. Errors: `write_video`."""
+    with Bar("drawing", 0.0, "pictures") as bar:
+        count = write_video(recording, video, shot, progress=lambda done, total: bar.update(done, total=total))
+    return f"video: {video}, {count} pictures, {video.stat().st_size / 1e6:.1f} MB"
+
+
+def parse_size(text: str | None) -> tuple[int, int] | None:
+    """Width and height from `1280x720`.
+
+    Raises:
+        VideoError: it is not of that form.
+    """
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,5})[x×](\d{1,5})", text.strip())
+    if found is None:
+        raise VideoError(f"invalid size '{text}': width and height in pixels are needed, as in 1280x720")
+    return int(found[1]), int(found[2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -13,10 +13,9 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.physics.surface import EDGE, draw_surface
 from vrx_mj.recording.companies import Company
-from vrx_mj.recording.session import check_columns
+from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.recording.video.eye import Eye, view_of
 from vrx_mj.recording.video.footage import Instant
-from vrx_mj.recording.video.wake import LASTS, PIECES_PER_SECOND, Wake, add_triangles
 from vrx_mj.runtime.sights import painted
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
@@ -24,7 +23,7 @@ from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
 
-__all__ = ["Stage", "sterns"]
+__all__ = ["LASTS", "PIECES_PER_SECOND", "Stage", "Wake", "add_triangles", "sterns", "strip_of", "triangles_of"]
 
 Paths = Mapping[str, FloatArray]
 
@@ -126,3 +125,98 @@ def sterns(parameters: Mapping[str, Any]) -> Sequence[tuple[str, tuple[float, fl
     boats = [boat["name"] for boat in parameters["boats"]]
     found = ((boats[row["hull"]], tuple(row["position"][:2])) for row in parameters["thrusters"])
     return list(dict.fromkeys((boat, (float(x), float(y))) for boat, (x, y) in found if x < 0.0))
+
+
+Triangles = tuple[FloatArray, FloatArray]
+Height = Callable[[FloatArray, FloatArray, float], npt.ArrayLike]
+
+LASTS = 14.0
+"""How long foam is seen [s]."""
+PIECES_PER_SECOND = 5.0
+FULL_SPEED = 2.0
+"""Speed from which foam is as white as it gets [m/s]."""
+SLOWEST = 0.25
+"""Speed below which a hull leaves no foam [m/s]."""
+WHITE = 0.38
+"""Opacity of fresh foam."""
+FAINT = 0.01
+"""Opacity below which foam is not drawn."""
+WIDTH, SPREAD = 0.28, 0.09
+"""Width of fresh foam [m], and by how much it grows [m/s]."""
+OVER = 0.05
+"""Height of foam over the water [m], so that the facets of the drawn sea do not hide it."""
+
+
+class Wake:
+    """The foam of one hull of a boat."""
+
+    def __init__(self, path: FloatArray, stern: tuple[float, float]) -> None:
+        """Follow a path (n, 4): time [s], east, north [m], heading [rad]; `stern` is the hull's end, body axes [m]."""
+        self._time = path[:, 0]
+        cos, sin = np.cos(path[:, 3]), np.sin(path[:, 3])
+        x, y = stern
+        self._place = path[:, 1:3] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
+        steps = np.hypot(*np.diff(self._place, axis=0).T) / np.maximum(np.diff(self._time), 1e-9)
+        self._speed = np.concatenate([steps[:1], steps]) if len(steps) else np.zeros(len(path))
+
+    def triangles(self, now: float, height: Height) -> Triangles:
+        """The foam at a time [s] on a sea of a height: corners (m, 3, 3) [m] and opacities (m,)."""
+        return triangles_of(*strip_of(self._time, self._place, self._speed, now, height))
+
+
+def strip_of(
+    time: FloatArray, place: FloatArray, speed: FloatArray, now: float, height: Height
+) -> tuple[FloatArray, FloatArray]:
+    """Edges (n, 2, 3) and opacities (n,) of foam left at times (m,) [s] at places (m, 2) [m] at speeds (m,) [m/s]."""
+    first = max(time[0], now - LASTS)
+    if len(time) < 2 or first >= min(now, time[-1]):
+        return np.zeros((0, 2, 3)), np.zeros(0)
+    # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
+    left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.floor(now * PIECES_PER_SECOND) + 1) / PIECES_PER_SECOND
+    left = np.concatenate([[min(now, time[-1])], left[::-1]])
+    spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
+    fast = np.interp(left, time, speed)
+    age = np.clip(now - left, 0.0, LASTS)
+    along = np.gradient(spots, axis=0) if len(spots) > 1 else np.ones((1, 2))
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-6)
+    half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
+    edges = np.stack([spots + half, spots - half], axis=1)
+    z = np.asarray(height(edges[..., 0], edges[..., 1], now)) + OVER
+    opacity = WHITE * np.clip((fast - SLOWEST) / (FULL_SPEED - SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
+    return np.concatenate([edges, z[..., None]], axis=-1), opacity
+
+
+def triangles_of(edges: FloatArray, opacity: FloatArray) -> Triangles:
+    """Corners (m, 3, 3) and opacities (m,) of the triangles of a strip, two between two pieces."""
+    shade = 0.5 * (opacity[1:] + opacity[:-1])
+    near, far = edges[:-1], edges[1:]
+    corners = np.stack(
+        [np.stack([near[:, 0], near[:, 1], far[:, 0]], axis=1), np.stack([far[:, 1], far[:, 0], near[:, 1]], axis=1)]
+    ).reshape(-1, 3, 3)
+    shades = np.tile(shade, 2)
+    seen = (shades > FAINT) & (np.linalg.norm(normals_of(corners), axis=1) > 1e-9)
+    return corners[seen], shades[seen]
+
+
+def normals_of(corners: FloatArray) -> FloatArray:
+    """Normals of triangles (m, 3, 3), as long as twice their areas."""
+    normals: FloatArray = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return normals
+
+
+def add_triangles(scene: mujoco.MjvScene, corners: FloatArray, shades: FloatArray) -> None:
+    """Add white triangles, while the scene has room.
+
+    MuJoCo has their corners at the origin of their frames and on two of the axes, as far away as their sizes say.
+    """
+    sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], normals_of(corners)], axis=-1)
+    lengths = np.linalg.norm(sides, axis=1, keepdims=True)
+    axes, sizes = (sides / lengths).reshape(-1, 9), lengths[:, 0] * (1.0, 1.0, 0.0)
+    colors = np.ones((len(corners), 4), np.float32)
+    colors[:, 3] = shades
+    for k in range(min(len(corners), scene.maxgeom - scene.ngeom)):
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_TRIANGLE, sizes[k], corners[k, 0], axes[k], colors[k])
+        geom.emission, geom.specular = 0.8, 0.0
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        scene.ngeom += 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +17,32 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.physics.motion import rotation_matrix
-from vrx_mj.recording.hinged import part_poses
-from vrx_mj.recording.rows import pack_rows
-from vrx_mj.recording.scene import PARKED, MovingBody, RecordedDisplay, RecordedThruster, RecordScene
-from vrx_mj.recording.sea import SIDE, sea_patch
-from vrx_mj.recording.wake import FADES, WAKE_RATE, Wake
+from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.record_scene import (
+    PARKED,
+    MovingBody,
+    RecordedDisplay,
+    RecordedPart,
+    RecordedThruster,
+    RecordScene,
+    SeaHeight,
+)
 
-__all__ = ["TIMELINE", "MovingChunks", "event_chunk", "state_chunk", "times", "wake_path"]
+__all__ = [
+    "FADES",
+    "SIDE",
+    "TIMELINE",
+    "WAKE_RATE",
+    "MovingChunks",
+    "Wake",
+    "event_chunk",
+    "part_poses",
+    "sea_patch",
+    "sea_triangles",
+    "state_chunk",
+    "times",
+    "wake_path",
+]
 
 
 TIMELINE = "sim_time"
@@ -351,6 +371,18 @@ def thrust_arrows(
     return Chunk.from_columns(f"{path}/thrust", [times(time)], columns.partition(lengths))
 
 
+def part_poses(part: RecordedPart, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Positions (n, 3) [m] and quaternions (n, 4) (w, x, y, z) in the frame of what the part hangs on.
+
+    `angle` (n,) [rad] is the hinge's. A part on a hinge is not turned otherwise.
+    """
+    axis, anchor = np.array(part.axis), np.array(part.anchor)
+    sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
+    turned = anchor * cos + np.cross(axis, anchor) * sin + axis * (axis @ anchor) * (1.0 - cos)
+    half = 0.5 * angle[:, None]
+    return np.array(part.position) + anchor - turned, np.hstack([np.cos(half), np.sin(half) * axis])
+
+
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
     c, s = np.cos(angle / 2), np.sin(angle / 2)
@@ -358,3 +390,99 @@ def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: Float
     quaternion = np.stack([x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s], axis=-1)
     position = np.tile(np.array(thruster.position), (len(time), 1))
     return transforms(f"{path}/{thruster.name}", time, position, quaternion)
+
+
+SIDE = 32
+"""Vertices along one side."""
+MARGIN = 22.0
+"""Sea around the outermost boat [m]."""
+CELLS = (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
+"""Sizes of a cell [m] to choose from, so that vertices keep their places while the fleet moves."""
+HORIZON = 2500.0
+"""Distance of the outermost ring [m]."""
+STEP = 1.0 / 64.0
+"""Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
+SUN = (0.55, 0.35)
+"""Where the light comes from, east and north."""
+DEEP, CREST = np.array([9.0, 48.0, 79.0]), np.array([112.0, 178.0, 196.0])
+
+
+def sea_patch(
+    height: SeaHeight, boats: FloatArray, time: float
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+    """Positions (1024, 3) [m] and colours (1024,) of the patch around `boats` (n, 2) [m] at `time` [s]."""
+    east, north, cell = _grid(boats)
+    x, y = np.meshgrid(east, north)
+    z = np.zeros((SIDE, SIDE))
+    inner = (slice(1, -1), slice(1, -1))
+    z[inner] = np.reshape(height(x[inner], y[inner], time), (SIDE - 2, SIDE - 2))
+    z = np.round(z / STEP) * STEP
+    positions = np.stack([x, y, z], axis=-1).astype(np.float32).reshape(-1, 3)
+    return positions, _palette()[_shade(z, cell)].reshape(-1)
+
+
+def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """East and north coordinates of the grid lines [m], and the size of a cell [m]."""
+    low, high = boats.min(axis=0), boats.max(axis=0)
+    needed = (float((high - low).max()) + 2 * MARGIN) / (SIDE - 3)
+    cell = next((size for size in CELLS if size >= needed), CELLS[-1])
+    centre = np.round((low + high) / 2 / cell) * cell
+    line = (np.arange(SIDE) - (SIDE - 1) / 2) * cell
+    line[0], line[-1] = -HORIZON, HORIZON
+    return line + centre[0], line + centre[1], cell
+
+
+def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
+    """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
+    toward_north, toward_east = np.gradient(z, cell)
+    tilt = SUN[0] * toward_east + SUN[1] * toward_north
+    light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
+    light[[0, -1], :] = light[:, [0, -1]] = 0.38
+    shades: npt.NDArray[np.uint8] = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
+    return shades
+
+
+def _palette() -> npt.NDArray[np.uint32]:
+    """Colours (32,) from deep water to crest, 0xRRGGBBAA."""
+    share = np.linspace(0.0, 1.0, 32)[:, None]
+    red, green, blue = np.round(DEEP + (CREST - DEEP) * share).astype(np.uint32).T
+    colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
+    return colors
+
+
+def sea_triangles() -> npt.NDArray[np.uint32]:
+    """Triangles (2 * 31 * 31, 3) of the patch."""
+    corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).reshape(-1, 1)
+    first = corner + np.array([0, 1, SIDE + 1])
+    second = corner + np.array([0, SIDE + 1, SIDE])
+    return np.concatenate([first, second]).astype(np.uint32)
+
+
+WAKE_RATE = 2.0
+"""Wakes drawn, and points that a boat leaves, per second [Hz]."""
+LASTS = 20.0
+"""How long a point is seen [s]."""
+FADES = ((214, 232, 240), (150, 186, 204), (98, 142, 168), (60, 104, 134))
+"""Colours of a wake from the boat to its end, each over as long a time: the last is nearly that of the sea."""
+OVER = 0.06
+"""Height over the water [m], so that the facets of the sea's mesh hide no piece."""
+
+
+class Wake:
+    """The wake of a boat."""
+
+    def __init__(self) -> None:
+        self._left = np.zeros((0, 3))
+
+    def strips(self, time: float, place: FloatArray, height: SeaHeight) -> list[npt.NDArray[np.float32]]:
+        """Leave a point at `time` [s] at a place (2,) [m]; the wake then, a strip (n, 3) [m] for each colour.
+
+        Every point lies on the sea as it is at `time`. The first is the newest; strips begin where the one before ends.
+        """
+        self._left = np.concatenate([[(time, *place)], self._left])
+        self._left = self._left[time - self._left[:, 0] <= LASTS + 1e-6]
+        x, y = self._left[:, 1], self._left[:, 2]
+        points = np.column_stack([x, y, np.asarray(height(x, y, time)) + OVER]).astype(np.float32)
+        share = np.minimum((time - self._left[:, 0]) / LASTS * len(FADES), len(FADES) - 1e-9).astype(int)
+        ends = np.searchsorted(share, np.arange(len(FADES) + 1))
+        return [points[max(begin - 1, 0) : end] for begin, end in pairwise(ends)]

@@ -1,10 +1,10 @@
 """Parses a rerun file, in a process of its own: run by its path, it imports rerun and nothing of ours.
 
 rerun's reader is native code, which a damaged file can end. What it found goes to standard output as blocks: a header
-of JSON, and the bytes that it counts. `vrx_mj.recording.parsed` starts this and reads them.
+of JSON, and the bytes that it counts. `vrx_mj.recording.rrd_file` starts this and reads them.
 
-    parsing.py read FILE MEMORY SECONDS WHOLE COLUMNS ENTITY...
-    parsing.py copy FILE MEMORY SECONDS COPY APPLICATION ID
+    rrd_parser.py read FILE MEMORY SECONDS WHOLE COLUMNS ENTITY...
+    rrd_parser.py copy FILE MEMORY SECONDS COPY APPLICATION ID
 
 COLUMNS are names with commas between them. If WHOLE is `whole`, the chunks of all other entities are parsed too.
 """

@@ -6,7 +6,7 @@ columns `RowLayout` names.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any
 
@@ -31,6 +31,7 @@ __all__ = [
     "SeaHeight",
     "Surface",
     "Waypoint",
+    "boat_colors",
 ]
 
 FORMAT = 1
@@ -317,3 +318,27 @@ class RowLayout:
     def to_json(self) -> dict[str, Any]:
         """A JSON tree, from which `heads` makes it again."""
         return asdict(self)
+
+
+Rgb = tuple[int, int, int]
+
+COLORS: tuple[Rgb, ...] = (
+    (255, 177, 61),
+    (84, 214, 255),
+    (255, 105, 140),
+    (140, 232, 120),
+    (190, 150, 255),
+    (255, 236, 110),
+    (40, 180, 160),
+    (255, 120, 50),
+    (90, 140, 255),
+    (235, 120, 235),
+    (178, 210, 40),
+    (205, 160, 120),
+)
+"""Colours of boats, distinct on dark blue and on the sea; the first ones differ most."""
+
+
+def boat_colors(names: Iterable[str]) -> dict[str, Rgb]:
+    """A colour for every boat, by the order of the names; the thirteenth has that of the first."""
+    return {name: COLORS[i % len(COLORS)] for i, name in enumerate(names)}

@@ -13,14 +13,29 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import ByteArray
-from vrx_mj.recording.archive import archive
-from vrx_mj.recording.colors import boat_colors
-from vrx_mj.recording.moving import WIND_HEIGHT, times
-from vrx_mj.recording.scene import FORMAT, RecordedBody, RecordedPart, RecordScene, Surface, Waypoint
-from vrx_mj.recording.sea import sea_triangles
+from vrx_mj.recording.motion_chunks import FADES, WIND_HEIGHT, sea_triangles, times, wake_path
+from vrx_mj.recording.packing import archive
+from vrx_mj.recording.record_scene import (
+    FORMAT,
+    RecordedBody,
+    RecordedPart,
+    RecordScene,
+    Surface,
+    Waypoint,
+    boat_colors,
+)
 
-__all__ = ["body_chunks", "mesh", "named_series", "pose", "shown", "static", "still_chunks"]
+__all__ = [
+    "boat_chunks",
+    "body_chunks",
+    "change_chunks",
+    "mesh",
+    "named_series",
+    "pose",
+    "shown",
+    "static",
+    "still_chunks",
+]
 
 WIND_COLOR = (235, 245, 255)
 WAYPOINT_COLOR = (255, 64, 200)
@@ -128,7 +143,7 @@ def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
     )
 
 
-def color(rgba: Sequence[float]) -> ByteArray:
+def color(rgba: Sequence[float]) -> npt.NDArray[np.uint8]:
     """Colour 0 to 1 as bytes."""
     return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
 
@@ -225,7 +240,7 @@ def named_series(
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
+def shaded(colors: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:
     """Every second series of one boat darker."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []
@@ -233,3 +248,66 @@ def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
         seen[rgb] = seen.get(rgb, -1) + 1
         out.append(np.array(rgb) * (1.0, 0.62, 0.8, 0.45)[seen[rgb] % 4])
     return np.array(out).astype(np.uint8)
+
+
+THRUST_COLOR = (255, 84, 48)
+GONE = (0.0, 0.0, -1e4)
+"""Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
+WAKE_RADIUS = 0.25
+"""Half the thickness of a wake [m]."""
+TAG_HEIGHT = 2.9
+"""Height of a boat's name over its origin [m]."""
+
+
+def boat_chunks(scene: RecordScene) -> Iterator[Chunk]:
+    """Looks of a scene's boats, names over them, colours of their trails and arrows."""
+    for boat in scene.boats():
+        yield from joining_chunks(boat, scene)
+
+
+def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
+    """What comes, and the end of what goes, when boats have joined or left since the scene before."""
+    kept, known = ({body.path for body in one.bodies} for one in (scene, before))
+    for body in before.bodies:
+        if body.path not in kept:
+            yield shown(scene.begun, body.path, rr.Clear(recursive=True))
+        if body.path not in kept and body.kind == "boat":
+            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
+    for body in scene.bodies:
+        if body.path not in known and body.kind == "boat":
+            yield from joining_chunks(body, scene)
+            yield from joined_series_chunks(body.name, scene, first)
+        elif body.path not in known:
+            yield from body_chunks(body)
+
+
+def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
+    """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
+    begun, rgb = scene.begun, boat_colors(scene.roster())[boat.name]
+    if begun is not None:
+        yield shown(begun, boat.path, pose(boat.pose))
+    if boat.surfaces:
+        yield shown(begun, f"{boat.path}/shape", mesh(boat.surfaces))
+    for thruster in scene.thrusters:
+        if thruster.boat == boat.name and thruster.surfaces:
+            yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
+    yield shown(begun, f"{boat.path}/label", name_tag(boat.name, rgb))
+    trail = rr.LineStrips3D.from_fields(colors=[rgb], radii=[rr.Radius.ui_points(1.2)])
+    yield static(f"/world/trails/{boat.name}", trail)
+    if scene.sea_height is not None:
+        yield static(wake_path(boat.name), rr.LineStrips3D.from_fields(colors=FADES, radii=[WAKE_RADIUS]))
+    arrows = rr.Arrows3D.from_fields(colors=[THRUST_COLOR], radii=[0.12])
+    yield static(f"{boat.path}/thrust", arrows)
+
+
+def joined_series_chunks(boat: str, scene: RecordScene, first: RecordScene) -> Iterator[Chunk]:
+    """Names of the series that a boat has and the scene in which the recording began has not."""
+    boats = [boat] if all(one.name != boat for one in first.boats()) else []
+    known = {(one.boat, one.name) for one in first.thrusters}
+    new = [(boat, one.name) for one in scene.thrusters if one.boat == boat and (boat, one.name) not in known]
+    yield from named_series(boats, new, boat_colors(scene.roster()), own=f"/{boat}")
+
+
+def name_tag(name: str, rgb: tuple[int, int, int]) -> rr.Points3D:
+    """A boat's name over it."""
+    return rr.Points3D([[0.0, 0.0, TAG_HEIGHT]], labels=[name], colors=[rgb], radii=[0.06], show_labels=True)

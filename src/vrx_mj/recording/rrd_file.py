@@ -26,7 +26,7 @@ import numpy.typing as npt
 from pydantic import Field, TypeAdapter
 
 from vrx_mj.errors import RecordError
-from vrx_mj.recording import parsing
+from vrx_mj.recording import rrd_parser
 
 __all__ = ["LONGEST", "Parsed", "Part", "allowance", "copy_without_views", "parsed_file", "whole_bytes"]
 
@@ -34,7 +34,7 @@ LEAST, RATIO = 64 << 20, 16
 """What a recording may become in memory [bytes]: this, and so many times its size."""
 SECONDS, BYTES_PER_SECOND = 5, 1 << 20
 """Processor time of the parser: this [s], and a second for so many bytes."""
-PATIENCE = 12
+CLOCK_PER_PROCESSOR_TIME = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
 THREADS = {"RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "RUST_BACKTRACE": "0"}
 """Environment of the parser: each thread's stack counts as memory."""
@@ -208,12 +208,13 @@ def said_of(file: Path, source: Path, command: Literal["read", "copy"], argument
     """
     size = source.stat().st_size
     memory, seconds = allowance(size), SECONDS + size // BYTES_PER_SECOND
-    program = [sys.executable, "-P", parsing.__file__, command, str(source), str(2 * memory), str(seconds), *arguments]
+    limits = [str(2 * memory), str(seconds)]
+    program = [sys.executable, "-P", rrd_parser.__file__, command, str(source), *limits, *arguments]
     environment = {**os.environ, **THREADS, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with subprocess.Popen(
         program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     ) as process:
-        clock = threading.Timer(PATIENCE * seconds, process.kill)
+        clock = threading.Timer(CLOCK_PER_PROCESSOR_TIME * seconds, process.kill)
         clock.start()
         try:
             said = received(process, memory)
@@ -255,8 +256,8 @@ def blocks_of(said: bytes, file: Path, source: Path) -> Parsed:
     view, place, parts = memoryview(said), 0, list[Part]()
     try:
         while place < len(view):
-            (length,) = parsing.LENGTH.unpack_from(view, place)
-            place += parsing.LENGTH.size
+            (length,) = rrd_parser.LENGTH.unpack_from(view, place)
+            place += rrd_parser.LENGTH.size
             block = BLOCK.validate_json(bytes(view[place : place + length]))
             place += length
             if isinstance(block, Failure):
@@ -278,7 +279,7 @@ def blocks_of(said: bytes, file: Path, source: Path) -> Parsed:
 
 def cell_of(kind: str, content: memoryview) -> Cell:
     """A cell of a kind."""
-    if kind in parsing.NUMBERS:
+    if kind in rrd_parser.NUMBERS:
         return np.frombuffer(content, kind)
     if kind == "text":
         return bytes(content).decode()

@@ -16,11 +16,10 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import sensor_config
-from vrx_mj.recording.colors import boat_colors
-from vrx_mj.recording.moving import TRAIL_HEIGHT, times
+from vrx_mj.recording.motion_chunks import TRAIL_HEIGHT, times
 from vrx_mj.recording.readings import measured
-from vrx_mj.recording.scene import RecordedSensor, RecordScene
-from vrx_mj.recording.still import static
+from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
+from vrx_mj.recording.static_chunks import static
 from vrx_mj.sensors.intrinsics import focal_length
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS

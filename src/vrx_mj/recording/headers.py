@@ -11,7 +11,7 @@ from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.scene import FORMAT, RecordedSensor, RowLayout
+from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RowLayout
 
 __all__ = ["CompanyHead", "Head", "company_head", "head_of", "sent_messages"]
 

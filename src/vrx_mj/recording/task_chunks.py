@@ -5,16 +5,19 @@ A second referee looks at the frames as they are written. It sees what the first
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.draw.course import gate_rows, poses_of
-from vrx_mj.recording.course import (
+from vrx_mj.draw.course import gate_rows, stands_of
+from vrx_mj.recording.course_chunks import (
     FATES,
     GATES,
     animal_color,
@@ -23,17 +26,33 @@ from vrx_mj.recording.course import (
     bays_path,
     gate_lines,
 )
-from vrx_mj.recording.marks import TaskMarks
-from vrx_mj.recording.moving import times
-from vrx_mj.recording.officiated import Seen, take_up
-from vrx_mj.recording.still import static
-from vrx_mj.recording.telling import words
-from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose
-from vrx_mj.tasks.registry import TASK_KINDS, make_referee
+from vrx_mj.recording.motion_chunks import times
+from vrx_mj.recording.packing import pack_rows
+from vrx_mj.recording.reader import FRAMES
+from vrx_mj.recording.rescoring import restore_referee
+from vrx_mj.recording.static_chunks import static
+from vrx_mj.tasks.frame import Frame, Message, Stand
+from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.registry import make_referee
 
-__all__ = ["PLOT", "WORDS", "TaskChunks", "task_chunks"]
+__all__ = [
+    "MARKS",
+    "PLOT",
+    "WORDS",
+    "Mark",
+    "TaskChunks",
+    "TaskMarks",
+    "frame_chunk",
+    "legend_chunks",
+    "mark_chunks",
+    "task_chunks",
+    "words",
+]
 
-Ends = Sequence[tuple[Pose, Pose]]
+FloatArray = npt.NDArray[np.float64]
+Ends = Sequence[tuple[Stand, Stand]]
 """Of gates: their buoys."""
 Maker = Callable[[Sequence[Any]], Any]
 """From the values of an entity's rows to rerun's columns."""
@@ -55,12 +74,24 @@ def task_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
     """Names and colours of the plot's series, if the world has a task."""
     task = parameters.get("task")
     if task:
-        meaning = TASK_KINDS[task["type"]]
+        meaning = MEANINGS[task["type"]]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter
         colors = [SCORE_COLOR, HITS_COLOR]
         lines = rr.SeriesLines(names=names, colors=colors, widths=[2.0] * 2, interpolation_mode=mode)
         yield static(PLOT, lines)
+
+
+WrittenFrame = tuple[float, FloatArray, list[list[Any]]]
+"""Simulated time [s], the frame's row, and its messages, each as topic and content."""
+
+
+def frame_chunk(frames: Sequence[WrittenFrame], company: int = 0) -> Chunk:
+    """Frames of a company as one block, and what was sent with them as JSON."""
+    block = pack_rows(np.array([row for _, row, _ in frames]))
+    sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
+    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[company])
+    return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
 
 
 class TaskChunks:
@@ -83,7 +114,7 @@ class TaskChunks:
         if self._task:
             self._layout = FrameLayout.of(parameters["task"], self._referee.watched)
 
-    def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[Seen]) -> Iterator[Chunk]:
+    def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[WrittenFrame]) -> Iterator[Chunk]:
         """Chunks of the states and frames since the last call, when enough has come or the task is over."""
         if not self._task:
             return
@@ -112,37 +143,37 @@ class TaskChunks:
         self._begun = -1.0
         if states and states[0][0] > 0.0:
             self._begun, blob = states[0]
-            take_up(self._referee, blob)
+            restore_referee(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
-            self._draw(self._begun, poses_of(self._parameters))
+            self._draw(self._begun, stands_of(self._parameters))
             self._tell(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
         """Have the referee look, and take note of what has changed."""
-        phase = self._referee.status.phase
+        phase = self._referee.sheet.phase
         self._referee.look(frame)
         self._marks.look(time, self._referee)
         self._now = time
-        self._draw(time, frame.poses)
-        self._tell(time, at_once=self._referee.status.phase != phase)
+        self._draw(time, frame.stands)
+        self._tell(time, at_once=self._referee.sheet.phase != phase)
 
-    def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
+    def _draw(self, time: float, stands: Mapping[str, Stand]) -> None:
         """Gates, bays and circles where they have changed."""
         progress = self._referee.progress
         if "gates" in progress:
-            self._draw_gates(time, poses, progress["gates"])
+            self._draw_gates(time, stands, progress["gates"])
         if "bay" in progress:
             colors = [bay_color(bay, progress) for bay in self._task["bays"]]
             self._change(bays_path(self._task), strip_colors, time, colors)
         for animal in progress.get("animals", ()):
             self._change(animal_path(animal["name"]), strip_colors, time, [animal_color(animal)])
 
-    def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
+    def _draw_gates(self, time: float, stands: Mapping[str, Stand], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(poses[row["left"]], poses[row["right"]]) for row in gate_rows(self._task)]
+        ends = [(stands[row["left"]], stands[row["right"]]) for row in gate_rows(self._task)]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
             return
@@ -153,9 +184,9 @@ class TaskChunks:
 
     def _tell(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
-        status = self._referee.status
+        sheet = self._referee.sheet
         if at_once or self._due(PLOT, time, PLOT_EVERY):
-            self._change(PLOT, scalar_columns, time, (status.score, status.collisions))
+            self._change(PLOT, scalar_columns, time, (sheet.score, sheet.collisions))
         if at_once or self._due(WORDS, time, WORDS_EVERY):
             self._change(WORDS, text_columns, time, words(self._task, self._referee))
 
@@ -210,3 +241,133 @@ def number_columns(values: Sequence[Any]) -> Any:
     """Columns of where gates' numbers are, and their colours."""
     spots, colors = ([*chain.from_iterable(row[i] for row in values)] for i in (0, 1))
     return rr.Points3D.columns(positions=spots, colors=colors).partition([len(row[1]) for row in values])
+
+
+GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
+"""Of gates."""
+
+
+def words(task: Mapping[str, Any], referee: Referee) -> str:
+    """Phase, score, collisions and parts of a task, in Markdown."""
+    sheet, meaning = referee.sheet, MEANINGS[task["type"]]
+    clock = {
+        "initial": f"ready at {sheet.ready_time:g} s",
+        "ready": f"runs from {sheet.running_time:g} s",
+        "running": f"{sheet.remaining:.0f} s left",
+        "finished": ("time is up" if sheet.timed_out else "done") + f" after {sheet.elapsed:.1f} s",
+    }[sheet.phase]
+    hits = f"collisions **{sheet.collisions}**"
+    lines = [
+        f"**{referee.name}: {sheet.phase}**, {clock}",
+        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
+        *_parts(referee.progress),
+    ]
+    return "\n\n".join(lines)
+
+
+def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
+    """How far the parts of a task are."""
+    if "gates" in progress:
+        yield "gates " + " ".join(f"{number}{GATE_SIGNS[fate]}" for number, fate in enumerate(progress["gates"], 1))
+    if progress.get("waypoints"):
+        yield "least errors [m] " + ", ".join(f"{error:.2f}" for error in progress["waypoints"])
+    if "animals" in progress:
+        yield "\n".join(f"- {_animal(animal)}" for animal in progress["animals"])
+    if "bay" in progress:
+        yield ", ".join(_in_dock(progress))
+    if "up" in progress:
+        yield "before the boat: " + (
+            ", ".join(name for name, up in zip(progress["objects"], progress["up"], strict=True) if up) or "nothing"
+        )
+
+
+def _animal(animal: Mapping[str, Any]) -> str:
+    """What the boat does with an animal, and how many of its eight gates it has crossed."""
+    status = f"{animal['name']} {animal['status'].replace('_', ' ')}"
+    return status if animal["goal"] == "avoid" else f"{status}, {len(animal['circled'])} of 8"
+
+
+def _in_dock(progress: Mapping[str, Any]) -> Iterator[str]:
+    yield f"in {progress['bay']} for {progress['time_in_bay']:.0f} s" if progress["bay"] else "in no bay"
+    yield from (f"docked in {bay}" for bay in progress["docked"])
+    if progress["hits"]:
+        yield f"balls in holes {len(progress['hits'])}"
+    if progress["colors"]:
+        yield "colours sent " + " ".join(progress["colors"])
+
+
+Mark = tuple[float, str]
+"""Simulated time [s], and its kind."""
+MARKS = "/marks"
+KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
+    "contacts": ((255, 70, 60), "cross"),
+    "gates passed": ((70, 220, 110), "up"),
+    "gates missed": ((170, 170, 180), "down"),
+    "score changes": ((255, 214, 64), "diamond"),
+}
+"""Colour and marker shape of each kind of mark."""
+SIZE = 5.0
+"""Size of a mark [points]."""
+
+
+class TaskMarks:
+    """Marks of a task, and the lines that its referee does not say: gates missed, and changes of a score of points."""
+
+    def __init__(self, task: Mapping[str, Any]) -> None:
+        self._points = MEANINGS[task["type"]].unit == "points"
+        self._gates = ["ahead"] * len(gate_rows(task))
+        self._score = 0.0
+        self._marks: list[Mark] = []
+        self._lines: list[tuple[float, str, str]] = []
+
+    def take_up(self, referee: Referee) -> None:
+        """Begin in the middle of a run."""
+        self._gates = list(referee.progress.get("gates", ()))
+        self._score = referee.sheet.score
+
+    def look(self, time: float, referee: Referee) -> None:
+        """See what has changed at `time` [s]."""
+        now = list(referee.progress.get("gates", ()))
+        for number, (before, fate) in enumerate(zip(self._gates, now, strict=False), 1):
+            if fate != before:
+                self._marks.append((time, "gates passed" if fate == "crossed" else "gates missed"))
+            if fate != before and fate == "missed":
+                self._lines.append((time, f"gate {number} of {len(now)} missed", "WARN"))
+        score = referee.sheet.score
+        if self._points and score != self._score:
+            self._marks.append((time, "score changes"))
+            self._lines.append((time, f"score {score:g} points, {score - self._score:+g}", "INFO"))
+        self._gates, self._score = now, score
+
+    def chunks(self) -> Iterator[Chunk]:
+        """What has come since the last call."""
+        marks, lines = self._marks, self._lines
+        self._marks, self._lines = [], []
+        yield from mark_chunks(marks)
+        if lines:
+            time, text, level = zip(*lines, strict=True)
+            yield Chunk.from_columns("/events/task", [times(time)], rr.TextLog.columns(text=text, level=level))
+
+
+def legend_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
+    """Names, colours and shapes of the marks that a world may have."""
+    task = parameters.get("task") or {}
+    gates = bool(task) and bool(gate_rows(task))
+    points = bool(task) and MEANINGS[task["type"]].unit == "points"
+    shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
+    for kind, (color, shape) in KINDS.items():
+        if shown[kind]:
+            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[SIZE])
+            yield static(path_of(kind), style)
+
+
+def mark_chunks(marks: Sequence[Mark]) -> Iterator[Chunk]:
+    """Marks on the line of zero."""
+    for kind in dict.fromkeys(kind for _, kind in marks):
+        at = [time for time, own in marks if own == kind]
+        yield Chunk.from_columns(path_of(kind), [times(at)], rr.Scalars.columns(scalars=[0.0] * len(at)))
+
+
+def path_of(kind: str) -> str:
+    """The entity of marks of a kind."""
+    return f"{MARKS}/{kind.replace(' ', '_')}"

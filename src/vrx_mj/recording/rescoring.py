@@ -1,39 +1,26 @@
-"""What a referee looked at, in a recording: frames to the last bit, and the score once more from them."""
+"""The score of a recorded task, computed again from the frames that its referee saw."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, RecordError, StateError
-from vrx_mj.recording.companies import HUGE, company_numbers
-from vrx_mj.recording.heads import sent_messages
-from vrx_mj.recording.rows import pack_rows, unpack_rows
+from vrx_mj.recording.reader import FRAMES, Record, read_record
 from vrx_mj.runtime.state import State
-from vrx_mj.tasks.frame import Frame, FrameLayout, Message
+from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.layout import FrameLayout
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.status import TaskStatus
+from vrx_mj.tasks.sheet import Sheet
 
-if TYPE_CHECKING:
-    from rerun.chunk import Chunk
+__all__ = ["Scored", "rescore", "restore_referee", "scored_frames"]
 
-    from vrx_mj.recording.parsed import Part
-    from vrx_mj.recording.reader import Record
-
-__all__ = ["FRAMES", "Scored", "frame_chunk", "looks", "read_frames", "rescore", "take_up"]
-
-FRAMES = "/record/frames"
-Seen = tuple[float, FloatArray, list[list[Any]]]
-"""Simulated time [s], the frame's row, and its messages, each as topic and content."""
-Found = tuple[int, FloatArray, tuple[Message, ...]]
-"""Number of the company, the frame's row, and its messages."""
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,69 +33,26 @@ class Scored:
     """Of all the recording: time [s], text, level."""
 
     @property
-    def status(self) -> TaskStatus:
+    def sheet(self) -> Sheet:
         """Phase, times, collisions and score at the end."""
-        return self.referee.status
-
-
-def frame_chunk(frames: Sequence[Seen], company: int = 0) -> Chunk:
-    """Frames of a company as one block, and what was sent with them as JSON."""
-    import rerun as rr
-    from rerun.chunk import Chunk
-
-    from vrx_mj.recording.moving import times
-
-    block = pack_rows(np.array([row for _, row, _ in frames]))
-    sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
-    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[company])
-    return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
-
-
-def read_frames(parts: Sequence[Part], companies: int) -> tuple[Found, ...]:
-    """Companies, of so many, rows and messages of all frames, in the order of time.
-
-    Raises:
-        RecordError: one is damaged.
-    """
-    found = [
-        (company, row, messages)
-        for part in parts
-        for company, blob, sent in zip(
-            company_numbers(part, companies), part.blobs("block"), part.texts("sent"), strict=True
-        )
-        for row, messages in _unpacked(blob, sent)
-    ]
-    return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
-
-
-def _unpacked(blob: bytes, sent: str) -> Iterator[tuple[FloatArray, tuple[Message, ...]]]:
-    messages = {
-        number: tuple(Message(topic, content) for topic, content in several) for number, several in sent_messages(sent)
-    }
-    rows = unpack_rows(blob)
-    if not (np.abs(rows) < HUGE).all():
-        raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
-    for number, row in enumerate(rows):
-        yield row, messages.get(number, ())
+        return self.referee.sheet
 
 
 def rescore(source: str | Path | Record) -> Scored:
     """Have a task's referee look at a recording: the score is that of the run, to the last bit.
 
-    A recording that began in the middle of a run goes on from the status that the run had then.
+    A recording that began in the middle of a run goes on from the sheet that the run had then.
 
     Raises:
         RecordError: the file is no recording, or one of a world without a task.
     """
-    from vrx_mj.recording.reader import Record, read_record
-
     recorded = source if isinstance(source, Record) else read_record(source)
     referee, begun = _referee(recorded)
     events = [(frame.time, *line) for frame, lines in _looks(recorded, referee, begun) for line in lines]
     return Scored(referee, tuple(events))
 
 
-def looks(recorded: Record) -> Iterator[tuple[float, Referee]]:
+def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:
     """The time [s] of every frame of a recording, and the referee, always the same, after its look at it.
 
     Raises:
@@ -154,7 +98,7 @@ def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
         yield layouts[company].frame(row.tolist(), sent)
 
 
-def take_up(referee: Referee, blob: bytes) -> None:
+def restore_referee(referee: Referee, blob: bytes) -> None:
     """Have a referee go on from a saved state of the run.
 
     Raises:
@@ -170,7 +114,7 @@ def _resumed(referee: Referee, recorded: Record) -> float:
     """Bring the referee to the first recorded state; returns its time [s]."""
     first = recorded.states[0]
     try:
-        take_up(referee, first.blob)
+        restore_referee(referee, first.blob)
     except StateError as error:
         raise StateError(f"'{recorded.path}' begins with a state that its task cannot go on from: {error}") from error
     return first.time

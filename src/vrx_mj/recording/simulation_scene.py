@@ -1,0 +1,346 @@
+"""From a simulation to the scene of its recording: bodies, their surfaces, thrusters, sensors, displays."""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+from vrx_mj.config.world import Georeference
+from vrx_mj.errors import RecordError
+from vrx_mj.mjcf.joining import boat_alone
+from vrx_mj.mjcf.markers import MARKER, marker_names
+from vrx_mj.mjcf.shooters import ball_name
+from vrx_mj.mjcf.world import World
+from vrx_mj.recording.companies import Company
+from vrx_mj.recording.record_scene import (
+    MovingBody,
+    RecordedBody,
+    RecordedDisplay,
+    RecordedPart,
+    RecordedSensor,
+    RecordedThruster,
+    RecordScene,
+    RowLayout,
+    Surface,
+    Waypoint,
+)
+from vrx_mj.runtime.run import fingerprint
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.displays import displays_of
+
+__all__ = ["Choice", "check_columns", "part_paths", "parts_of", "recorded_sensors", "scene_of"]
+
+Looks = dict[str, list[Surface]]
+"""Surfaces by the name of the body that carries them."""
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A sensor to record."""
+
+    boat: str
+    sensor: str
+    rate: float
+    """Readings per simulated second."""
+
+
+def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:
+    """What a recording of this simulation and of some of its sensors holds before its first row.
+
+    With `looks_of` only these boats have surfaces: looking at all the world again takes seconds.
+    """
+    world, model = sim.world, sim.model
+    looks: Looks = {}
+    for drawn in [sim.visual_model] if looks_of is None else (boat_alone(world, boat) for boat in looks_of):
+        looks |= _looks(world, drawn)
+    parameters = world.parameters
+    wind = parameters["wind"]["direction"]
+    return RecordScene(
+        properties={
+            "world": world.name,
+            "fleet": parameters["fleet"],
+            "seed": sim.seed,
+            "profile": parameters["profile"],
+            "world_sha256": world.sha256,
+            "platform": fingerprint(),
+            "sea": {key: parameters["sea"][key] for key in ("model", "significant_height", "period", "direction")},
+            "wind": parameters["wind"],
+        },
+        timestep=sim.timestep,
+        nq=int(sim.model.nq),
+        nv=int(sim.model.nv),
+        bodies=tuple(_bodies(world, looks, model, sim.data.qpos)),
+        thrusters=tuple(_thrusters(world, looks)),
+        files=_files(world),
+        sea_height=sim.sea.height,
+        wind_direction=(float(wind[0]), float(wind[1])),
+        shoreline=tuple(np.array(ring, np.float64) for ring in parameters["shoreline"]),
+        waypoints=tuple(
+            Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
+            for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
+        ),
+        sensors=tuple(recorded_sensors(world, choices)),
+        displays=tuple(_displays(world, looks, part_paths(world, model))),
+        parts=tuple(parts_of(world, model, looks)),
+        to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
+        parameters=parameters,
+    )
+
+
+def check_columns(company: Company, model: mujoco.MjModel) -> None:
+    """Check that the rows of a company have the columns of its world, whose model this is.
+
+    Raises:
+        RecordError: they have not.
+    """
+    world = company.world
+    bodies = tuple(
+        MovingBody(body.name, body.kind, body.qpos, body.dof)
+        for body in _bodies(world, {}, model, model.qpos0)
+        if body.qpos is not None and body.dof is not None
+    )
+    engines = tuple((world.boats[row["hull"]], row["name"]) for row in world.parameters["thrusters"])
+    marks = sum(len(display.start) for display in displays_of(world.parameters))
+    if company.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
+        raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
+
+
+def _files(world: World) -> dict[str, bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        world.save(folder)
+        paths = sorted(path for path in Path(folder).rglob("*") if path.is_file())
+        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Iterator[RecordedBody]:
+    """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    for kind, name, body_name in _entries(world):
+        body = model.body(body_name).id
+        joint = int(model.body_jntadr[body]) if model.body_jntnum[body] else None
+        pose = (*data.xpos[body], *data.xquat[body])
+        yield RecordedBody(
+            name=name,
+            path=_path(kind, name),
+            kind=kind if joint is not None else "fixed",
+            pose=tuple(float(value) for value in pose),
+            qpos=None if joint is None else int(model.jnt_qposadr[joint]),
+            dof=None if joint is None else int(model.jnt_dofadr[joint]),
+            surfaces=tuple(looks.get(body_name, ())),
+        )
+    if MARKER in looks:
+        yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
+    if world.parameters["terrain"]:
+        yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=tuple(looks.get("world", ())))
+
+
+def _entries(world: World) -> Iterator[tuple[str, str, str]]:
+    """Kind, name and MuJoCo's body of everything that has an entity of its own."""
+    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
+    for boat, hull in _pairs(world):
+        yield "boat", boat["name"], hull["body"]
+    for item in world.parameters["objects"]:
+        yield "ball" if item["name"] in balls else "object", item["name"], item["body"]
+    for dock in world.parameters["docks"]:
+        yield "dock" if dock["dynamic"] else "fixed", dock["name"], dock["bodies"][0]
+        if not dock["dynamic"]:
+            yield from (("fixed", body.rpartition("/")[0], body) for body in dock["placards"])
+
+
+def _path(kind: str, name: str) -> str:
+    return f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}"
+
+
+def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[RecordedDisplay]:
+    """Lights and placards, each on the entity of the body that carries it; `hung` are those of floating docks."""
+    paths = {body: _path(kind, name) for kind, name, body in _entries(world)} | hung
+    for display in displays_of(world.parameters):
+        parts = {
+            part: tuple(surface for name in names for surface in looks.get(name, ()))
+            for part, names in display.parts.items()
+        }
+        if display.body in paths:
+            yield RecordedDisplay(display, paths[display.body], parts)
+
+
+def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
+    return zip(world.parameters["boats"], world.parameters["hulls"], strict=True)
+
+
+def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
+    for row in world.parameters["thrusters"]:
+        boat = world.boats[row["hull"]]
+        yield RecordedThruster(
+            name=row["name"],
+            boat=boat,
+            position=tuple(row["position"]),
+            mount=_mount(row),
+            direction=tuple(row["direction"]),
+            surfaces=tuple(looks.get(f"{boat}/{row['name']}", ())),
+        )
+
+
+def _looks(world: World, model: mujoco.MjModel) -> Looks:
+    """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
+
+    What lights and placards show goes by the names of their geoms, all markers by the one of markers.
+    """
+    shown = {name for display in displays_of(world.parameters) for names in display.parts.values() for name in names}
+    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
+    engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.parameters["thrusters"]}
+    shapes: dict[Any, trimesh.Trimesh] = {}
+    seen: Looks = {}
+    for geom in range(model.ngeom):
+        visual = model.geom_contype[geom] == 0 and model.geom_conaffinity[geom] == 0
+        if not visual or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            continue
+        key = (model.geom_type[geom], model.geom_dataid[geom], *model.geom_size[geom])
+        if key not in shapes:
+            shapes[key] = _mesh(model, geom)
+        place = _placed(model.geom_pos[geom], model.geom_quat[geom])
+        owner = model.body(model.geom_bodyid[geom]).name
+        part = re.sub(r"_(engine|propeller)_\w+$", "", model.geom(geom).name)
+        if part in engines:
+            if owner == engines[part]["body"] and engines[part]["joint"] is None:
+                place = np.linalg.inv(_placed(engines[part]["position"], _mount(engines[part]))) @ place
+            owner = part
+        owner = named.get(model.geom(geom).name, owner)
+        rgba = tuple(float(value) for value in model.geom_rgba[geom])
+        seen.setdefault(owner, []).append(_surface(shapes[key], place, rgba))
+    return seen
+
+
+def _mount(row: Any) -> tuple[float, float, float, float]:
+    """Quaternion (w, x, y, z) of an engine's rotation."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.array(row["rotation"], dtype=np.float64).ravel())
+    w, x, y, z = (float(value) for value in quaternion)
+    return w, x, y, z
+
+
+def _placed(position: Any, quaternion: Any) -> Any:
+    place = trimesh.transformations.quaternion_matrix(quaternion)
+    place[:3, 3] = position
+    return place
+
+
+def _surface(shape: trimesh.Trimesh, place: Any, rgba: Any) -> Surface:
+    turn = place[:3, :3]
+    return Surface(
+        np.asarray(shape.vertices @ turn.T + place[:3, 3], np.float32),
+        np.asarray(shape.faces, np.int32),
+        np.asarray(shape.vertex_normals @ turn.T, np.float32),
+        rgba,
+    )
+
+
+def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    """A geom as triangles, in its own frame; flat faces keep their edges."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    shapes = mujoco.mjtGeom
+    if kind == shapes.mjGEOM_MESH:
+        return _asset(model, int(model.geom_dataid[geom]))
+    if kind == shapes.mjGEOM_BOX:
+        box = trimesh.creation.box(extents=2.0 * size)
+        box.unmerge_vertices()
+        return box
+    if kind == shapes.mjGEOM_CYLINDER:
+        return _sharp(trimesh.creation.cylinder(radius=size[0], height=2.0 * size[1], sections=24))
+    if kind == shapes.mjGEOM_CAPSULE:
+        return trimesh.creation.capsule(radius=size[0], height=2.0 * size[1], count=[16, 12])
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.apply_scale(size if kind == shapes.mjGEOM_ELLIPSOID else [size[0]] * 3)
+    return ball
+
+
+def _asset(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
+    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    first, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    vertices = model.mesh_vert[start : start + count]
+    return _sharp_mesh(vertices.tobytes(), model.mesh_face[first : first + faces].tobytes())
+
+
+@functools.lru_cache(maxsize=64)
+def _sharp_mesh(vertices: bytes, faces: bytes) -> trimesh.Trimesh:
+    """A mesh of float32 (n, 3) and int32 (m, 3), kept for the next boat of its kind: making it takes up to 0.1 s."""
+    corners = np.frombuffer(vertices, np.float32).reshape(-1, 3)
+    return _sharp(trimesh.Trimesh(corners, np.frombuffer(faces, np.int32).reshape(-1, 3), process=False))
+
+
+def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The mesh with its vertices split along edges sharper than 40 degrees."""
+    return trimesh.graph.smooth_shade(shape, angle=math.radians(40.0))
+
+
+def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
+    """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
+    rows = {(row["boat"], row["config"]["name"]): row for row in world.parameters["sensors"]}
+    at_base = world.parameters["at_base_link"]
+    for choice in choices:
+        row = rows[choice.boat, choice.sensor]
+        config = row["config"]
+        moved = config["type"] == "pinger" and "pinger" in at_base
+        yield RecordedSensor(
+            boat=choice.boat,
+            name=choice.sensor,
+            type=config["type"],
+            frame=row["frame"],
+            rate=choice.rate,
+            position=(0.0, 0.0, 0.0) if moved else tuple(row["position"]),
+            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else row["rotation"],
+            config=config,
+        )
+
+
+def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
+    """Entities by MuJoCo's bodies: those of floating docks, each under the one that it hangs on."""
+    paths: dict[str, str] = {}
+    for dock in world.parameters["docks"]:
+        if not dock["dynamic"]:
+            continue
+        root, *blocks = dock["bodies"]
+        paths[root] = f"/world/docks/{dock['name']}"
+        for body in (*blocks, *dock["placards"]):
+            parent = model.body(model.body_parentid[model.body(body).id]).name
+            own = body.removesuffix("/link").rpartition("/")[2]
+            paths[body] = f"{paths[parent]}/{own}"
+    return paths
+
+
+def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
+    """The blocks, but for the roots, and the placards of all floating docks."""
+    paths = part_paths(world, model)
+    for dock in (dock for dock in world.parameters["docks"] if dock["dynamic"]):
+        for name in (*dock["bodies"][1:], *dock["placards"]):
+            body = model.body(name).id
+            hinged = bool(model.body_jntnum[body])
+            joint = int(model.body_jntadr[body])
+            yield RecordedPart(
+                path=paths[name],
+                position=_three(model.body_pos[body]),
+                quaternion=tuple(float(value) for value in model.body_quat[body]),
+                anchor=_three(model.jnt_pos[joint]) if hinged else (0.0, 0.0, 0.0),
+                axis=_three(model.jnt_axis[joint]) if hinged else (0.0, 0.0, 1.0),
+                qpos=int(model.jnt_qposadr[joint]) if hinged else None,
+                surfaces=tuple(looks.get(name, ())),
+            )
+
+
+def _three(vector: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in vector)
+    return x, y, z
