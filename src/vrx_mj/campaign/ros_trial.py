@@ -10,9 +10,10 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.program import ENDING, Program
-from vrx_mj.campaign.tracks import FloatArray, Stopwatch, Tracks
+from vrx_mj.campaign.tracks import Stopwatch, Tracks
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros1 import Ros1

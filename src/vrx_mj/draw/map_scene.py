@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vrx_mj.arguments import check_kind
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.mjcf.shooters import BALL
 from vrx_mj.mjcf.world import World
@@ -25,7 +25,6 @@ __all__ = [
     "map_of",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
 
 BOAT_COLORS = ("#d1495b", "#00798c", "#edae49", "#6a4c93", "#30638e", "#3f7d20", "#c2571a", "#8d5a97")
@@ -119,7 +118,7 @@ class MapScene:
 def map_of(world: World) -> MapScene:
     """The map of a compiled world at its start; CommandError if it is not one."""
     check_kind("map_of", world, World, "a World, as compile_world returns it")
-    values = world.parameters
+    values = world.tree
     fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
     wind, sea = values["wind"], values["sea"]
     toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
@@ -142,7 +141,7 @@ def _model(world: World) -> Any:
     """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
     import mujoco
 
-    if not world.parameters["objects"] and not world.parameters.get("placards"):
+    if not world.tree["objects"] and not world.tree.get("placards"):
         return None
     return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
 
@@ -162,16 +161,16 @@ def _boat(entry: Any, index: int) -> MapBoat:
 
 def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    return tuple(_object(model, item) for item in world.parameters["objects"] if item["model"] != BALL)
+    return tuple(_object(model, item) for item in world.tree["objects"] if item["model"] != BALL)
 
 
 def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
     import mujoco
 
-    rows = world.parameters.get("placards", ())
+    rows = world.tree.get("placards", ())
     if not rows:
         return
-    data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
+    data, symbols = mujoco.MjData(model), symbols_of(world.tree)
     mujoco.mj_kinematics(model, data)
     for row in rows:
         x, y, _ = data.body(row["body"]).xpos.tolist()

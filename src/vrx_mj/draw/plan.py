@@ -5,15 +5,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course_marks import course_things, draw_course
 from vrx_mj.draw.labels import INK, Thing, label, write
 from vrx_mj.draw.map_scene import MapBoat, MapScene
 
 __all__ = ["SOFT", "Box", "draw_plan", "ground", "nice_length", "view_of"]
 
-FloatArray = npt.NDArray[np.float64]
 
 Box = tuple[float, float, float, float]
 """West, south, east and north [m]."""

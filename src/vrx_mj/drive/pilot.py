@@ -167,8 +167,8 @@ class Engine:
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     """The thrusters and rudders of a boat that the keys drive."""
     hull = world.boats.index(boat)
-    centre = world.parameters["hulls"][hull]["body_com"]
-    engines = (_engine(row, centre) for row in world.parameters["thrusters"] if row["hull"] == hull)
+    centre = world.tree["hulls"][hull]["body_com"]
+    engines = (_engine(row, centre) for row in world.tree["thrusters"] if row["hull"] == hull)
     return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
 
 

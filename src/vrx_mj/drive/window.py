@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.drive.session import Session
 from vrx_mj.drive.terminal import HELP, OURS, window_key
 from vrx_mj.mjcf.drawing import add_signs
@@ -152,8 +153,6 @@ def _texts(session: Session) -> list[tuple[int, int, str, str]]:
         (font, grid.mjGRID_BOTTOMLEFT, "\n".join(row[0] for row in keys), "\n".join(row[1] for row in keys)),
     ]
 
-
-FloatArray = npt.NDArray[np.float64]
 
 SIDE = 129
 """Vertices along one side: odd, so that the horizon's rings are alike on both sides."""

@@ -14,6 +14,7 @@ from vrx_mj.recording.motion_chunks import TIMELINE
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
 from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.task_chunks import MARKS, PLOT, WORDS
+from vrx_mj.sensors.registry import SENSOR_KINDS
 
 __all__ = ["blueprint_bytes", "layout"]
 
@@ -41,13 +42,6 @@ BELOW = (
     ("wind", "Wind [m/s]"),
 )
 """Plots under the sea; the boats' colours are those of the speed's legend."""
-SENSED = {
-    "imu": (("acceleration", "Acceleration [m/s2]"), ("turning", "Turning [deg/s]")),
-    "pinger": (("range", "Beacon range [m]"), ("bearing", "Beacon bearing [deg]")),
-    "gps": (("latitude", "Latitude [deg]"), ("longitude", "Longitude [deg]")),
-    "ball_shooter": (("shots", "Shots left"),),
-}
-"""Plots of sensors by their type."""
 PICTURES = 4
 """Cameras whose pictures are shown at first."""
 
@@ -120,7 +114,8 @@ def task_view() -> rrb.Container:
 
 def below(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
-    sensed = [plot_view(plot, legend=True) for kind in SENSED if scene.of_type(kind) for plot in SENSED[kind]]
+    shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
+    sensed = [plot_view((plot.name, plot.title), legend=True) for plot in shown]
     pictures = [picture_view(sensor) for sensor in scene.of_type("camera")[:PICTURES]]
     if not pictures:
         return rrb.Horizontal(*map(plot_view, BELOW), *([rrb.Tabs(*sensed)] if sensed else []))

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import (
@@ -432,13 +432,13 @@ def _grid(boats: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return line + centre[0], line + centre[1], cell
 
 
-def _shade(z: FloatArray, cell: float) -> npt.NDArray[np.uint8]:
+def _shade(z: FloatArray, cell: float) -> ByteArray:
     """Shades 0 to 31: slopes toward the sun and crests are light, slopes away from it and troughs dark."""
     toward_north, toward_east = np.gradient(z, cell)
     tilt = SUN[0] * toward_east + SUN[1] * toward_north
     light = 0.38 - 0.36 * np.tanh(12.0 * tilt) + 0.4 * z  # tanh: a calm sea shows, a steep one is not cut off
     light[[0, -1], :] = light[:, [0, -1]] = 0.38
-    shades: npt.NDArray[np.uint8] = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
+    shades: ByteArray = (np.clip(light, 0.0, 1.0) * 31.0).astype(np.uint8)
     return shades
 
 

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.record_scene import RecordedSensor
-from vrx_mj.sensors.imu import covariances
 from vrx_mj.sensors.intrinsics import intrinsics
-from vrx_mj.sensors.readings import Fix, Image, Inertia, PointCloud, Reading, Scan, Shooter, Sound, Truth
+from vrx_mj.sensors.readings import Image, PointCloud, Reading
+from vrx_mj.sensors.registry import SENSOR_KINDS
 
 if TYPE_CHECKING:
     from vrx_mj.recording.rrd_file import Part
 
 __all__ = ["READING_COLUMNS", "RecordedReadings", "measured"]
 
-FloatArray = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
 
 READING_COLUMNS: Mapping[str, str] = {
     "time": "time",
@@ -34,9 +34,6 @@ READING_COLUMNS: Mapping[str, str] = {
     "Points3D:positions": "points",
 }
 """Columns of a recording that give readings back, and what they hold."""
-WIDTHS = {"gps": 15, "imu": 10, "p3d": 13, "pinger": 3, "ball_shooter": 1}
-"""Numbers of a reading, by type of sensor."""
-MOST_SHOTS = 1000.0
 
 
 class RecordedReadings(Sequence[Reading]):
@@ -87,7 +84,20 @@ class RecordedReadings(Sequence[Reading]):
             return [self[i] for i in range(*index.indices(len(self)))]
         row = {name: values[self._order[index]] for name, values in self._columns.items()}
         time, sequence, sensor = float(self.time[index]), int(self.sequence[index]), self.sensor
-        return Reading(sensor.name, sensor.type, time, sequence, sensor.frame, data_of(sensor, row))
+        return Reading(sensor.name, sensor.type, time, sequence, sensor.frame, self._data(row))
+
+    @cached_property
+    def _config(self) -> Any:
+        return sensor_config({"config": self.sensor.config})
+
+    def _data(self, row: Mapping[str, Any]) -> Any:
+        """What the sensor measured, from a row of its columns."""
+        numbers = SENSOR_KINDS[self.sensor.type].numbers
+        if numbers is None:
+            return Image(decoded(row["blob"], (self._config.width, self._config.height)), intrinsics(self._config))
+        if "points" in row:
+            return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
+        return numbers.data(row["numbers"].view("<f8"), self._config)
 
 
 def add_readings(columns: dict[str, list[Any]], sensor: RecordedSensor, part: Part) -> None:
@@ -129,43 +139,32 @@ def points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
     return {"points": points, "intensity": intensity, "ring": ring}
 
 
-def check_numbers(sensor: RecordedSensor, found: Sequence[Bytes]) -> None:
+def check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
     """Check that these are the numbers of readings of a sensor.
 
     Raises:
         RecordError: they are not.
     """
-    width = WIDTHS.get(sensor.type) or 5 + sensor_config({"config": sensor.config}).samples
+    numbers = SENSOR_KINDS[sensor.type].numbers
+    assert numbers is not None, f"{sensor.type}: held as pictures"
+    width = numbers.count(sensor_config({"config": sensor.config}))
     for one in found:
         if len(one) != 8 * width:
             raise RecordError(f"{sensor.readings_path}: numbers: {len(one)} bytes instead of {8 * width}")
         values = one.view("<f8")
-        if sensor.type == "ball_shooter" and not 0.0 <= values[0] <= MOST_SHOTS:
-            raise RecordError(f"{sensor.readings_path}: numbers: {values[0]:g} shots")
+        if problem := numbers.problem(values):
+            raise RecordError(f"{sensor.readings_path}: numbers: {problem}")
         if (np.isfinite(values) & (np.abs(values) > np.finfo(np.float32).max)).any():
             raise RecordError(f"{sensor.readings_path}: numbers: beyond those of single precision")
 
 
 def measured(reading: Reading) -> tuple[Any, ...]:
     """The fields of a reading's data that a recording holds: a unit's covariances follow from its configuration."""
-    fields = tuple(vars(reading.data).values())
-    return fields[:3] if reading.type == "imu" else fields
+    numbers = SENSOR_KINDS[reading.type].numbers
+    return tuple(vars(reading.data).values())[: numbers.fields if numbers else None]
 
 
-def data_of(sensor: RecordedSensor, row: Mapping[str, Any]) -> Any:
-    """What a sensor measured, from a row of its columns."""
-    if sensor.type == "camera":
-        config = sensor_config({"config": sensor.config})
-        return Image(decoded(row["blob"], (config.width, config.height)), intrinsics(config))
-    if "points" in row:
-        return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
-    if sensor.type == "imu":
-        found = row["numbers"].view("<f8")
-        return Inertia(found[:4], found[4:7], found[7:], *covariances(sensor_config({"config": sensor.config})))
-    return MAKERS[sensor.type](row["numbers"].view("<f8"))
-
-
-def decoded(blob: Bytes, size: tuple[int, int]) -> Bytes:
+def decoded(blob: ByteArray, size: tuple[int, int]) -> ByteArray:
     """The pixels (height, width, 3) of a JPEG file of a size: width and height.
 
     Raises:
@@ -180,24 +179,3 @@ def decoded(blob: Bytes, size: tuple[int, int]) -> Bytes:
             return np.array(picture)
     except (OSError, ValueError, SyntaxError, Pictures.DecompressionBombError) as error:
         raise RecordError(f"a picture is damaged: {str(error).splitlines()[0]}") from None
-
-
-def scan(numbers: FloatArray) -> Scan:
-    """From the ranges and five numbers after them."""
-    return Scan(numbers[:-5].astype(np.float32), *(float(value) for value in numbers[-5:]))
-
-
-def fix(numbers: FloatArray) -> Fix:
-    """From 15 numbers."""
-    latitude, longitude, altitude = (float(value) for value in numbers[:3])
-    return Fix(latitude, longitude, altitude, numbers[3:6], tuple(float(value) for value in numbers[6:]))
-
-
-MAKERS: Mapping[str, Any] = {
-    "lidar": scan,
-    "gps": fix,
-    "p3d": lambda numbers: Truth(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:]),
-    "pinger": lambda numbers: Sound(*(float(value) for value in numbers)),
-    "ball_shooter": lambda numbers: Shooter(round(float(numbers[0]))),
-}
-"""By type of sensor, its data from the numbers of a recording: the fields that `measured` lists, one after another."""

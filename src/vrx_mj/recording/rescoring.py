@@ -6,9 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
 from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.reader import FRAMES, Record, read_record
 from vrx_mj.runtime.state import State
@@ -19,8 +16,6 @@ from vrx_mj.tasks.registry import make_referee
 from vrx_mj.tasks.sheet import Sheet
 
 __all__ = ["Scored", "rescore", "restore_referee", "scored_frames"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

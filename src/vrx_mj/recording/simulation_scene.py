@@ -13,9 +13,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError
 from vrx_mj.mjcf.joining import boat_alone
@@ -44,8 +44,6 @@ __all__ = ["Choice", "check_columns", "part_paths", "parts_of", "recorded_sensor
 Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
 
-FloatArray = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Choice:
@@ -66,7 +64,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     looks: Looks = {}
     for drawn in [sim.visual_model] if looks_of is None else (boat_alone(world, boat) for boat in looks_of):
         looks |= _looks(world, drawn)
-    parameters = world.parameters
+    parameters = world.tree
     wind = parameters["wind"]["direction"]
     return RecordScene(
         properties={
@@ -112,8 +110,8 @@ def check_columns(company: Company, model: mujoco.MjModel) -> None:
         for body in _bodies(world, {}, model, model.qpos0)
         if body.qpos is not None and body.dof is not None
     )
-    engines = tuple((world.boats[row["hull"]], row["name"]) for row in world.parameters["thrusters"])
-    marks = sum(len(display.start) for display in displays_of(world.parameters))
+    engines = tuple((world.boats[row["hull"]], row["name"]) for row in world.tree["thrusters"])
+    marks = sum(len(display.start) for display in displays_of(world.tree))
     if company.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
@@ -145,18 +143,18 @@ def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Ite
         )
     if MARKER in looks:
         yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
-    if world.parameters["terrain"]:
+    if world.tree["terrain"]:
         yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=tuple(looks.get("world", ())))
 
 
 def _entries(world: World) -> Iterator[tuple[str, str, str]]:
     """Kind, name and MuJoCo's body of everything that has an entity of its own."""
-    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.parameters["sensors"]}
+    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.tree["sensors"]}
     for boat, hull in _pairs(world):
         yield "boat", boat["name"], hull["body"]
-    for item in world.parameters["objects"]:
+    for item in world.tree["objects"]:
         yield "ball" if item["name"] in balls else "object", item["name"], item["body"]
-    for dock in world.parameters["docks"]:
+    for dock in world.tree["docks"]:
         yield "dock" if dock["dynamic"] else "fixed", dock["name"], dock["bodies"][0]
         if not dock["dynamic"]:
             yield from (("fixed", body.rpartition("/")[0], body) for body in dock["placards"])
@@ -169,7 +167,7 @@ def _path(kind: str, name: str) -> str:
 def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[RecordedDisplay]:
     """Lights and placards, each on the entity of the body that carries it; `hung` are those of floating docks."""
     paths = {body: _path(kind, name) for kind, name, body in _entries(world)} | hung
-    for display in displays_of(world.parameters):
+    for display in displays_of(world.tree):
         parts = {
             part: tuple(surface for name in names for surface in looks.get(name, ()))
             for part, names in display.parts.items()
@@ -179,11 +177,11 @@ def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[Reco
 
 
 def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
-    return zip(world.parameters["boats"], world.parameters["hulls"], strict=True)
+    return zip(world.tree["boats"], world.tree["hulls"], strict=True)
 
 
 def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
-    for row in world.parameters["thrusters"]:
+    for row in world.tree["thrusters"]:
         boat = world.boats[row["hull"]]
         yield RecordedThruster(
             name=row["name"],
@@ -200,9 +198,9 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
 
     What lights and placards show goes by the names of their geoms, all markers by the one of markers.
     """
-    shown = {name for display in displays_of(world.parameters) for names in display.parts.values() for name in names}
-    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
-    engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.parameters["thrusters"]}
+    shown = {name for display in displays_of(world.tree) for names in display.parts.values() for name in names}
+    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.tree), MARKER)
+    engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.tree["thrusters"]}
     shapes: dict[Any, trimesh.Trimesh] = {}
     seen: Looks = {}
     for geom in range(model.ngeom):
@@ -289,8 +287,8 @@ def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
-    rows = {(row["boat"], row["config"]["name"]): row for row in world.parameters["sensors"]}
-    at_base = world.parameters["at_base_link"]
+    rows = {(row["boat"], row["config"]["name"]): row for row in world.tree["sensors"]}
+    at_base = world.tree["at_base_link"]
     for choice in choices:
         row = rows[choice.boat, choice.sensor]
         config = row["config"]
@@ -310,7 +308,7 @@ def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[Record
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
     """Entities by MuJoCo's bodies: those of floating docks, each under the one that it hangs on."""
     paths: dict[str, str] = {}
-    for dock in world.parameters["docks"]:
+    for dock in world.tree["docks"]:
         if not dock["dynamic"]:
             continue
         root, *blocks = dock["bodies"]
@@ -325,7 +323,7 @@ def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
 def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
     """The blocks, but for the roots, and the placards of all floating docks."""
     paths = part_paths(world, model)
-    for dock in (dock for dock in world.parameters["docks"] if dock["dynamic"]):
+    for dock in (dock for dock in world.tree["docks"] if dock["dynamic"]):
         for name in (*dock["bodies"][1:], *dock["placards"]):
             body = model.body(name).id
             hinged = bool(model.body_jntnum[body])

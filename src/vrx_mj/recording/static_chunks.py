@@ -13,6 +13,7 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
+from vrx_mj.arrays import ByteArray
 from vrx_mj.recording.motion_chunks import FADES, WIND_HEIGHT, sea_triangles, times, wake_path
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
@@ -143,7 +144,7 @@ def mesh(surfaces: Sequence[Surface]) -> rr.Mesh3D:
     )
 
 
-def color(rgba: Sequence[float]) -> npt.NDArray[np.uint8]:
+def color(rgba: Sequence[float]) -> ByteArray:
     """Colour 0 to 1 as bytes."""
     return np.round(np.clip(rgba, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
 
@@ -240,7 +241,7 @@ def named_series(
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[tuple[int, int, int]]) -> npt.NDArray[np.uint8]:
+def shaded(colors: Sequence[tuple[int, int, int]]) -> ByteArray:
     """Every second series of one boat darker."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []

@@ -12,10 +12,10 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import gate_rows, stands_of
 from vrx_mj.recording.course_chunks import (
     FATES,
@@ -51,7 +51,6 @@ __all__ = [
     "words",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Ends = Sequence[tuple[Stand, Stand]]
 """Of gates: their buoys."""
 Maker = Callable[[Sequence[Any]], Any]

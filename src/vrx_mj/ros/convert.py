@@ -14,7 +14,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.companies import Company, columns_in
 from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
 from vrx_mj.recording.readings import RecordedReadings
-from vrx_mj.recording.session import check_columns
+from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.ros.bags import COMMAND, Bag
 from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.offer import Output

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.recording.reader import Record, read_record
@@ -45,8 +45,7 @@ __all__ = [
     "write_video",
 ]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
+Picture = ByteArray
 VIEWS = ("both", "chase", "above")
 """From where a video is seen; both: behind a boat, with the view from above in a corner."""
 SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}

@@ -8,6 +8,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.mjcf.drawing import drawing_model

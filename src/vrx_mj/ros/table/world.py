@@ -9,8 +9,8 @@ from functools import cache, lru_cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from vrx_mj.draw.map import map_of
-from vrx_mj.drive.helm.engines import engines_of
+from vrx_mj.draw.map_scene import map_of
+from vrx_mj.drive.pilot import engines_of
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.offer import Input, Output, Service
@@ -31,7 +31,7 @@ def chart_output(host: Host) -> Output:
 
     Lengths in m, angles in rad, world frame: `name`, `cmd_vel` (what it commands: thrust or velocity), `shore` (rings,
     the land on their left), `docks`, `objects`, `course` (places that the task names, x, y and heading) and `boats`,
-    each with its engines as `drive.helm` has them. Nothing in it is hidden from a team by its task.
+    each with its engines as `drive.pilot` has them. Nothing in it is hidden from a team by its task.
     """
 
     @lru_cache(maxsize=1)
