@@ -1,6 +1,7 @@
 """The commands that sail, look and check; `vrx_mj.cli.index` names them."""
 
 import errno
+import itertools
 import json
 import os
 from pathlib import Path
@@ -9,12 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
-from vrx_mj.cli.screen import print_summary, to_open
-from vrx_mj.errors import CommandError, RecordError
+from vrx_mj.cli.screen import print_summary, program, score_line, to_open
+from vrx_mj.errors import CommandError, RecordError, VrxError
+from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
+    from vrx_mj.recording.rescoring import Scored
     from vrx_mj.runtime.run import Summary
 
+DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
+DEMO_NAME = "vrx-mj-demo"
+"""Name of the recording in the current folder, without its suffix and the number that distinguishes later ones."""
 World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
 Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 Nudge = Annotated[
@@ -337,3 +343,92 @@ def _fleets_measured() -> list[dict[str, Any]]:
     rows = fleet_table()
     print_fleet_table(rows)
     return rows
+
+
+def score(
+    recording: Annotated[Path, typer.Argument(help="A recording (.rrd) of a world with a task.")],
+    events: Annotated[bool, typer.Option("--events", help="Print the referee's messages too.")] = False,
+) -> None:
+    """Score a recording again, with the task's own rules. The score equals that of the run.
+
+    Example: vrx-mj score run.rrd
+    """
+    from vrx_mj.recording.rescoring import rescore
+
+    scored = rescore(recording)
+    for time, text, level in scored.events if events else ():
+        typer.echo(f"{time:8.2f} s  {level:5}  {text}")
+    typer.echo(_score_text(scored))
+
+
+def _score_text(scored: "Scored") -> str:
+    from vrx_mj.tasks.meaning import MEANINGS
+
+    referee, sheet = scored.referee, scored.sheet
+    meaning = MEANINGS[referee.type]
+    return score_line(
+        referee.name, sheet.phase, sheet.score, meaning.unit, meaning.better, sheet.collisions, sheet.timed_out
+    )
+
+
+def demo(
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The recording; default: a new vrx-mj-demo.rrd here.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Simulated seconds.")] = 45.0,
+    open_: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open the recording in the viewer, where there is a display.")
+    ] = True,
+) -> None:
+    """Sail three boats into a recording, and open it in the viewer.
+
+    The boats of fleet trio turn on example_course under steady thrust. The recording is a new file: earlier ones are
+    kept. Without a display the last line says how to open it. Ctrl-C keeps what has been recorded.
+
+    Example: vrx-mj demo
+    """
+    from vrx_mj.cli.sailing import sail
+
+    file = _free_name(output)
+    typer.echo(
+        f"world {DEMO_WORLD}, fleet {DEMO_FLEET}, {duration:g} s, thrust {DEMO_THRUST}; recording: {file.absolute()}",
+        err=True,
+    )
+    result = sail(DEMO_WORLD, DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=DEMO_THRUST)
+    typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {result.real_time_factor:.0f} x real time")
+    typer.echo("the same by hand: " + by_hand(file, duration))
+    if result.interrupted:
+        typer.echo(f"interrupted; {to_open(file)}")
+        raise SystemExit(1)
+    from vrx_mj.drive.display import has_display
+
+    shown = has_display()
+    if not (open_ and shown):
+        typer.echo(to_open(file) if shown else f"no display here; {to_open(file)}")
+        return
+    from vrx_mj.recording import open_viewer
+
+    typer.echo("opening the viewer: close its window or press Ctrl-C to end")
+    raise SystemExit(open_viewer(file))
+
+
+def by_hand(file: Path, duration: float) -> str:
+    """The command that makes this recording."""
+    words = f"{program()} run {DEMO_WORLD} --fleet {DEMO_FLEET} --thrust {DEMO_THRUST} --duration {duration:g} --record"
+    return f"{words} {shell_word(str(file))}"
+
+
+def _free_name(output: Path | None) -> Path:
+    """The file that was asked for, or one in the current folder; never one that exists.
+
+    Raises:
+        VrxError: it exists, or cannot be written.
+    """
+    if output is not None and output.exists():
+        raise VrxError(f"{output} exists: choose another name, or remove it")
+    names = (Path(f"{DEMO_NAME}{f'-{number}' if number > 1 else ''}.rrd") for number in itertools.count(1))
+    file = output or next(name for name in names if not name.exists())
+    with writing("the recording", file):
+        file.touch(exist_ok=False)
+        file.unlink()
+    return file

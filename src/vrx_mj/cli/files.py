@@ -2,18 +2,21 @@
 
 import fnmatch
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
+
+    from vrx_mj.config.boats import Boat, Thruster
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
@@ -50,7 +53,7 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
         for name in members:
             yield _line(kind, name, known[name], verbose=verbose)
             if verbose and kind == "robots":
-                yield from _commands(name)
+                yield from (f"  {line}" for line in command_lines(name))
 
 
 def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
@@ -60,11 +63,44 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
     return f"{name}{about}" if ours else f"{name}{about}  ({file})"
 
 
-def _commands(robot: str) -> Iterator[str]:
-    """What commands a robot takes, a line for each profile of physics."""
-    from vrx_mj.cli.robot_commands import command_lines
+def command_lines(robot: str) -> Iterator[str]:
+    """For each profile a line about the commands of a robot with its first layout; none if it cannot be built."""
+    from vrx_mj.config.build import Order, build_boat
+    from vrx_mj.config.profiles import Profile
 
-    yield from (f"  {line}" for line in command_lines(robot))
+    for profile in get_args(Profile):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", VrxWarning)
+                boat = build_boat(Order(robot, profile=profile))
+        except VrxError:
+            return
+        shown = "; ".join((*_thrusts(boat), *_angles(boat)))
+        yield f"{profile}: {shown}" if shown else f"{profile}: no commands"
+
+
+def _thrusts(boat: "Boat") -> Iterator[str]:
+    """Thrusters that are alike together."""
+    pushing = [thruster for thruster in boat.thrusters if thruster.rudder is None]
+    for text, group in groupby(pushing, key=_thrust):
+        yield f"{', '.join(thruster.name for thruster in group)} {text}"
+
+
+def _thrust(thruster: "Thruster") -> str:
+    drive = thruster.drive
+    ahead, astern = drive.max_force_forward, -drive.max_force_reverse
+    lasts = f"for {drive.timeout:g} s" if drive.timeout > 0 else "until the next command"
+    if drive.mapping == "newtons":
+        return f"{-astern:g} to {ahead:g} N, {lasts}"
+    limit = drive.max_command
+    return f"{-limit:g} to {limit:g} of full power, which is at most {ahead:g} N ahead and {astern:g} N astern, {lasts}"
+
+
+def _angles(boat: "Boat") -> Iterator[str]:
+    steered = [thruster for thruster in boat.thrusters if thruster.drive.max_angle > 0]
+    for angle, group in groupby(steered, key=lambda thruster: thruster.drive.max_angle):
+        names = ", ".join(f"{thruster.name}_angle" for thruster in group)
+        yield f"{names} {-angle:.4g} to {angle:.4g} rad"
 
 
 def _tasks(*, verbose: bool) -> Iterator[str]:

@@ -29,7 +29,7 @@ class Entry(NamedTuple):
 
 
 COMMANDS = {
-    "demo": Entry("Sail", "demo:demo", "Sail three boats into a recording, and open it in the viewer."),
+    "demo": Entry("Sail", "commands:demo", "Sail three boats into a recording, and open it in the viewer."),
     "run": Entry("Sail", "commands:run", "Sail a world, and print where the boats end and how the task is scored."),
     "view": Entry("Sail", "commands:view", "Watch a world live, and drive its boats with the keyboard."),
     "new": Entry("Sail", "commands:new", "Copy a commented start file into the current folder."),
@@ -37,13 +37,13 @@ COMMANDS = {
     "list": Entry("Look", "commands:list_", "List worlds, fleets, robots, objects, docks or tasks."),
     "map": Entry("Look", "commands:map_", "Draw a world as seen from above."),
     "replay": Entry("Look", "commands:replay", "Open a recording in rerun's viewer, or draw a video of it."),
-    "score": Entry("Look", "scoring:score", "Score a recording again, with the task's own rules."),
+    "score": Entry("Look", "commands:score", "Score a recording again, with the task's own rules."),
     "compare": Entry("Look", "commands:compare", "Compare the motion in two recordings, to the last bit."),
     "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
     "doctor": Entry("Check", "commands:doctor", "Check what is installed and what works on this machine."),
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
     "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
-    "teleop": Entry("ROS", "teleop:teleop", "Drive a boat of a served world."),
+    "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
     "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag."),
     "ros": Entry("ROS", "ros:app", "Write the message packages that ROS 1 programs need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),

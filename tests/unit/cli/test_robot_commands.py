@@ -2,8 +2,7 @@
 
 import pytest
 
-from vrx_mj.cli.files import listing
-from vrx_mj.cli.robot_commands import command_lines
+from vrx_mj.cli.files import command_lines, listing
 
 TOLD = {
     "wamv": (
