@@ -362,12 +362,12 @@ def score(
 
 
 def _score_text(scored: "Scored") -> str:
-    from vrx_mj.tasks.meaning import MEANINGS
+    from vrx_mj.tasks.registry import TASK_KINDS
 
-    referee, sheet = scored.referee, scored.sheet
-    meaning = MEANINGS[referee.type]
+    referee, status = scored.referee, scored.status
+    meaning = TASK_KINDS[referee.type]
     return score_line(
-        referee.name, sheet.phase, sheet.score, meaning.unit, meaning.better, sheet.collisions, sheet.timed_out
+        referee.name, status.phase, status.score, meaning.unit, meaning.better, status.collisions, status.timed_out
     )
 
 

@@ -18,7 +18,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.displays import RGB
 from vrx_mj.draw.course import Course, Light, course_of, zone_corners
 from vrx_mj.recording.static_chunks import static
-from vrx_mj.tasks.frame import Stand
+from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 
 __all__ = [
@@ -115,7 +115,7 @@ def gate_chunks(count: int) -> Iterator[Chunk]:
     yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, radii=[0.2], show_labels=True))
 
 
-def gate_lines(left: Stand, right: Stand) -> list[FloatArray]:
+def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
     """A bar between a gate's buoys, and the shaft and the head of an arrow in the direction in which to cross it."""
     gate = gate_between(left, right)
     along = np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])

@@ -9,11 +9,10 @@ from pathlib import Path
 from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.reader import FRAMES, Record, read_record
 from vrx_mj.runtime.state import State
-from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.layout import FrameLayout
+from vrx_mj.tasks.frame import Frame, FrameLayout
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.sheet import Sheet
+from vrx_mj.tasks.status import TaskStatus
 
 __all__ = ["Scored", "rescore", "restore_referee", "scored_frames"]
 
@@ -28,15 +27,15 @@ class Scored:
     """Of all the recording: time [s], text, level."""
 
     @property
-    def sheet(self) -> Sheet:
+    def status(self) -> TaskStatus:
         """Phase, times, collisions and score at the end."""
-        return self.referee.sheet
+        return self.referee.status
 
 
 def rescore(source: str | Path | Record) -> Scored:
     """Have a task's referee look at a recording: the score is that of the run, to the last bit.
 
-    A recording that began in the middle of a run goes on from the sheet that the run had then.
+    A recording that began in the middle of a run goes on from the status that the run had then.
 
     Raises:
         RecordError: the file is no recording, or one of a world without a task.

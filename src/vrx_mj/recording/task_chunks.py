@@ -16,7 +16,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course import gate_rows, stands_of
+from vrx_mj.draw.course import gate_rows, poses_of
 from vrx_mj.recording.course_chunks import (
     FATES,
     GATES,
@@ -31,11 +31,9 @@ from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.reader import FRAMES
 from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.static_chunks import static
-from vrx_mj.tasks.frame import Frame, Message, Stand
-from vrx_mj.tasks.layout import FrameLayout
-from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.frame import Frame, FrameLayout, Message, Pose
 from vrx_mj.tasks.referee import Referee
-from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks.registry import TASK_KINDS, make_referee
 
 __all__ = [
     "MARKS",
@@ -51,7 +49,7 @@ __all__ = [
     "words",
 ]
 
-Ends = Sequence[tuple[Stand, Stand]]
+Ends = Sequence[tuple[Pose, Pose]]
 """Of gates: their buoys."""
 Maker = Callable[[Sequence[Any]], Any]
 """From the values of an entity's rows to rerun's columns."""
@@ -73,7 +71,7 @@ def task_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
     """Names and colours of the plot's series, if the world has a task."""
     task = parameters.get("task")
     if task:
-        meaning = MEANINGS[task["type"]]
+        meaning = TASK_KINDS[task["type"]]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter
         colors = [SCORE_COLOR, HITS_COLOR]
@@ -145,34 +143,34 @@ class TaskChunks:
             restore_referee(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
-            self._draw(self._begun, stands_of(self._parameters))
+            self._draw(self._begun, poses_of(self._parameters))
             self._tell(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
         """Have the referee look, and take note of what has changed."""
-        phase = self._referee.sheet.phase
+        phase = self._referee.status.phase
         self._referee.look(frame)
         self._marks.look(time, self._referee)
         self._now = time
-        self._draw(time, frame.stands)
-        self._tell(time, at_once=self._referee.sheet.phase != phase)
+        self._draw(time, frame.poses)
+        self._tell(time, at_once=self._referee.status.phase != phase)
 
-    def _draw(self, time: float, stands: Mapping[str, Stand]) -> None:
+    def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
         """Gates, bays and circles where they have changed."""
         progress = self._referee.progress
         if "gates" in progress:
-            self._draw_gates(time, stands, progress["gates"])
+            self._draw_gates(time, poses, progress["gates"])
         if "bay" in progress:
             colors = [bay_color(bay, progress) for bay in self._task["bays"]]
             self._change(bays_path(self._task), strip_colors, time, colors)
         for animal in progress.get("animals", ()):
             self._change(animal_path(animal["name"]), strip_colors, time, [animal_color(animal)])
 
-    def _draw_gates(self, time: float, stands: Mapping[str, Stand], fates: Sequence[str]) -> None:
+    def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(stands[row["left"]], stands[row["right"]]) for row in gate_rows(self._task)]
+        ends = [(poses[row["left"]], poses[row["right"]]) for row in gate_rows(self._task)]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
             return
@@ -183,9 +181,9 @@ class TaskChunks:
 
     def _tell(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
-        sheet = self._referee.sheet
+        status = self._referee.status
         if at_once or self._due(PLOT, time, PLOT_EVERY):
-            self._change(PLOT, scalar_columns, time, (sheet.score, sheet.collisions))
+            self._change(PLOT, scalar_columns, time, (status.score, status.collisions))
         if at_once or self._due(WORDS, time, WORDS_EVERY):
             self._change(WORDS, text_columns, time, words(self._task, self._referee))
 
@@ -248,17 +246,17 @@ GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "�
 
 def words(task: Mapping[str, Any], referee: Referee) -> str:
     """Phase, score, collisions and parts of a task, in Markdown."""
-    sheet, meaning = referee.sheet, MEANINGS[task["type"]]
+    status, meaning = referee.status, TASK_KINDS[task["type"]]
     clock = {
-        "initial": f"ready at {sheet.ready_time:g} s",
-        "ready": f"runs from {sheet.running_time:g} s",
-        "running": f"{sheet.remaining:.0f} s left",
-        "finished": ("time is up" if sheet.timed_out else "done") + f" after {sheet.elapsed:.1f} s",
-    }[sheet.phase]
-    hits = f"collisions **{sheet.collisions}**"
+        "initial": f"ready at {status.ready_time:g} s",
+        "ready": f"runs from {status.running_time:g} s",
+        "running": f"{status.remaining:.0f} s left",
+        "finished": ("time is up" if status.timed_out else "done") + f" after {status.elapsed:.1f} s",
+    }[status.phase]
+    hits = f"collisions **{status.collisions}**"
     lines = [
-        f"**{referee.name}: {sheet.phase}**, {clock}",
-        f"score **{sheet.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
+        f"**{referee.name}: {status.phase}**, {clock}",
+        f"score **{status.score:.2f} {meaning.unit}**, the {meaning.better} the better; {hits}",
         *_parts(referee.progress),
     ]
     return "\n\n".join(lines)
@@ -313,7 +311,7 @@ class TaskMarks:
     """Marks of a task, and the lines that its referee does not say: gates missed, and changes of a score of points."""
 
     def __init__(self, task: Mapping[str, Any]) -> None:
-        self._points = MEANINGS[task["type"]].unit == "points"
+        self._points = TASK_KINDS[task["type"]].unit == "points"
         self._gates = ["ahead"] * len(gate_rows(task))
         self._score = 0.0
         self._marks: list[Mark] = []
@@ -322,7 +320,7 @@ class TaskMarks:
     def take_up(self, referee: Referee) -> None:
         """Begin in the middle of a run."""
         self._gates = list(referee.progress.get("gates", ()))
-        self._score = referee.sheet.score
+        self._score = referee.status.score
 
     def look(self, time: float, referee: Referee) -> None:
         """See what has changed at `time` [s]."""
@@ -332,7 +330,7 @@ class TaskMarks:
                 self._marks.append((time, "gates passed" if fate == "crossed" else "gates missed"))
             if fate != before and fate == "missed":
                 self._lines.append((time, f"gate {number} of {len(now)} missed", "WARN"))
-        score = referee.sheet.score
+        score = referee.status.score
         if self._points and score != self._score:
             self._marks.append((time, "score changes"))
             self._lines.append((time, f"score {score:g} points, {score - self._score:+g}", "INFO"))
@@ -352,7 +350,7 @@ def legend_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
     """Names, colours and shapes of the marks that a world may have."""
     task = parameters.get("task") or {}
     gates = bool(task) and bool(gate_rows(task))
-    points = bool(task) and MEANINGS[task["type"]].unit == "points"
+    points = bool(task) and TASK_KINDS[task["type"]].unit == "points"
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
     for kind, (color, shape) in KINDS.items():
         if shown[kind]:

@@ -15,7 +15,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.companies import Company, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
-from vrx_mj.tasks.meaning import MEANINGS
+from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = ["Footage", "Instant", "Standing"]
 
@@ -116,9 +116,11 @@ class Footage:
         task: Mapping[str, str] | None = self.recorded.companies[0].parameters.get("task")
         if task is None:
             return ()
-        unit = MEANINGS[task["type"]].unit
+        unit = TASK_KINDS[task["type"]].unit
         return tuple(
-            Standing(time, one.name, one.sheet.phase, one.sheet.score, unit, one.sheet.collisions, one.sheet.remaining)
+            Standing(
+                time, one.name, one.status.phase, one.status.score, unit, one.status.collisions, one.status.remaining
+            )
             for time, one in scored_frames(self.recorded)
         )
 
