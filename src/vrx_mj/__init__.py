@@ -39,7 +39,7 @@ _HOMES = {
     "World": "mjcf.world",
     "compare": "recording",
     "compile_world": "mjcf.compile",
-    "progress": "recording.progress_bar",
+    "progress": "recording.notebook",
     "read_record": "recording",
     "record": "recording",
     "resume": "recording",

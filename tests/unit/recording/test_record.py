@@ -282,7 +282,7 @@ def test_nothing_of_rerun_is_loaded_before_it_is_used():
 
 
 def test_blueprint_that_cannot_be_added_is_a_warning(tmp_path, monkeypatch):
-    monkeypatch.setattr("vrx_mj.recording.viewer.viewer_binary", lambda: Path(sys.executable))
+    monkeypatch.setattr("vrx_mj.recording.writer.viewer_binary", lambda: Path(sys.executable))
     with pytest.warns(UserWarning, match="rerun cannot finish"):
         path = recorded_run.record_run(tmp_path / "run.rrd", 1.0)
     record = read_record(path)
