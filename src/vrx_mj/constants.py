@@ -1,7 +1,8 @@
-"""Constants of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
+"""Constants of time, and of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
 
 __all__ = [
     "DOCK_CELL",
+    "EARLY",
     "GRAVITY",
     "HULL_GRAVITY",
     "SPECTRUM_GRAVITY",
@@ -29,3 +30,6 @@ DOCK_CELL = 2.0
 
 SHORTEST_STEP, LONGEST_STEP = 1e-6, 0.02
 """Bounds of a world's physics step [s]: a hull's roll, of period 0.42 s, diverges at longer ones."""
+
+EARLY = 1e-6
+"""By how much something may come too early [s]: time is a sum of steps, each rounded, 1e-8 s off after 700 s."""

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.constants import EARLY
 from vrx_mj.control.cameras import camera_ahead, cutout, mounting
 from vrx_mj.control.clusters import Cluster, banks, leveled, standing_free
 from vrx_mj.control.guidance import Point, wrapped
 from vrx_mj.control.lights import OFF, lamp_color, sequence
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.placards import Face, FaceMap, faces, symbol_in
+from vrx_mj.runtime.timing import Pause
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
@@ -101,7 +103,7 @@ class DockLookout:
     def __init__(self) -> None:
         self._map, self._towers = FaceMap(), list[Tower]()
         self._banks: dict[tuple[int, int], float] = {}
-        self._next_look = self._next_picture = -math.inf
+        self._look_pause, self._picture_pause = Pause(EARLY), Pause(EARLY)
 
     @property
     def faces(self) -> list[Face]:
@@ -122,9 +124,9 @@ class DockLookout:
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, near_only: bool = False) -> None:
         """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
         lidar = sensor_named(boat, "lidar")
-        if lidar is None or t < self._next_look - 1e-6:
+        if lidar is None or not self._look_pause.is_over(t):
             return
-        self._next_look = t + PERIOD
+        self._look_pause.begin(t, PERIOD)
         reading = boat.sensors[lidar]
         points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else REACH)
         self._map.see((seen.x, seen.y), faces(points))
@@ -135,7 +137,7 @@ class DockLookout:
         for cluster in free:
             self._note_tower(cluster, seen)
         self._drop_towers(wide, seen)
-        if t >= self._next_picture - 1e-6:
+        if self._picture_pause.is_over(t):
             self._read(boat, seen, t)
 
     def watch(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> list[str] | None:
@@ -187,7 +189,7 @@ class DockLookout:
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return
-        self._next_picture = t + READING
+        self._picture_pause.begin(t, READING)
         reading = boat.sensors[camera]
         for face in signs:
             window = cutout(reading, seen, (face.x, face.y, PANEL_HEIGHT), PANEL)

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vrx_mj.constants import EARLY
 from vrx_mj.control.buoy_map import WIDEST, Buoy, BuoyMap, kind_of
 from vrx_mj.control.cameras import camera_ahead, intrinsics, mounting
 from vrx_mj.control.clusters import banks, leveled, standing_free
 from vrx_mj.control.guidance import Point
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import look_at, project
+from vrx_mj.runtime.timing import Pause
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
@@ -46,15 +48,14 @@ class Lookout:
         self.map = BuoyMap()
         self.banks: list[Point] = []
         """Where something wide is near by [m], as a shore."""
-        self._period = period
-        self._next = -math.inf
+        self._period, self._pause = period, Pause(EARLY)
 
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
         """Look, if it is time to, and for `colors`, too, if they matter; tells whether it was."""
         lidar = sensor_named(boat, "lidar")
-        if t < self._next - 1e-6 or lidar is None:
+        if lidar is None or not self._pause.is_over(t):
             return False
-        self._next = t + self._period
+        self._pause.begin(t, self._period)
         reading = boat.sensors[lidar]
         if not hasattr(reading.data, "points"):
             return False

@@ -13,6 +13,7 @@ from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import project
 from vrx_mj.control.sightings import OLD, SYDNEY, Blob, blobs, kind_of
 from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.runtime.timing import Pause
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
@@ -113,14 +114,14 @@ class Perceiver(Skipper):
 
     def begin(self) -> None:
         """Forget what was seen, at the start of a run."""
-        self._next = -math.inf
+        self._pause = Pause()
         self._sights: list[Sight] = []
 
     def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
         """Take a picture, if one is due, and report what is new."""
-        if task.get("state") != "running" or t < self._next:
+        if task.get("state") != "running" or not self._pause.is_over(t):
             return
-        self._next = t + PERIOD
+        self._pause.begin(t, PERIOD)
         camera = camera_ahead(boat)
         if camera is None:
             return

@@ -22,6 +22,7 @@ from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.recording.static_chunks import boat_chunks, still_chunks
 from vrx_mj.recording.writer import APPLICATION, viewer_binary
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.timing import Pause
 
 __all__ = ["LOOPBACK", "Browser", "Server", "free_port"]
 
@@ -39,7 +40,7 @@ class Browser:
         self._views = blueprint_bytes(self._scene, APPLICATION)
         self._server = Server()
         self._stream: rr.RecordingStream | None = None
-        self._shown, self._due, self._others_due = -1.0, 0.0, 0.0  # simulated, wall, wall time [s]
+        self._shown, self._fleet_pause, self._others_pause = -1.0, Pause(), Pause()
         self._boat = ""
         try:
             self._begin()
@@ -68,8 +69,9 @@ class Browser:
     def show(self, session: Session) -> None:
         """Send the present moment where that is due."""
         sim, now = session.sim, self._clock()
-        if sim.time > self._shown and now >= self._due:
-            self._shown, self._due = sim.time, now + FLEET_PERIOD
+        if sim.time > self._shown and self._fleet_pause.is_over(now):
+            self._shown = sim.time
+            self._fleet_pause.begin(now, FLEET_PERIOD)
             self._send(sim, now)
         if session.pilot.boat != self._boat:
             self._boat = session.pilot.boat
@@ -79,8 +81,8 @@ class Browser:
     def _send(self, sim: Simulation, now: float) -> None:
         row = sim.row()[None]
         rr.send_chunks(self._fleet(row), recording=self._stream)
-        if now >= self._others_due:
-            self._others_due = now + OTHERS_PERIOD
+        if self._others_pause.is_over(now):
+            self._others_pause.begin(now, OTHERS_PERIOD)
             others = itertools.islice(self._others(row), 1, None)  # the exact rows are sent already
             rr.send_chunks(others, recording=self._stream)
 
@@ -102,7 +104,9 @@ class Browser:
         rr.send_chunks(boat_chunks(self._scene), recording=self._stream)
         self._fleet = MovingChunks(_only(self._scene, boats=True))
         self._others = MovingChunks(_only(self._scene, boats=False))
-        self._shown, self._due, self._others_due, self._boat = -1.0, 0.0, 0.0, ""
+        self._shown, self._boat = -1.0, ""
+        self._fleet_pause.end()
+        self._others_pause.end()
 
     def _end(self) -> None:
         if self._stream is not None:

@@ -16,6 +16,7 @@ from vrx_mj.drive.pilot import Pilot, engines_of
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.runtime.timing import stride_of
 
 __all__ = ["PACES", "Console", "Pacer", "Screen", "Session", "watch"]
 
@@ -93,7 +94,7 @@ class Session:
         self.pilot = Pilot({name: engines_of(sim.world, name) for name in sim.boats}, boat or sim.boats[0])
         self._controller = controller
         self._clock = clock
-        self._slice = max(1, round(1.0 / (CONTROL_RATE * sim.timestep)))
+        self._slice = stride_of(CONTROL_RATE, sim.timestep)
         self._steps = 0
         self.resets = 0
         """How often time began again."""

@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, Self, TextIO
 
+from vrx_mj.runtime.timing import Pause
+
 __all__ = ["HELP", "OURS", "Driven", "Terminal", "status_lines", "terminal_keys", "window_key"]
 
 STATUS_PERIOD = 0.2
@@ -37,7 +39,7 @@ class Terminal:
     ) -> None:
         self._stdin = sys.stdin if stdin is None else stdin
         self._stderr = sys.stderr if stderr is None else stderr
-        self._clock, self._due, self._lines = clock, 0.0, 0
+        self._clock, self._pause, self._lines = clock, Pause(), 0
         self._before: Any = None
 
     @property
@@ -61,10 +63,11 @@ class Terminal:
     def show(self, driven: Driven) -> None:
         """Renew the status, where somebody sees it: the cursor stays on its first line."""
         now = self._clock()
-        if now < self._due or not self._stderr.isatty():
+        if not self._pause.is_over(now) or not self._stderr.isatty():
             return
         lines = status_lines(driven.status(), _columns(self._stderr))
-        self._due, self._lines = now + STATUS_PERIOD, len(lines)
+        self._lines = len(lines)
+        self._pause.begin(now, STATUS_PERIOD)
         back = f"\x1b[{len(lines) - 1}A" if len(lines) > 1 else ""
         text = f"{END_LINE}\n".join(lines)
         self._stderr.write(f"\r{text}{END_SCREEN}{back}")
@@ -75,7 +78,7 @@ class Terminal:
         before = f"\r{END_SCREEN}" if self._lines and self._stderr.isatty() else ""
         self._stderr.write(f"{before}{text}\n")
         self._stderr.flush()
-        self._due = 0.0
+        self._pause.end()
 
     def __enter__(self) -> Self:
         if _foreground(self._stdin):

@@ -13,7 +13,7 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.tasks.frame import EARLY
+from vrx_mj.runtime.timing import Schedule
 
 __all__ = ["Autopilot", "HeldThrust", "parse_formation"]
 
@@ -38,14 +38,14 @@ class Autopilot:
         self._orders: dict[str, _VelocityOrder] = {}
         self._keepers: dict[str, VelocityKeeper] = {}
         self._formation: Formation | None = None
-        self._number = -1
+        self._schedule = Schedule()
 
     def bind(self) -> None:
         """Boats came or went, or time began anew."""
         here = set(self._sim.boats)
         self._orders = {boat: order for boat, order in self._orders.items() if boat in here}
         self._keepers.clear()
-        self._number = -1
+        self._schedule = Schedule()
         leader = self._formation.leader.name if self._formation else None
         if leader is not None and leader not in here:
             self._formation = None
@@ -85,10 +85,8 @@ class Autopilot:
     def steer(self) -> None:
         """Command the boats, if it is time."""
         time = self._sim.time
-        number = math.floor((time + EARLY) * CONTROL_RATE)
-        if number == self._number or not (self._orders or self._formation):
+        if not (self._orders or self._formation) or not self._schedule.take("steer", CONTROL_RATE, time):
             return
-        self._number = number
         seen = self._sim.observe()
         self._orders = {boat: order for boat, order in self._orders.items() if time < order.expires}
         for boat, order in self._orders.items():

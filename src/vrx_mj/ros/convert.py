@@ -23,8 +23,8 @@ from vrx_mj.ros.table.boats import command_topic, description
 from vrx_mj.ros.table.host import Bodies, Host, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
+from vrx_mj.runtime.timing import Schedule
 from vrx_mj.sensors.readings import Reading
-from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["convert"]
 
@@ -153,7 +153,7 @@ class Conversion:
         self._recorded, self._bag = recorded, bag
         self._alike = {one.layout: one for one in recorded.companies[::-1]}
         self._known: dict[str, SegmentOutputs] = {}
-        self._numbers: dict[str, int] = {}
+        self._schedule = Schedule()
         self._last: dict[str, bytes] = {}
         self._count = 0
 
@@ -198,7 +198,7 @@ class Conversion:
         for output in told.moving:
             self._output(output, time)
         for boat, topic in told.places.items():
-            if self._is_due(topic, ODOMETRY_RATE, time):
+            if self._schedule.take(topic, ODOMETRY_RATE, time):
                 self._write(topic, ODOMETRY, odometry(told.bodies, boat, time), time)
         for boat in told.moment.boats:
             for name, value in told.moment.commands(boat):
@@ -225,7 +225,7 @@ class Conversion:
 
     def _output(self, output: Output, time: float) -> None:
         """Write an output if it is due; one without a rate, if it is new."""
-        if output.rate > 0.0 and not self._is_due(output.name, output.rate, time):
+        if output.rate > 0.0 and not self._schedule.take(output.name, output.rate, time):
             return
         message = output.make()
         if message is None:
@@ -236,13 +236,6 @@ class Conversion:
                 return
             self._last[output.name] = raw
         self._write(output.name, output.type, message, time, latched=output.latched)
-
-    def _is_due(self, topic: str, rate: float, time: float) -> bool:
-        number = math.floor((time + EARLY) * rate)
-        if number <= self._numbers.get(topic, -1):
-            return False
-        self._numbers[topic] = number
-        return True
 
     def _write(self, topic: str, kind: str, message: Message, time: float, *, latched: bool = False) -> None:
         self._bag.write(topic, kind, message, time, latched=latched)

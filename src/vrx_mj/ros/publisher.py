@@ -1,6 +1,5 @@
 """What goes out: messages made when they are due, and only while somebody listens."""
 
-import math
 from collections.abc import Callable, Sequence
 
 from vrx_mj.errors import SensorError
@@ -9,8 +8,8 @@ from vrx_mj.ros.offer import Output, Sent, Table, Transport
 from vrx_mj.ros.table import CLOCK
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
+from vrx_mj.runtime.timing import Schedule
 from vrx_mj.sensors.readings import Reading
-from vrx_mj.tasks.frame import EARLY
 
 __all__ = ["Publisher"]
 
@@ -27,13 +26,13 @@ class Publisher:
         self._read: dict[tuple[str, str], Subscription] = {}
         self._failed: set[tuple[str, str]] = set()
         self._batch: list[Sent] = []
-        self._numbers: dict[str, int] = {}
+        self._schedule = Schedule()
         self._last: dict[str, tuple[Message, bytes]] = {}
 
     def offer(self, table: Table) -> None:
         """Make messages of this table from now on."""
         self._table = table
-        self._numbers = {name: number for name, number in self._numbers.items() if name in table.outputs}
+        self._schedule.keep(table.outputs)
         self._last = {name: told for name, told in self._last.items() if name in table.outputs}
         for key in [key for key in self._read if key[0] not in self._sim.boats]:
             del self._read[key]  # the simulation ended these itself
@@ -41,7 +40,7 @@ class Publisher:
 
     def begin(self) -> None:
         """Time began anew."""
-        self._numbers.clear()
+        self._schedule = Schedule()
         self._last.clear()
 
     def deliver(self) -> None:
@@ -110,11 +109,8 @@ class Publisher:
         return now != told
 
     def _is_due(self, output: Output, time: float) -> bool:
-        number = math.floor((time + EARLY) * (output.rate or NEWS_RATE))
-        if number <= self._numbers.get(output.name, -1):
-            return False
-        self._numbers[output.name] = number
-        return output.latched or output.name in self._wanted
+        due = self._schedule.take(output.name, output.rate or NEWS_RATE, time)
+        return due and (output.latched or output.name in self._wanted)
 
     def _make(self, output: Output, make: Callable[[], Message | None], time: float) -> None:
         message = make()

@@ -14,6 +14,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.urdf.namespaces import in_namespace
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
@@ -26,7 +27,7 @@ from vrx_mj.ros.table.host import Bodies, CmdVel
 from vrx_mj.ros.table.vrx3 import make_vrx3_table
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.tasks.frame import EARLY
+from vrx_mj.runtime.timing import sample_number, steps_to_time
 
 __all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Level", "Lockstep", "RosServer", "Tell"]
 
@@ -233,8 +234,8 @@ class RosServer:
 
     def _advance(self, most: int = ALL) -> int:
         sim = self.sim
-        then = (math.floor((sim.time + EARLY) * self._clock_rate) + 1) / self._clock_rate
-        steps = min(most, max(1, math.ceil((then - sim.time) / sim.timestep - EARLY)))
+        then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
+        steps = min(most, steps_to_time(then, sim.time, sim.timestep))
         self._autopilot.steer()
         self._held.renew()
         sim.advance(steps)

@@ -20,7 +20,6 @@ from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.divergence import rows_divergence_message
-from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.limits import thread_count
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.rig import Rig
@@ -31,6 +30,7 @@ from vrx_mj.runtime.row_water import RowWater
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.thread_pool import ThreadPool
+from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.warmup import announced
 

@@ -19,7 +19,6 @@ from vrx_mj.runtime.commands import Helm
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
-from vrx_mj.runtime.durations import steps_to_second
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.physics_models import PhysicsModels
 from vrx_mj.runtime.rig import Rig, drawing_model
@@ -29,6 +28,7 @@ from vrx_mj.runtime.state import STATE_VERSION, State, integration_state, set_in
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.thrusters import Thruster, thrusters
+from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
@@ -142,7 +142,7 @@ class LiveWorld:
         self.task_runner.look(self.time, self)
         self.subscriptions.deliver(self.time)
         while left > 0:
-            second = steps_to_second(self.time, timestep)
+            second = steps_to_multiple(self.time, timestep, stride_of(1.0, timestep))
             heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()

@@ -15,12 +15,10 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import StateError
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
+from vrx_mj.runtime.timing import newest_sample, sample_number
 
 __all__ = ["CLOCK", "Moment", "Moments", "capture"]
 
-
-DUE = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded, which is off by 1e-8 s after 700 s."""
 
 FASTEST = 1e6
 """Rate of a clock in a saved state, at most [1/s]."""
@@ -58,7 +56,7 @@ def capture(
     """Let every clock whose next moment is due at `time` [s] catch it; `moments` has shape (clocks, 2, numbers)."""
     for k in range(clocks.size):
         clock = clocks[k]
-        index = math.floor((time + DUE) * clock.rate)
+        index = newest_sample(clock.rate, time)
         if index != clock.index:
             clock.index, clock.slot = index, 1 - clock.slot
             clock.before, clock.time = clock.time, time
@@ -96,7 +94,7 @@ class Moments:
 
     def start(self, rate: float, qpos: FloatArray, qvel: FloatArray, time: float) -> None:
         """Start the clock of a rate [1/s] with the present moment."""
-        clock = np.array([(rate, math.floor((time + DUE) * rate), 0, time, np.nan)], CLOCK)
+        clock = np.array([(rate, sample_number(rate, time), 0, time, np.nan)], CLOCK)
         row = np.zeros((1, *self.caught.shape[1:]))
         row[0, 0] = np.concatenate((qpos, qvel, self.marks))
         self.clocks = np.concatenate((self.clocks, clock))

@@ -8,6 +8,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.runtime.timing import stride_of
 from vrx_mj.tasks.frame import Message
 
 __all__ = ["Listener", "Sampler", "check_listener"]
@@ -73,7 +74,7 @@ class Sampler:
     def add(self, listener: Listener, rate: float) -> None:
         """Sample `rate` rows per simulated second (at most one per step) for a listener."""
         self.drain()
-        self._strides[listener] = max(1, round(1.0 / (rate * self._timestep)))
+        self._strides[listener] = stride_of(rate, self._timestep)
         self._begin()
 
     def resize(self, columns: int) -> None:

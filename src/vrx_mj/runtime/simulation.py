@@ -16,7 +16,6 @@ from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.contacts import ContactWatch, Touch
-from vrx_mj.runtime.durations import MOST_STEPS, whole_steps
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.live_world import LiveWorld, rig_of
 from vrx_mj.runtime.mounted import Mounted
@@ -28,6 +27,7 @@ from vrx_mj.runtime.spawning import Spawning
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.readings import Reading

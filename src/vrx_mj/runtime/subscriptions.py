@@ -13,17 +13,18 @@ from itertools import chain
 from time import perf_counter
 
 from vrx_mj.arguments import as_number, check_kind, check_name
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.contacts import ContactWatch
-from vrx_mj.runtime.moments import DUE
 from vrx_mj.runtime.mounted import Mounted
+from vrx_mj.runtime.timing import sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
 __all__ = ["Subscription", "Subscriptions"]
 
 RATIO = 1e-9
 """By how much a ratio of rates may fall short of a whole number."""
-EARLY = 1e-3
+SHARE = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 NEVER = 1 << 62
 """Steps to the next reading where there are no subscriptions and no watches."""
@@ -49,13 +50,13 @@ class Subscription:
         Of the measurements k = 0, 1, ... those are taken at which k times the rate over the sensor's own reaches the
         next whole number: every n-th where that goes, else n-th and (n+1)-th in turn.
         """
-        measured = math.floor((time + DUE) * self.own)
+        measured = sample_number(self.own, time)
         return math.floor(measured * self.rate / self.own + RATIO)
 
     def steps(self, time: float, timestep: float) -> int:
         """Steps from `time` [s] after which to look whether the next reading is due; never too many."""
         measured = math.ceil((self.number(time) + 1 - RATIO) * self.own / self.rate)
-        return max(1, math.ceil((measured / self.own - DUE - time) / timestep - EARLY))
+        return steps_to_time(measured / self.own - EARLY, time, timestep, SHARE)
 
 
 class Subscriptions:

@@ -18,6 +18,7 @@ from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.timing import steps_to_multiple
 from vrx_mj.tasks.frame import FrameLayout, Message, frame_stride
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
@@ -98,7 +99,7 @@ class TaskRunner:
         """Steps from `time` [s] to the next frame."""
         if self.over:
             return NEVER
-        return self._stride - round(time / self._rig.timestep) % self._stride
+        return steps_to_multiple(time, self._rig.timestep, self._stride)
 
     def look(self, time: float, actions: TaskActions) -> None:
         """Have the referee look at the present, `time` [s], if a frame is due that was not looked at."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 
 __all__ = [
@@ -22,8 +23,6 @@ CODES = (*LIGHT_COLORS, OFF)
 DARK = CODES.index(OFF)
 BEAT, BEATS = 1.0, 5
 """Seconds of a colour, and how many of them make a sequence; the last two are dark. VRX: light_buoy_plugin.cc."""
-EARLY = 1e-6
-"""By how much a beat may come early [s]: time is a sum of rounded steps."""
 SINCE, HELD, UNTIL, NEXT = 3, 4, 5, 6
 """A light's marks after the three colours: when the sequence began [s], what it shows until when [s] before the colours
 are looked at, and which pattern the next shuffle gives."""

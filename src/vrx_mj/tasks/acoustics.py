@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vrx_mj.tasks.frame import EARLY, Frame
+from vrx_mj.constants import EARLY
+from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.status import Count, TaskStatus
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vrx_mj.config.displays import LIGHT_COLORS
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
-from vrx_mj.tasks.frame import EARLY, Frame, Pose
+from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
 from vrx_mj.tasks.status import Phase, Place, TaskStatus
 

@@ -5,14 +5,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["EARLY", "FRAME_RATE", "Frame", "FrameLayout", "Message", "Pose", "frame_stride"]
+__all__ = ["FRAME_RATE", "Frame", "FrameLayout", "Message", "Pose", "frame_stride"]
 
 FRAME_RATE = 20.0
 """Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.
 
 Recordings have rows at the same steps, so that a recording gives the score that the run gave."""
-EARLY = 1e-6
-"""By how much a moment may come early [s]: time is a sum of steps, each rounded."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.frame import EARLY, Frame, Pose
+from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import PlaceObject, PlainRules, TaskContext
 from vrx_mj.tasks.status import Count
 

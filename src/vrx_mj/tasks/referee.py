@@ -16,8 +16,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
-from vrx_mj.tasks.frame import EARLY, Frame, Message
+from vrx_mj.tasks.frame import Frame, Message
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
 from vrx_mj.tasks.status import Phase, TaskStatus
 

@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
-from vrx_mj.tasks.frame import EARLY, Frame, Pose
+from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.gates import Side
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.status import Count, TaskStatus

@@ -15,6 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands
 from vrx_mj.drive.terminal import HELP, Terminal
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
 
 __all__ = ["Bridge", "Helmsman", "Motion", "Scene", "drive", "topics"]
@@ -302,7 +303,7 @@ class Helmsman:
         self._bridge = Bridge(url)
         self._scene = Scene(self._bridge, clock)
         self._told: dict[str, Wheel] = {}
-        self._due = self._retry = -math.inf
+        self._pause, self._retry = Pause(), -math.inf
         try:
             self._greet()
             boats = self._scene.boats or ()
@@ -325,8 +326,8 @@ class Helmsman:
             self._reconnect()
             return
         self._scene.follow()
-        if pressed or self._clock() >= self._due:
-            self._due = self._clock() + PERIOD
+        if pressed or self._pause.is_over(self._clock()):
+            self._pause.begin(self._clock(), PERIOD)
             self._send()
         self._bridge.listen(LOOK)
         self._meet()
