@@ -163,8 +163,8 @@ class _Stage:
         self._data = mujoco.MjData(self._model)
         self._data.qpos[:] = sim.data.qpos
         mujoco.mj_kinematics(self._model, self._data)
-        self._cameras = Cameras(self._model, sim.world.tree)
-        for display in displays_of(sim.world.tree):
+        self._cameras = Cameras(self._model, sim.world.parameters)
+        for display in displays_of(sim.world.parameters):
             codes = CODES if display.kind == "light" else SYMBOLS
             colors = display.colors(codes.index(sim.showing(display.name)))
             self._cameras.paint(

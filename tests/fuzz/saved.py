@@ -19,7 +19,7 @@ from fuzz import junk, markup, raw, trees
 from fuzz.kind import Files, Kind, write
 from fuzz.yaml_files import json_bytes
 from vrx_mj import Batch, Simulation, State, World, compile_world
-from vrx_mj.mjcf.world import _dump
+from vrx_mj.model.world import json_of
 
 NAMES = (
     ("my_course", None),
@@ -53,7 +53,7 @@ def saved() -> tuple[dict[str, bytes], ...]:
     """The files of those worlds."""
     return tuple(
         {
-            "scene.json": _dump(world.tree).encode(),
+            "scene.json": json_of(world.parameters).encode(),
             "scene.xml": world.mjcf.encode(),
             **{f"assets/{name}": content for name, content in world.assets.items()},
         }

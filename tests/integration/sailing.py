@@ -4,11 +4,11 @@ import csv
 import dataclasses
 import json
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 import vrx_mj
+from trees import typed
 
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 CALM = {"model": "none"}
@@ -56,7 +56,7 @@ def edited(world, change):
     """The world with other parameters: `change` edits a copy of the tree."""
     parameters = json.loads(json.dumps(dict(world.tree)))
     change(parameters)
-    return dataclasses.replace(world, tree=MappingProxyType(parameters))
+    return dataclasses.replace(world, parameters=typed(parameters))
 
 
 def added_mass(*values):

@@ -4,6 +4,7 @@ import re
 
 import vrx_mj
 from integration.sailing import boats, water
+from trees import typed
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dConfig, PingerConfig
 from vrx_mj.mjcf.shooters import BALL, ball_name, parked_balls
@@ -36,7 +37,7 @@ def row(boat, config):
 def equipped(world, sensors, **parameters):
     """The world with these sensors on its boats, a list of configurations for each."""
     rows = [row(boat, config) for boat, configs in sensors.items() for config in configs]
-    return make_world(world.mjcf, world.assets, {**world.tree, "sensors": rows, **parameters})
+    return make_world(world.mjcf, world.assets, typed({**world.tree, "sensors": rows, **parameters}))
 
 
 def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
@@ -66,7 +67,7 @@ def _renamed(world, guns):
         mjcf = re.sub(r"<flag ", '<flag sleep="enable" ', mjcf, count=1)
     for new in names.values():
         mjcf = mjcf.replace(f'<body name="{new}/link"', f'<body name="{new}/link" sleep="init"')
-    return make_world(mjcf, world.assets, parameters)
+    return make_world(mjcf, world.assets, typed(parameters))
 
 
 def _body(body, names):

@@ -262,7 +262,7 @@ def test_a_recording_tells_what_was_shown_and_holds_changes_alone(lit, tmp_path)
             lit.advance(20)
     recorded = read_record(tmp_path / "run.rrd")
     rows = recorded.rows[:-1:4]
-    displays = {display.name: display for display in displays_of(lit.world.tree)}
+    displays = {display.name: display for display in displays_of(lit.world.parameters)}
     marks = rows[:, recorded.layout.marks]
     again = [
         tuple(displays[name].shows(mark, time) for name in ("buoy", BOARD))

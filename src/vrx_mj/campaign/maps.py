@@ -226,13 +226,13 @@ Row = dict[str, Any]
 def sketch_of(world: World) -> Row:
     """Shore, docks, objects, boats at their start, and what the task lays out."""
     scene = map_of(world)
-    task = world.tree.get("task")
+    task = world.parameters.task
     shown = {showing.name: (showing.x, showing.y) for showing in scene.course.showings}
     spots = {item.name: shown.get(item.name, (item.x, item.y)) for item in scene.objects}
     return {
         "name": world.name,
-        "description": world.tree["description"],
-        "task": None if task is None else {"type": task["type"], "name": task["name"]},
+        "description": world.parameters.description,
+        "task": None if task is None else {"type": task.type, "name": task.name},
         "shore": [_points(ring) for ring in scene.shore],
         "docks": [
             {"name": dock.name, "cells": _points(dock.cells), "yaw": dock.yaw, "cell": dock.block}

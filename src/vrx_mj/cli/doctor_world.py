@@ -101,7 +101,7 @@ def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
 def _on_land(sim: "Simulation") -> Iterator[str]:
     from vrx_mj.mjcf.afloat import depth_in_land
 
-    shore = sim.world.tree["shoreline"]
+    shore = sim.world.parameters.shoreline
     if not shore:
         return
     import numpy as np

@@ -1,20 +1,24 @@
 """What a task lays out in the world: gates, bays, circles, paths and beacons, for maps and recordings. Plain data."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
+from vrx_mj.model import tasks
+from vrx_mj.model.boats import Boat
+from vrx_mj.model.kinds import Pose as StartPose
+from vrx_mj.model.site import Dock, Object
+from vrx_mj.model.world import Parameters
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.perception import ahead_of
 
 __all__ = [
-    "Animal", "Bay", "Beacon", "Course", "GateBar", "Light", "Path", "Showing", "course_of", "gate_rows", "poses_of",
+    "Animal", "Bay", "Beacon", "Course", "GateBar", "Light", "Path", "Showing", "course_of", "gates_of", "poses_of",
     "symbols_of", "zone_corners",
 ]  # fmt: skip
 
@@ -137,106 +141,111 @@ class Course:
         yield from ((showing.x, showing.y) for showing in self.showings)
 
 
-def course_of(parameters: Mapping[str, Any]) -> Course:
-    """What the task of a world lays out, from the world's parameters; swimmers and lights also where it has no task."""
-    task = parameters.get("task") or {}
-    poses = poses_of(parameters)
+def course_of(world: Parameters) -> Course:
+    """What the task of a world lays out; swimmers and lights also where it has no task."""
+    task, poses = world.task, poses_of(world)
     return Course(
         gates=tuple(_gates(task, poses)),
         bays=tuple(_bays(task, poses)),
-        lights=tuple(_lights(task, parameters, poses)),
+        lights=tuple(_lights(world, poses)),
         animals=tuple(_animals(task, poses)),
-        paths=tuple(_paths(parameters, poses)),
+        paths=tuple(_paths(world, poses)),
         beacons=tuple(_beacons(task, poses)),
         showings=tuple(_showings(task, poses)),
     )
 
 
-def gate_rows(task: Mapping[str, Any]) -> Sequence[Mapping[str, str]]:
-    """The gates of a task, or of its channel, by the names of their buoys."""
-    rows: Sequence[Mapping[str, str]] = (task.get("channel") or task).get("gates", ())
-    return rows
+def gates_of(task: tasks.Task | None) -> tuple[tasks.Gate, ...]:
+    """The gates of a task, or of its channel."""
+    if isinstance(task, tasks.Gymkhana):
+        return task.channel.gates
+    return task.gates if isinstance(task, tasks.Navigation | tasks.FollowPath) else ()
 
 
-def symbols_of(parameters: Mapping[str, Any]) -> dict[str, str]:
-    """What every placard of a world shows, by its name: what the task tells it, or what it shows by itself."""
-    own = {row["name"]: row["symbol"] for row in parameters.get("placards", ())}
-    told = {bay["placard"]: bay["symbol"] for bay in (parameters.get("task") or {}).get("bays", ())}
-    return {name: told.get(name, symbol) for name, symbol in own.items()}
+def symbols_of(world: Parameters) -> dict[str, str]:
+    """What every placard of a world shows, by its name: what the task makes it show, or what it shows by itself."""
+    bays = world.task.bays if isinstance(world.task, tasks.Dock) else ()
+    wanted = {bay.placard: bay.symbol for bay in bays}
+    return {placard.name: wanted.get(placard.name, placard.symbol) for placard in world.placards}
 
 
-def zone_corners(zone: Mapping[str, Sequence[float]]) -> FloatArray:
+def zone_corners(zone: tasks.Box) -> FloatArray:
     """Corners (4, 3) of a zone in its dock's frame, counter-clockwise, at the height of its bottom or of the water."""
-    (x, y, z), (length, width, height) = zone["center"], zone["size"]
+    (x, y, z), (length, width, height) = zone.center, zone.size
     low = max(0.0, z - height / 2.0)
     corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     return np.array([(x + i * length, y + j * width, low) for i, j in corners], np.float64)
 
 
-def poses_of(parameters: Mapping[str, Any]) -> dict[str, Pose]:
+def poses_of(world: Parameters) -> dict[str, Pose]:
     """Where boats, objects and docks are at the start."""
-    rows = [*parameters["objects"], *parameters["docks"], *parameters["boats"]]
-    return {row["name"]: _pose(row["pose"]) for row in rows}
+    things: tuple[Object | Dock | Boat, ...] = (*world.objects, *world.docks, *world.boats)
+    return {thing.name: _pose(thing.pose) for thing in things}
 
 
-def _pose(pose: Sequence[float]) -> Pose:
+def _pose(pose: StartPose) -> Pose:
     x, y, z, *turns = pose
     return Pose(x, y, z, quaternion(*turns))
 
 
-def _gates(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[GateBar]:
-    for number, row in enumerate(gate_rows(task), start=1):
-        left, right = poses[row["left"]], poses[row["right"]]
+def _gates(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[GateBar]:
+    for number, gate in enumerate(gates_of(task), start=1):
+        left, right = poses[gate.left], poses[gate.right]
         yield GateBar(number, (left.x, left.y), (right.x, right.y), gate_between(left, right).yaw)
 
 
-def _bays(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Bay]:
-    for bay in task.get("bays", ()):
-        dock = poses[task["anchor"]]
-        turn = rotation_matrix(np.array(dock.quaternion))
+def _bays(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Bay]:
+    if not isinstance(task, tasks.Dock):
+        return
+    dock = poses[task.anchor]
+    turn = rotation_matrix(np.array(dock.quaternion))
+    for bay in task.bays:
         inside, outside = (
-            zone_corners(bay[zone]) @ turn.T + [dock.x, dock.y, dock.z] for zone in ("internal", "external")
+            zone_corners(zone) @ turn.T + [dock.x, dock.y, dock.z] for zone in (bay.internal, bay.external)
         )
-        yield Bay(bay["name"], bay["symbol"], bay["dock_allowed"], inside, outside)
+        yield Bay(bay.name, bay.symbol, bay.dock_allowed, inside, outside)
 
 
-def _lights(task: Mapping[str, Any], parameters: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Light]:
-    for row in parameters.get("lights", ()):
-        told = task.get("color_sequence") if row["name"] == task.get("light_buoy") else None
-        colors = tuple(str(color).lower() for color in told or row["pattern"])
+def _lights(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Light]:
+    task = world.task
+    asked = {task.light_buoy: task.color_sequence} if isinstance(task, tasks.Dock) else {}
+    for light in world.lights:
+        colors = tuple(color.lower() for color in asked.get(light.name, light.pattern))
         if colors != DARK:
-            yield Light(row["name"], poses[row["name"]].x, poses[row["name"]].y, colors)
+            yield Light(light.name, poses[light.name].x, poses[light.name].y, colors)
 
 
-def _animals(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Animal]:
-    for row in task.get("animals", ()):
-        place = poses[row["name"]]
-        yield Animal(row["name"], row["goal"], place.x, place.y, float(task["engagement_distance"]))
+def _animals(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Animal]:
+    if not isinstance(task, tasks.Wildlife):
+        return
+    for animal in task.animals:
+        place = poses[animal.name]
+        yield Animal(animal.name, animal.goal, place.x, place.y, task.engagement_distance)
 
 
-def _paths(parameters: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Path]:
-    followers = parameters.get("followers", ())
-    for row in parameters.get("floats", ()) if followers else ():
-        number = row.get("follower", -1)
-        if number is None or number < 0:
+def _paths(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Path]:
+    for row in world.floats:
+        if row.follower < 0:
             continue
-        follower, name = followers[number], row["body"].rpartition("/")[0]
-        first = follower["waypoint_start"]
-        rows = parameters["path_points"][first : first + follower["waypoint_count"]]
-        points = np.array([point["position"] for point in rows], np.float64)
-        yield Path(name, (poses[name].x, poses[name].y), points, bool(follower["loop"]))
+        follower, name = world.followers[row.follower], row.body.rpartition("/")[0]
+        first = follower.waypoint_start
+        rows = world.path_points[first : first + follower.waypoint_count]
+        points = np.array([point.position for point in rows], np.float64)
+        yield Path(name, (poses[name].x, poses[name].y), points, bool(follower.loop))
 
 
-def _beacons(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Beacon]:
-    place = task.get("pinger")
-    if isinstance(place, str):
-        yield Beacon(place, poses[place].x, poses[place].y)
-    elif place is not None:
-        name = "black box" if "channel" in task else "beacon"
-        yield Beacon(name, place["x"], place["y"], float(task.get("goal_tolerance", 0.0)))
+def _beacons(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Beacon]:
+    if isinstance(task, tasks.AcousticTracking):
+        yield Beacon(task.pinger, poses[task.pinger].x, poses[task.pinger].y)
+    elif isinstance(task, tasks.Gymkhana):
+        yield Beacon("black box", task.pinger.x, task.pinger.y)
+    elif isinstance(task, tasks.AcousticPerception):
+        yield Beacon("beacon", task.pinger.x, task.pinger.y, task.goal_tolerance)
 
 
-def _showings(task: Mapping[str, Any], poses: Mapping[str, Pose]) -> Iterator[Showing]:
-    for row in task.get("objects", ()):
-        x, y, *_ = ahead_of(poses[task["boat"]], row["pose"])
-        yield Showing(row["name"], row["type"], x, y, row["time"], row["time"] + row["duration"])
+def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Showing]:
+    if not isinstance(task, tasks.Perception):
+        return
+    for item in task.objects:
+        x, y, *_ = ahead_of(poses[task.boat], item.pose)
+        yield Showing(item.name, item.type, x, y, item.time, item.time + item.duration)

@@ -13,6 +13,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import Course, course_of, symbols_of
 from vrx_mj.mjcf.shooters import BALL
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Boat
+from vrx_mj.model.site import Dock, Object
 
 __all__ = [
     "MapBoat",
@@ -118,20 +120,20 @@ class MapScene:
 def map_of(world: World) -> MapScene:
     """The map of a compiled world at its start; CommandError if it is not one."""
     check_kind("map_of", world, World, "a World, as compile_world returns it")
-    values = world.tree
-    fleet = f" with {values['fleet']}" if values["fleet"] not in {"", NO_FLEET} else ""
-    wind, sea = values["wind"], values["sea"]
-    toward = math.degrees(math.atan2(wind["direction"][1], wind["direction"][0])) % 360.0
+    values = world.parameters
+    fleet = f" with {values.fleet}" if values.fleet not in {"", NO_FLEET} else ""
+    wind, sea = values.wind, values.sea
+    toward = math.degrees(math.atan2(wind.direction[1], wind.direction[0])) % 360.0
     model = _model(world)
     return MapScene(
-        title=f"{values['name']}{fleet}",
-        shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values["shoreline"]),
-        docks=tuple(_dock(dock) for dock in values["docks"]),
+        title=f"{values.name}{fleet}",
+        shore=tuple(np.asarray(ring, dtype=np.float64) for ring in values.shoreline),
+        docks=tuple(_dock(dock) for dock in values.docks),
         objects=_objects(world, model),
-        boats=tuple(_boat(boat, i) for i, boat in enumerate(values["boats"])),
-        waypoints=tuple((float(x), float(y), float(yaw)) for x, y, yaw in values["waypoints"]),
-        wind=MapWind(toward, wind["mean"]) if wind["mean"] > 0.0 else None,
-        wave=MapWave(tuple(sea["direction"]), sea["period"], sea["significant_height"]) if sea["waves"] else None,
+        boats=tuple(_boat(boat, i) for i, boat in enumerate(values.boats)),
+        waypoints=values.waypoints,
+        wind=MapWind(toward, wind.mean) if wind.mean > 0.0 else None,
+        wave=MapWave(sea.direction, sea.period, sea.significant_height) if sea.waves else None,
         placards=tuple(_placards(world, model)),
         course=course_of(values),
     )
@@ -141,46 +143,46 @@ def _model(world: World) -> Any:
     """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
     import mujoco
 
-    if not world.tree["objects"] and not world.tree.get("placards"):
+    if not world.parameters.objects and not world.parameters.placards:
         return None
     return mujoco.MjModel.from_xml_string(world.mjcf, assets=dict(world.assets))
 
 
-def _dock(entry: Any) -> MapDock:
-    x, y, *_, yaw = entry["pose"]
-    local = entry["block"] * np.asarray(entry["cells"], dtype=np.float64).reshape(-1, 2)
+def _dock(dock: Dock) -> MapDock:
+    x, y, *_, yaw = dock.pose
+    local = dock.block * np.asarray(dock.cells, dtype=np.float64).reshape(-1, 2)
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    return MapDock(entry["name"], local @ turn.T + [x, y], yaw, entry["block"])
+    return MapDock(dock.name, local @ turn.T + [x, y], yaw, dock.block)
 
 
-def _boat(entry: Any, index: int) -> MapBoat:
-    x, y, *_, yaw = entry["pose"]
-    color = tuple(entry["color"][:3]) if entry["color"] else BOAT_COLORS[index % len(BOAT_COLORS)]
-    return MapBoat(entry["name"], x, y, yaw, color)
+def _boat(boat: Boat, index: int) -> MapBoat:
+    x, y, *_, yaw = boat.pose
+    color = boat.color[:3] if boat.color else BOAT_COLORS[index % len(BOAT_COLORS)]
+    return MapBoat(boat.name, x, y, yaw, color)
 
 
 def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    return tuple(_object(model, item) for item in world.tree["objects"] if item["model"] != BALL)
+    return tuple(_object(model, item) for item in world.parameters.objects if item.model != BALL)
 
 
 def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
     import mujoco
 
-    rows = world.tree.get("placards", ())
+    rows = world.parameters.placards
     if not rows:
         return
-    data, symbols = mujoco.MjData(model), symbols_of(world.tree)
+    data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
     mujoco.mj_kinematics(model, data)
     for row in rows:
-        x, y, _ = data.body(row["body"]).xpos.tolist()
-        yield MapPlacard(row["name"], x, y, symbols[row["name"]])
+        x, y, _ = data.body(row.body).xpos.tolist()
+        yield MapPlacard(row.name, x, y, symbols[row.name])
 
 
-def _object(model: Any, entry: Any) -> MapObject:
-    color, size = _look(model, model.body(entry["body"]).id)
-    x, y = entry["pose"][:2]
-    return MapObject(entry["name"], entry["model"], x, y, color, size, entry["kind"] == "floating")
+def _object(model: Any, item: Object) -> MapObject:
+    color, size = _look(model, model.body(item.body).id)
+    x, y = item.pose[:2]
+    return MapObject(item.name, item.model, x, y, color, size, item.kind == "floating")
 
 
 def _look(model: Any, body: int) -> tuple[Rgb, float]:

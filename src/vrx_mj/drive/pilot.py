@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import mul
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import NEWTONS, RUDDER
 
 if TYPE_CHECKING:
@@ -167,18 +168,18 @@ class Engine:
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     """The thrusters and rudders of a boat that the keys drive."""
     hull = world.boats.index(boat)
-    centre = world.tree["hulls"][hull]["body_com"]
-    engines = (_engine(row, centre) for row in world.tree["thrusters"] if row["hull"] == hull)
+    centre = world.parameters.hulls[hull].body_com
+    engines = (_engine(thruster, centre) for thruster in world.parameters.thrusters if thruster.hull == hull)
     return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
 
 
-def _engine(row: Mapping[str, Any], centre: Sequence[float]) -> Engine:
-    x, y = row["position"][0] - centre[0], row["position"][1]  # hulls are alike on both sides, cargo is not
-    forward, left, _ = (sum(map(mul, line, row["direction"])) for line in row["rotation"])
-    if row["mapping"] == RUDDER:
-        return Engine(row["name"], 0.0, 0.0, x < 0.0, row["max_angle"], rudder=True)
-    full = (row["max_forward"], abs(row["max_reverse"])) if row["mapping"] == NEWTONS else (1.0, 1.0)
-    return Engine(row["name"], forward, x * left - y * forward, x < 0.0, row["max_angle"], False, *full)
+def _engine(row: Thruster, centre: Sequence[float]) -> Engine:
+    x, y = row.position[0] - centre[0], row.position[1]  # hulls are alike on both sides, cargo is not
+    forward, left, _ = (sum(map(mul, line, row.direction)) for line in row.rotation)
+    if row.mapping == RUDDER:
+        return Engine(row.name, 0.0, 0.0, x < 0.0, row.max_angle, rudder=True)
+    full = (row.max_forward, abs(row.max_reverse)) if row.mapping == NEWTONS else (1.0, 1.0)
+    return Engine(row.name, forward, x * left - y * forward, x < 0.0, row.max_angle, False, *full)
 
 
 def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]:

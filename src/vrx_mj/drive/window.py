@@ -127,7 +127,7 @@ class Window:
         with handle.lock():
             handle.cam.distance, handle.cam.elevation = DISTANCE, ELEVATION
             handle.cam.azimuth = float(np.degrees(sim.observe()[sim.boats[0]].heading)) + 20.0
-            handle.user_scn.flags[mujoco.mjtRndFlag.mjRND_FOG] = bool(sim.world.tree["scene"]["fog"])
+            handle.user_scn.flags[mujoco.mjtRndFlag.mjRND_FOG] = sim.world.parameters.scene.fog
         self._visual = _taken(mujoco.mjVISSTRING, handle.opt.flags)
         self._render = _taken(mujoco.mjRNDSTRING, handle.user_scn.flags)
         self._groups = np.array(handle.opt.geomgroup)

@@ -40,6 +40,7 @@ from vrx_mj.mjcf.templates import PREFIX, Piece, render
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, make_world
+from vrx_mj.model.world import FORMAT, parameters_of
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -121,7 +122,7 @@ class _Assembly:
         self._check_wind()
         self._add_balls()
         self._add_task()
-        world = make_world(self._text(), self.assets, self._parameters(seed))
+        world = make_world(self._text(), self.assets, parameters_of(json.dumps(self._parameters(seed)).encode()))
         try:
             mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
         except ValueError as error:
@@ -250,6 +251,7 @@ class _Assembly:
     def _parameters(self, seed: int) -> dict[str, Any]:
         config = self.config
         return {
+            "format": FORMAT,
             "name": config.name,
             "fleet": self.fleet,
             "description": config.description,

@@ -43,7 +43,7 @@ def dock_zones(dock: PlacedDock) -> Row:
       dynamic: whether it floats
     - bays: in their order, each {name, placard, symbol, internal: {center, size}, external: {center, size}}; `placard`
       is the full name of the bay's placard and `symbol` what that shows at the start, None where it has none
-    - placards: {name, pose, symbol, shapes}, `name` as in `World.tree["placards"]`
+    - placards: {name, pose, symbol, shapes}, `name` as in `World.parameters.placards`
     - holes: {bay, size, center, box}, `bay` the name of its bay and `size` big or small
     """
     berths = dock.berths

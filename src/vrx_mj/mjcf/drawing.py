@@ -69,11 +69,11 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
 
 def add_signs(spec: mujoco.MjSpec, world: World) -> None:
     """Add what only pictures show of a world's signs: its markers, and that the panels of light buoys shine."""
-    add_markers(spec, world.tree)
-    lights = world.tree.get("lights", ())
+    add_markers(spec, world.parameters)
+    lights = world.parameters.lights
     if lights:
         spec.add_material(name=LAMP, emission=1.0, specular=0.0)
-    for name in chain.from_iterable(light["geoms"] for light in lights):
+    for name in chain.from_iterable(light.geoms for light in lights):
         spec.geom(name).material = LAMP
 
 

@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -34,7 +33,8 @@ from vrx_mj.mjcf.scored import Touch
 from vrx_mj.mjcf.shooters import ball_name, ball_names, spare_ball
 from vrx_mj.mjcf.templates import PREFIX, Piece, render
 from vrx_mj.mjcf.wind import warn_if_unpushed
-from vrx_mj.mjcf.world import World
+from vrx_mj.mjcf.world import World, make_world
+from vrx_mj.model.world import parameters_of
 
 __all__ = ["boat_alone", "with_boat", "without_boat"]
 
@@ -260,7 +260,7 @@ def _block(world: World, link: str) -> re.Match[str]:
 
 
 def _world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
-    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), MappingProxyType(parameters))
+    return make_world(mjcf, assets, parameters_of(json.dumps(parameters).encode()))
 
 
 def _before(mark: str, text: str, mjcf: str) -> str:

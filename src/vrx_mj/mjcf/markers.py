@@ -1,12 +1,13 @@
 """Markers of goals and waypoints: cylinders in the model that is drawn, which the one that steps never has."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import mujoco
 
 from vrx_mj.config.markers import MarkersConfig
+from vrx_mj.model.world import Parameters
 
 __all__ = ["MARKER", "add_markers", "marker_names", "marker_rows"]
 
@@ -31,21 +32,21 @@ def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> list
     return rows
 
 
-def marker_names(parameters: Mapping[str, Any]) -> list[str]:
+def marker_names(world: Parameters) -> list[str]:
     """Names of the geoms that `add_markers` makes."""
-    return [f"{MARKER}_{number}" for number in range(len(parameters.get("markers", ())))]
+    return [f"{MARKER}_{number}" for number in range(len(world.markers))]
 
 
-def add_markers(spec: mujoco.MjSpec, parameters: Mapping[str, Any]) -> None:
+def add_markers(spec: mujoco.MjSpec, world: Parameters) -> None:
     """Put the markers of a compiled world into a model in the making."""
-    for name, row in zip(marker_names(parameters), parameters.get("markers", ()), strict=True):
-        middle, half = row["position"], [0.5 * row["length"] * part for part in row["axis"]]
+    for name, row in zip(marker_names(world), world.markers, strict=True):
+        middle, half = row.position, [0.5 * row.length * part for part in row.axis]
         spec.worldbody.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_CYLINDER,
             fromto=[m + side * h for side in (-1.0, 1.0) for m, h in zip(middle, half, strict=True)],
-            size=[row["radius"], 0.0, 0.0],
-            rgba=row["color"],
+            size=[row.radius, 0.0, 0.0],
+            rgba=row.color,
             group=GROUP,
             contype=0,
             conaffinity=0,

@@ -4,7 +4,6 @@ import hashlib
 import re
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -31,8 +30,8 @@ TOUCH = "touch"
 
 def checked(
     mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source: object
-) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """The parameters of a saved world as a tree, and its assets by name.
+) -> tuple[Parameters, dict[str, bytes]]:
+    """The parameters of a saved world, and its assets by name.
 
     Args:
         mjcf: the MJCF.
@@ -43,16 +42,16 @@ def checked(
     Raises:
         StateError: a part is damaged or of another version, or the parts do not belong together.
     """
-    typed, tree = _read(parameters, source)
+    typed = _read(parameters, source)
     scene = str(source).removesuffix(".json") + ".xml"
     contents = contents_of(mjcf, scene)
     faults = chain(broken_references(typed), _signs(typed), _sensors(typed), _unlike(typed, contents))
     if fault := next(faults, None):  # what comes later trusts what came before
         raise StateError(f"{source} is damaged: {fault}")
-    return tree, _assets(contents.files, asset, scene)
+    return typed, _assets(contents.files, asset, scene)
 
 
-def _read(text: bytes, source: object) -> tuple[Parameters, dict[str, Any]]:
+def _read(text: bytes, source: object) -> Parameters:
     try:
         if (version := format_of(text)) != FORMAT:
             raise StateError(f"{source} has format {shown(version)}; this version reads {FORMAT}")

@@ -1,4 +1,4 @@
-"""What a task's section says, resolved in its world: plain data for the referee, `World.tree["task"]`."""
+"""What a task's section says, resolved in its world: `World.parameters.task`."""
 
 import re
 import warnings

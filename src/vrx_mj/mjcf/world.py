@@ -1,7 +1,6 @@
 """A compiled world: all that a run needs, and how it is kept in a folder."""
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +12,7 @@ from vrx_mj.arguments import as_path
 from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.saved import checked
-from vrx_mj.model.world import FORMAT, Parameters, parameters_of
+from vrx_mj.model.world import Parameters, json_of, tree_of
 
 LARGEST_FILE = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
@@ -30,43 +29,42 @@ class World:
     """MJCF of the world, with every boat, dock and object attached under its name."""
     assets: Mapping[str, bytes]
     """Contents of the files that the MJCF refers to, by file name."""
-    tree: Mapping[str, Any]
-    """`parameters` as a tree for JSON: `sea`, `wind`, `hulls`, `stations`, `thrusters`, `floats`, `elements`, `boats`,
-    `objects`, `docks`, `task`, `waypoints`, `scene`, `georeference`, `shoreline`, `name`, `fleet`, `seed` and more."""
+    parameters: Parameters
+    """What the world has besides: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
 
-    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], dict[str, Any]]]:
+    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], Parameters]]:
         """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
-        return _read_only, (self.mjcf, dict(self.assets), dict(self.tree))
+        return make_world, (self.mjcf, dict(self.assets), self.parameters)
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
-        return f"<World {self.name}, fleet {self.tree['fleet']}, {boats}, seed {self.seed}>"
+        return f"<World {self.name}, fleet {self.parameters.fleet}, {boats}, seed {self.seed}>"
 
     @cached_property
-    def parameters(self) -> Parameters:
-        """What the world has besides its MJCF: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
-        return parameters_of(_dump(self.tree).encode())[0]
+    def tree(self) -> Mapping[str, Any]:
+        """`parameters` as a tree for JSON."""
+        return MappingProxyType(tree_of(self.parameters))
 
     @property
     def name(self) -> str:
         """Name of the world."""
-        return str(self.tree["name"])
+        return self.parameters.name
 
     @property
     def seed(self) -> int:
         """Default seed of `Simulation.reset`."""
-        return int(self.tree["seed"])
+        return self.parameters.seed
 
     @cached_property
     def boats(self) -> tuple[str, ...]:
         """Names of the boats, in the order of the fleet."""
-        return tuple(boat["name"] for boat in self.tree["boats"])
+        return tuple(boat.name for boat in self.parameters.boats)
 
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the saved world."""
         digest = hashlib.sha256(self.mjcf.encode())
-        digest.update(_dump(self.tree).encode())
+        digest.update(json_of(self.parameters).encode())
         for name in sorted(self.assets):
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
@@ -89,7 +87,7 @@ class World:
         (scene.parent / "assets").mkdir(parents=True, exist_ok=True)
         for name, content in self.assets.items():
             (scene.parent / "assets" / name).write_bytes(content)
-        scene.with_suffix(".json").write_text(_dump(self.tree), encoding="utf-8", newline="\n")
+        scene.with_suffix(".json").write_text(json_of(self.parameters), encoding="utf-8", newline="\n")
         scene.write_text(self.mjcf, encoding="utf-8", newline="\n")
         return scene
 
@@ -123,8 +121,8 @@ def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], sour
         text = mjcf.decode()
     except UnicodeDecodeError as error:
         raise StateError(f"{source} is damaged: the MJCF beside it is not UTF-8: {error}") from None
-    tree, assets = checked(text, parameters, asset, source)
-    return _read_only(text, assets, tree)
+    typed, assets = checked(text, parameters, asset, source)
+    return make_world(text, assets, typed)
 
 
 def _read(path: Path) -> bytes:
@@ -139,20 +137,11 @@ def _read(path: Path) -> bytes:
         raise StateError(f"{path} {error}") from None
 
 
-def _read_only(mjcf: str, assets: dict[str, bytes], parameters: dict[str, Any]) -> World:
-    return World(mjcf, MappingProxyType(assets), MappingProxyType(parameters))
-
-
 def _scene(target: Path) -> Path:
     """The MJCF's path, from it or from its folder."""
     return target if target.suffix == ".xml" else target / "scene.xml"
 
 
-def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Mapping[str, Any]) -> World:
-    """A `World` whose parameters went through JSON, as those of a loaded one did."""
-    tree = json.loads(_dump({"format": FORMAT, **parameters}))
-    return _read_only(mjcf, dict(sorted(assets.items())), tree)
-
-
-def _dump(parameters: Mapping[str, Any]) -> str:
-    return json.dumps(dict(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
+    """A `World` that nobody can change, its assets in the order of their names."""
+    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), parameters)

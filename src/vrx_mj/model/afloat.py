@@ -1,11 +1,12 @@
 """Floating things other than boats: single objects, and docks as trees of blocks on hinges."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.model.kinds import (
+    LEFT_OUT,
     STRICT,
     Count,
     Flag,
@@ -56,7 +57,7 @@ class Float:
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
-    follower: Index = -1
+    follower: Index = field(default=-1, metadata=LEFT_OUT)
     """What drives it along a path, or -1."""
 
 

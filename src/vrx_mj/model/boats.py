@@ -1,10 +1,11 @@
 """Boats of a compiled world: what the loop reads of them, and what others do."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vrx_mj.model.kinds import (
+    LEFT_OUT,
     STRICT,
     Coefficient,
     Count,
@@ -35,16 +36,8 @@ class Hull:
     """Name of the MJCF's body."""
     joint: Text
     """Name of its free joint."""
-    profile: ProfileCode
-    """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
-    station_start: Row
-    """First of its stations."""
-    station_count: Count
-    """Number of its stations."""
     density: NonNegative
     """Density of the water [kg/m3]."""
-    gravity: NonNegative
-    """Gravity that acts on displaced water [m/s2]."""
     level: Real
     """Height of the mean surface above the sea's own level [m]."""
     added_mass: Six
@@ -61,10 +54,18 @@ class Hull:
     """Mass of the MJCF's body [kg]."""
     wind: Vec3
     """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
-    thruster_start: Row
-    """First of its thrusters."""
     thruster_count: Count
     """Number of its thrusters."""
+    profile: ProfileCode
+    """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
+    gravity: NonNegative
+    """Gravity that acts on displaced water [m/s2]."""
+    station_start: Row
+    """First of its stations."""
+    station_count: Count
+    """Number of its stations."""
+    thruster_start: Row
+    """First of its thrusters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +104,8 @@ class Thruster:
     """Direction of the force, unit vector, engine axes."""
     body_com: Vec3
     """Centre of mass of `body` [m], that body's axes."""
+    inertia: Positive
+    """Inertia about the hinge [kg m2]."""
     mapping: Literal[0, 1, 2, 3]
     """From command to force: linear, generalised logistic, rudder, or newtons."""
     max_command: Real
@@ -123,8 +126,6 @@ class Thruster:
     """Largest torque of the servo [N m]."""
     velocity: NonNegative
     """Largest rate of the servo [rad/s]."""
-    inertia: Positive
-    """Inertia about the hinge [kg m2]."""
     area: NonNegative
     """Area of a rudder's blade [m2]."""
     slope: NonNegative
@@ -157,6 +158,16 @@ class Sensor:
     config: Mapping[str, Any]
     """What it measures: one of `config.sensors`, as plain data."""
 
+    @property
+    def name(self) -> str:
+        """Name of the sensor on its boat."""
+        return str(self.config.get("name"))
+
+    @property
+    def type(self) -> str:
+        """Kind of sensor: `camera`, `gps`, `ball_shooter`..."""
+        return str(self.config.get("type"))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Boat:
@@ -177,11 +188,11 @@ class Boat:
     """Whether the engines are bodies on hinges."""
     color: tuple[Share, Share, Share, Share] | None
     """Red, green, blue and alpha of the hull."""
-    pose: Pose
-    """Pose at the start [m, rad]."""
     controller: Text | None = None
     """Controller that the fleet names, as `module:function`."""
-    life: Count = 0
+    pose: Pose
+    """Pose at the start [m, rad]."""
+    life: Count = field(default=0, metadata=LEFT_OUT)
     """Number of boats of that name before it."""
 
 

@@ -1,17 +1,27 @@
 """Kinds of values that a compiled world is made of; what is outside them is damage."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
 __all__ = [
-    "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative", "Pose",
-    "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3",
+    "LEFT_OUT", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative",
+    "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3", "late",
 ]  # fmt: skip
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
+
+LEFT_OUT: Mapping[str, bool] = {"left_out": True}
+"""Metadata of a field that JSON leaves out while it has its default."""
+
+
+def late(rank: int) -> Mapping[str, int]:
+    """Metadata of a field that JSON has after all those of a lower rank, which is 0 for most."""
+    return {"rank": rank}
+
 
 Triple = tuple[float, float, float]
 LARGEST = 1e12

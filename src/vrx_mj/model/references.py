@@ -95,7 +95,7 @@ def _unique(world: Parameters) -> Iterator[str]:
         ("lights", [light.name for light in world.lights]),
         ("placards", [placard.name for placard in world.placards]),
         ("thrusters of a boat", [(thruster.hull, thruster.name) for thruster in world.thrusters]),
-        ("sensors of a boat", [(sensor.boat, str(sensor.config.get("name"))) for sensor in world.sensors]),
+        ("sensors of a boat", [(sensor.boat, sensor.name) for sensor in world.sensors]),
     ]
     for kind, names in kinds:
         for name, count in Counter(names).most_common(1):

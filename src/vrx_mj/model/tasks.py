@@ -1,12 +1,12 @@
 """The task of a compiled world, resolved: one dataclass for each set of rules."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3
+from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late
 
 __all__ = [
     "AcousticPerception", "AcousticTracking", "Animal", "Bay", "Box", "Channel", "Dock", "FollowPath", "Gate", "Goal",
@@ -26,6 +26,8 @@ class TaskBase:
     """What all tasks have."""
 
     __pydantic_config__ = STRICT
+    type: str
+    """Which set of rules."""
     name: Text
     """VRX's task_name."""
     boat: Text
@@ -40,9 +42,9 @@ class TaskBase:
     """Whether the boat is held until the task is ready."""
     held: bool = False
     """Whether it is held throughout."""
-    fixed: Mapping[Text, Pose]
+    fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
-    rivals: Annotated[tuple[Text, ...], Field(max_length=MOST)]
+    rivals: Annotated[tuple[Text, ...], Field(max_length=MOST)] = field(metadata=late(3))
     """What the boat may touch, in the order of the MJCF's contact sensors."""
 
 
@@ -145,12 +147,12 @@ class Bay:
     """Name of its placard."""
     symbol: Text
     """Symbol that the task makes the placard show."""
-    dock_allowed: bool
-    """Whether it is the right one."""
     internal: Box
     """Where a boat is in it."""
     external: Box
     """Where a boat is before it."""
+    dock_allowed: bool
+    """Whether it is the right one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,7 +255,7 @@ class Dock(TaskBase):
     """The bays."""
     holes: Annotated[tuple[Hole, ...], Field(max_length=MOST)]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=MOST)]
+    balls: Annotated[tuple[Text, ...], Field(max_length=MOST)] = field(metadata=late(2))
     """Names of the boat's balls."""
     light_buoy: Text | None
     """Name of the light buoy."""

@@ -2,21 +2,22 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, TypeAdapter
+import pydantic
+from pydantic import TypeAdapter
 
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
-from vrx_mj.model.kinds import STRICT, Angle, Count, NonNegative, Pose, Real, Text
+from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Sea, Wind
 
-__all__ = ["FORMAT", "Parameters", "format_of", "parameters_of"]
+__all__ = ["FORMAT", "Parameters", "format_of", "json_of", "parameters_of", "tree_of"]
 
 FORMAT = 3
 """Version of the saved form; another one is refused."""
@@ -35,13 +36,13 @@ class Parameters:
     """Name of the world."""
     fleet: Text
     """Name of the fleet."""
-    description: Annotated[str, Field(max_length=10_000)]
+    description: Annotated[str, pydantic.Field(max_length=10_000)]
     """What the world is about."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)]
     """Default seed of a run."""
     profile: Literal["vrx", "vrx3"]
     """Whose physics."""
-    timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
+    timestep: Annotated[float, pydantic.Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
     """Physics step [s]."""
     gravity: NonNegative
     """Gravity, downwards [m/s2]."""
@@ -99,7 +100,7 @@ class Parameters:
     """What renderers set by hand."""
     camera: Pose | None = None
     """Pose from which a viewer looks at first [m, rad]."""
-    lives: Mapping[Text, Count] = field(default_factory=dict)
+    lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
     """Number of boats that a name had before, for those that left."""
 
 
@@ -108,8 +109,8 @@ def _adapter() -> TypeAdapter[Parameters]:
     return TypeAdapter(Parameters)
 
 
-def parameters_of(text: bytes) -> tuple[Parameters, dict[str, Any]]:
-    """The parameters in a JSON text, and the same as a tree.
+def parameters_of(text: bytes) -> Parameters:
+    """The parameters in a JSON text.
 
     Raises:
         ValidationError: it is not JSON, a key is missing, unknown or of the wrong kind, or a number is out of range.
@@ -117,7 +118,37 @@ def parameters_of(text: bytes) -> tuple[Parameters, dict[str, Any]]:
     """
     if len(text) > MOST_BYTES:
         raise ValueError(f"{len(text):,} bytes; at most {MOST_BYTES:,} are read")
-    return _adapter().validate_json(text), json.loads(text, object_pairs_hook=_each_once)
+    parameters = _adapter().validate_json(text)
+    json.loads(text, object_pairs_hook=_each_once)
+    return parameters
+
+
+def json_of(parameters: Parameters) -> str:
+    """The text from which `parameters_of` makes the same parameters again."""
+    return json.dumps(tree_of(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def tree_of(value: Any) -> Any:
+    """Parameters, or a part of them, as what JSON is made of: mappings, lists, texts and numbers."""
+    if isinstance(value, tuple | list):
+        return [tree_of(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: tree_of(item) for key, item in value.items()}
+    if not is_dataclass(value):
+        return value
+    pairs = ((own, getattr(value, own.name)) for own in _written(value.__class__))
+    return {own.name: tree_of(item) for own, item in pairs if not _left_out(own, item)}
+
+
+@cache
+def _written(kind: type) -> tuple[Field[Any], ...]:
+    """The fields of a dataclass in the order in which JSON has them."""
+    return tuple(sorted(fields(kind), key=lambda own: own.metadata.get("rank", 0)))
+
+
+def _left_out(own: Field[Any], value: Any) -> bool:
+    default = own.default if own.default_factory is MISSING else own.default_factory()
+    return "left_out" in own.metadata and bool(value == default)
 
 
 def format_of(text: bytes) -> Any:

@@ -94,7 +94,7 @@ def beside(scene: RecordScene) -> list[Any]:
     if scene.thrusters:
         legend = len(scene.thrusters) <= LEGEND
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
-    if scene.parameters.get("task"):
+    if scene.parameters and scene.parameters.task:
         return [task_view(), rrb.Tabs(*plots)]
     if is_crowded(scene):
         return [rrb.Tabs(*plots)]
@@ -221,7 +221,7 @@ def log_view() -> rrb.TextLogView:
 def plan_circle(scene: RecordScene) -> tuple[Any, float]:
     """Middle (3,) and radius [m] of the plan: the fleet and what is near it, or all that a task lays out."""
     middle, reach = fleet_circle(scene)
-    if not scene.parameters.get("task"):
+    if not (scene.parameters and scene.parameters.task):
         return middle, plan_radius(scene, middle, reach)
     spots = [*course_of(scene.parameters).spots(), *(waypoint.position[:2] for waypoint in scene.waypoints)]
     places = np.array([*spots, *(boat.pose[:2] for boat in scene.boats())])

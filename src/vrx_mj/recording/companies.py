@@ -10,13 +10,14 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
+from vrx_mj.model.world import Parameters
 from vrx_mj.recording.headers import company_head
 from vrx_mj.recording.packing import archive, unpack_rows, unpacked
 from vrx_mj.recording.record_scene import MovingBody, RecordScene, RowLayout
@@ -71,13 +72,13 @@ class Company:
             raise StateError(f"no saved world in the recording: {error}") from error
 
     @property
-    def parameters(self) -> Mapping[str, Any]:
+    def parameters(self) -> Parameters:
         """The parameters of its world.
 
         Raises:
             StateError: the recording holds no world, or it is damaged or of another version.
         """
-        return self.world.tree
+        return self.world.parameters
 
 
 def company_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk:

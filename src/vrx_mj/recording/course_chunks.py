@@ -17,6 +17,8 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.displays import RGB
 from vrx_mj.draw.course import Course, Light, course_of, zone_corners
+from vrx_mj.model import tasks
+from vrx_mj.model.world import Parameters
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
@@ -69,18 +71,18 @@ def animal_path(name: str) -> str:
     return f"/world/objects/{name}/circle"
 
 
-def bays_path(task: Mapping[str, Any]) -> str:
+def bays_path(task: tasks.Dock) -> str:
     """The entity of the zones in which a boat stays to dock."""
-    return f"/world/docks/{task['anchor']}/bays"
+    return f"/world/docks/{task.anchor}/bays"
 
 
-def bay_color(bay: Mapping[str, Any], progress: Mapping[str, Any]) -> Rgb:
+def bay_color(bay: tasks.Bay, progress: Mapping[str, Any]) -> Rgb:
     """The colour of a bay by what the boat has done there."""
-    if bay["name"] in progress.get("docked", ()):
+    if bay.name in progress.get("docked", ()):
         return DOCKED
-    if progress.get("bay") == bay["name"]:
+    if progress.get("bay") == bay.name:
         return INSIDE
-    return RIGHT if bay["dock_allowed"] else WRONG
+    return RIGHT if bay.dock_allowed else WRONG
 
 
 def animal_color(animal: Mapping[str, Any]) -> Rgb:
@@ -90,16 +92,15 @@ def animal_color(animal: Mapping[str, Any]) -> Rgb:
     return AVOID if animal["goal"] == "avoid" else STATUS[animal["status"]]
 
 
-def course_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
+def course_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
     """Every static chunk of what the task of a world lays out; what changes, as colours do, comes with the frames."""
-    task = parameters.get("task")
-    if not task:
+    if not (parameters and parameters.task):
         return
     course = course_of(parameters)
     if course.gates:
         yield from gate_chunks(len(course.gates))
-    if task.get("bays"):
-        yield from bay_chunks(task)
+    if isinstance(parameters.task, tasks.Dock):
+        yield from bay_chunks(parameters.task)
     for animal in course.animals:
         strips = circle(animal.radius, animal.goal)
         yield static(animal_path(animal.name), rr.LineStrips3D.from_fields(strips=strips, radii=[thick(1.6)]))
@@ -132,16 +133,16 @@ def thick(points: float) -> Any:
     return rr.Radius.ui_points(points)
 
 
-def bay_chunks(task: Mapping[str, Any]) -> Iterator[Chunk]:
+def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     """The zones of bays, in the dock's frame: frames to stay in, dashed ones to back out to."""
-    path, bays = bays_path(task), task["bays"]
-    inside, outside = ([raised(zone_corners(bay[zone])) for bay in bays] for zone in ("internal", "external"))
+    path, bays = bays_path(task), task.bays
+    inside, outside = ([raised(zone_corners(getattr(bay, zone))) for bay in bays] for zone in ("internal", "external"))
     yield static(path, rr.LineStrips3D.from_fields(strips=[closed(ring) for ring in inside], radii=[thick(1.8)]))
     pieces = [dashes(closed(ring)) for ring in outside]
     colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
     yield static(f"{path}/external", rr.LineStrips3D(strips, colors=colors, radii=[thick(1.2)]))
-    labels = [f"{bay['name']} {bay['symbol']}" + (" ✓" if bay["dock_allowed"] else "") for bay in bays]
+    labels = [f"{bay.name} {bay.symbol}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = [ring.mean(axis=0) for ring in outside]
     colors = [bay_color(bay, {}) for bay in bays]
     yield static(f"{path}/names", rr.Points3D(spots, labels=labels, colors=colors, radii=[0.06], show_labels=True))

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from pydantic import AllowInfNan, FailFast, Field
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
 __all__ = [
@@ -202,8 +203,8 @@ class RecordScene:
     parts: tuple[RecordedPart, ...] = ()
     to_world: ToWorld | None = None
     """None: the world has no place on Earth."""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    """Those of the world, as the compiler made them: what its task lays out."""
+    parameters: Parameters | None = None
+    """The parameters of the world: what its task lays out."""
     begun: float | None = None
     """Simulated time from which its boats are shown [s]; None: always, and they stay."""
     follow: str | None = None

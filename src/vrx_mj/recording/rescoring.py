@@ -65,7 +65,7 @@ def _looks(recorded: Record, referee: Referee, begun: float) -> Iterator[tuple[F
 
 def _referee(recorded: Record) -> tuple[Referee, float]:
     """The referee at the first frame that it has not seen, and the time [s] up to which it has."""
-    task = recorded.companies[0].parameters.get("task")
+    task = recorded.companies[0].parameters.task
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")
     referee = make_referee(task)
@@ -79,8 +79,7 @@ def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     Raises:
         RecordError: one is not of this task.
     """
-    tasks = [company.parameters.get("task") or {"rivals": ()} for company in recorded.companies]
-    layouts = [FrameLayout.of(own, referee.watched) for own in tasks]
+    layouts = [FrameLayout.of(company.parameters.task, referee.watched) for company in recorded.companies]
     for company, row, messages in recorded.frames:
         if len(row) != layouts[company].width:
             trouble = f"a frame of {len(row)} numbers instead of {layouts[company].width}"

@@ -67,7 +67,7 @@ def record(
         sim.attach(writer, rate=POSE_RATE)
         stack.callback(sim.detach, writer)
         world = sim.world
-        sim.event(f"{world.name}, fleet {world.tree['fleet']}, seed {sim.seed}: recording starts")
+        sim.event(f"{world.name}, fleet {world.parameters.fleet}, seed {sim.seed}: recording starts")
         for one in choices:
             taken = sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate)
             stack.callback(sim.unsubscribe, taken)
@@ -115,8 +115,8 @@ def resume(path: str | Path, time: float) -> Simulation:
 def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
     """By boat, its sensors and how often they measure [1/s]."""
     rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
-    for row in sim.world.tree["sensors"]:
-        rates[row["boat"]][row["config"]["name"]] = float(row["config"]["rate"])
+    for sensor in sim.world.parameters.sensors:
+        rates[sensor.boat][sensor.name] = float(sensor.config["rate"])
     return rates
 
 

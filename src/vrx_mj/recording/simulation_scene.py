@@ -22,6 +22,8 @@ from vrx_mj.mjcf.joining import boat_alone
 from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Thruster
+from vrx_mj.model.world import tree_of
 from vrx_mj.recording.companies import Company
 from vrx_mj.recording.record_scene import (
     MovingBody,
@@ -64,18 +66,18 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     looks: Looks = {}
     for drawn in [sim.visual_model] if looks_of is None else (boat_alone(world, boat) for boat in looks_of):
         looks |= _looks(world, drawn)
-    parameters = world.tree
-    wind = parameters["wind"]["direction"]
+    parameters = world.parameters
+    wind, sea = parameters.wind.direction, tree_of(parameters.sea)
     return RecordScene(
         properties={
             "world": world.name,
-            "fleet": parameters["fleet"],
+            "fleet": parameters.fleet,
             "seed": sim.seed,
-            "profile": parameters["profile"],
+            "profile": parameters.profile,
             "world_sha256": world.sha256,
             "platform": fingerprint(),
-            "sea": {key: parameters["sea"][key] for key in ("model", "significant_height", "period", "direction")},
-            "wind": parameters["wind"],
+            "sea": {key: sea[key] for key in ("model", "significant_height", "period", "direction")},
+            "wind": tree_of(parameters.wind),
         },
         timestep=sim.timestep,
         nq=int(sim.model.nq),
@@ -84,16 +86,16 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         thrusters=tuple(_thrusters(world, looks)),
         files=_files(world),
         sea_height=sim.sea.height,
-        wind_direction=(float(wind[0]), float(wind[1])),
-        shoreline=tuple(np.array(ring, np.float64) for ring in parameters["shoreline"]),
+        wind_direction=wind,
+        shoreline=tuple(np.array(ring, np.float64) for ring in parameters.shoreline),
         waypoints=tuple(
             Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
-            for number, (x, y, yaw) in enumerate(parameters["waypoints"], 1)
+            for number, (x, y, yaw) in enumerate(parameters.waypoints, 1)
         ),
         sensors=tuple(recorded_sensors(world, choices)),
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=None if parameters["georeference"] is None else Georeference(**parameters["georeference"]).to_enu,
+        to_world=None if parameters.georeference is None else Georeference(**vars(parameters.georeference)).to_enu,
         parameters=parameters,
     )
 
@@ -110,8 +112,8 @@ def check_columns(company: Company, model: mujoco.MjModel) -> None:
         for body in _bodies(world, {}, model, model.qpos0)
         if body.qpos is not None and body.dof is not None
     )
-    engines = tuple((world.boats[row["hull"]], row["name"]) for row in world.tree["thrusters"])
-    marks = sum(len(display.start) for display in displays_of(world.tree))
+    engines = tuple((world.boats[engine.hull], engine.name) for engine in world.parameters.thrusters)
+    marks = sum(len(display.start) for display in displays_of(world.parameters))
     if company.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
@@ -143,21 +145,21 @@ def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Ite
         )
     if MARKER in looks:
         yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
-    if world.tree["terrain"]:
+    if world.parameters.terrain:
         yield RecordedBody("terrain", "/world/terrain", "fixed", surfaces=tuple(looks.get("world", ())))
 
 
 def _entries(world: World) -> Iterator[tuple[str, str, str]]:
     """Kind, name and MuJoCo's body of everything that has an entity of its own."""
-    balls = {ball_name(row["boat"], row["config"]["name"]) for row in world.tree["sensors"]}
-    for boat, hull in _pairs(world):
-        yield "boat", boat["name"], hull["body"]
-    for item in world.tree["objects"]:
-        yield "ball" if item["name"] in balls else "object", item["name"], item["body"]
-    for dock in world.tree["docks"]:
-        yield "dock" if dock["dynamic"] else "fixed", dock["name"], dock["bodies"][0]
-        if not dock["dynamic"]:
-            yield from (("fixed", body.rpartition("/")[0], body) for body in dock["placards"])
+    balls = {ball_name(sensor.boat, sensor.name) for sensor in world.parameters.sensors}
+    for boat, hull in zip(world.parameters.boats, world.parameters.hulls, strict=True):
+        yield "boat", boat.name, hull.body
+    for item in world.parameters.objects:
+        yield "ball" if item.name in balls else "object", item.name, item.body
+    for dock in world.parameters.docks:
+        yield "dock" if dock.dynamic else "fixed", dock.name, dock.bodies[0]
+        if not dock.dynamic:
+            yield from (("fixed", body.rpartition("/")[0], body) for body in dock.placards)
 
 
 def _path(kind: str, name: str) -> str:
@@ -167,7 +169,7 @@ def _path(kind: str, name: str) -> str:
 def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[RecordedDisplay]:
     """Lights and placards, each on the entity of the body that carries it; `hung` are those of floating docks."""
     paths = {body: _path(kind, name) for kind, name, body in _entries(world)} | hung
-    for display in displays_of(world.tree):
+    for display in displays_of(world.parameters):
         parts = {
             part: tuple(surface for name in names for surface in looks.get(name, ()))
             for part, names in display.parts.items()
@@ -176,20 +178,16 @@ def _displays(world: World, looks: Looks, hung: dict[str, str]) -> Iterator[Reco
             yield RecordedDisplay(display, paths[display.body], parts)
 
 
-def _pairs(world: World) -> Iterator[tuple[Any, Any]]:
-    return zip(world.tree["boats"], world.tree["hulls"], strict=True)
-
-
 def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
-    for row in world.tree["thrusters"]:
-        boat = world.boats[row["hull"]]
+    for engine in world.parameters.thrusters:
+        boat = world.boats[engine.hull]
         yield RecordedThruster(
-            name=row["name"],
+            name=engine.name,
             boat=boat,
-            position=tuple(row["position"]),
-            mount=_mount(row),
-            direction=tuple(row["direction"]),
-            surfaces=tuple(looks.get(f"{boat}/{row['name']}", ())),
+            position=engine.position,
+            mount=_mount(engine),
+            direction=engine.direction,
+            surfaces=tuple(looks.get(f"{boat}/{engine.name}", ())),
         )
 
 
@@ -198,9 +196,9 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
 
     What lights and placards show goes by the names of their geoms, all markers by the one of markers.
     """
-    shown = {name for display in displays_of(world.tree) for names in display.parts.values() for name in names}
-    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.tree), MARKER)
-    engines = {f"{world.boats[row['hull']]}/{row['name']}": row for row in world.tree["thrusters"]}
+    shown = {name for display in displays_of(world.parameters) for names in display.parts.values() for name in names}
+    named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
+    engines = {f"{world.boats[engine.hull]}/{engine.name}": engine for engine in world.parameters.thrusters}
     shapes: dict[Any, trimesh.Trimesh] = {}
     seen: Looks = {}
     for geom in range(model.ngeom):
@@ -214,8 +212,8 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
         owner = model.body(model.geom_bodyid[geom]).name
         part = re.sub(r"_(engine|propeller)_\w+$", "", model.geom(geom).name)
         if part in engines:
-            if owner == engines[part]["body"] and engines[part]["joint"] is None:
-                place = np.linalg.inv(_placed(engines[part]["position"], _mount(engines[part]))) @ place
+            if owner == engines[part].body and engines[part].joint is None:
+                place = np.linalg.inv(_placed(engines[part].position, _mount(engines[part]))) @ place
             owner = part
         owner = named.get(model.geom(geom).name, owner)
         rgba = tuple(float(value) for value in model.geom_rgba[geom])
@@ -223,10 +221,10 @@ def _looks(world: World, model: mujoco.MjModel) -> Looks:
     return seen
 
 
-def _mount(row: Any) -> tuple[float, float, float, float]:
+def _mount(engine: Thruster) -> tuple[float, float, float, float]:
     """Quaternion (w, x, y, z) of an engine's rotation."""
     quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.array(row["rotation"], dtype=np.float64).ravel())
+    mujoco.mju_mat2Quat(quaternion, np.array(engine.rotation, dtype=np.float64).ravel())
     w, x, y, z = (float(value) for value in quaternion)
     return w, x, y, z
 
@@ -287,33 +285,32 @@ def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
-    rows = {(row["boat"], row["config"]["name"]): row for row in world.tree["sensors"]}
-    at_base = world.tree["at_base_link"]
+    sensors = {(sensor.boat, sensor.name): sensor for sensor in world.parameters.sensors}
+    at_base = world.parameters.at_base_link
     for choice in choices:
-        row = rows[choice.boat, choice.sensor]
-        config = row["config"]
-        moved = config["type"] == "pinger" and "pinger" in at_base
+        sensor = sensors[choice.boat, choice.sensor]
+        moved = sensor.type == "pinger" and "pinger" in at_base
         yield RecordedSensor(
             boat=choice.boat,
             name=choice.sensor,
-            type=config["type"],
-            frame=row["frame"],
+            type=sensor.type,
+            frame=sensor.frame,
             rate=choice.rate,
-            position=(0.0, 0.0, 0.0) if moved else tuple(row["position"]),
-            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else row["rotation"],
-            config=config,
+            position=(0.0, 0.0, 0.0) if moved else sensor.position,
+            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else sensor.rotation,
+            config=sensor.config,
         )
 
 
 def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
     """Entities by MuJoCo's bodies: those of floating docks, each under the one that it hangs on."""
     paths: dict[str, str] = {}
-    for dock in world.tree["docks"]:
-        if not dock["dynamic"]:
+    for dock in world.parameters.docks:
+        if not dock.dynamic:
             continue
-        root, *blocks = dock["bodies"]
-        paths[root] = f"/world/docks/{dock['name']}"
-        for body in (*blocks, *dock["placards"]):
+        root, *blocks = dock.bodies
+        paths[root] = f"/world/docks/{dock.name}"
+        for body in (*blocks, *dock.placards):
             parent = model.body(model.body_parentid[model.body(body).id]).name
             own = body.removesuffix("/link").rpartition("/")[2]
             paths[body] = f"{paths[parent]}/{own}"
@@ -323,8 +320,8 @@ def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
 def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
     """The blocks, but for the roots, and the placards of all floating docks."""
     paths = part_paths(world, model)
-    for dock in (dock for dock in world.tree["docks"] if dock["dynamic"]):
-        for name in (*dock["bodies"][1:], *dock["placards"]):
+    for dock in (dock for dock in world.parameters.docks if dock.dynamic):
+        for name in (*dock.bodies[1:], *dock.placards):
             body = model.body(name).id
             hinged = bool(model.body_jntnum[body])
             joint = int(model.body_jntadr[body])

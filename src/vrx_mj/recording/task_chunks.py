@@ -16,7 +16,9 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course import gate_rows, poses_of
+from vrx_mj.draw.course import gates_of, poses_of
+from vrx_mj.model import tasks
+from vrx_mj.model.world import Parameters
 from vrx_mj.recording.course_chunks import (
     FATES,
     GATES,
@@ -67,11 +69,10 @@ BLOCK = 20.0
 SCORE_COLOR, HITS_COLOR = (255, 214, 64), (255, 84, 48)
 
 
-def task_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
+def task_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
     """Names and colours of the plot's series, if the world has a task."""
-    task = parameters.get("task")
-    if task:
-        meaning = TASK_KINDS[task["type"]]
+    if parameters and parameters.task:
+        meaning = TASK_KINDS[parameters.task.type]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter
         colors = [SCORE_COLOR, HITS_COLOR]
@@ -94,9 +95,9 @@ def frame_chunk(frames: Sequence[WrittenFrame], company: int = 0) -> Chunk:
 class TaskChunks:
     """Turns frames into chunks; nothing where the world has no task."""
 
-    def __init__(self, parameters: Mapping[str, Any]) -> None:
+    def __init__(self, parameters: Parameters | None) -> None:
         self._parameters = parameters
-        self._task: Mapping[str, Any] = parameters.get("task") or {}
+        self._task = parameters.task if parameters else None
         self._begun: float | None = None
         self._now = 0.0
         self._last: dict[str, tuple[float, Any]] = {}
@@ -106,10 +107,10 @@ class TaskChunks:
             self._referee, self._marks = make_referee(self._task), TaskMarks(self._task)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
-    def go_on(self, parameters: Mapping[str, Any]) -> None:
+    def go_on(self, parameters: Parameters | None) -> None:
         """Go on in a world in which boats have come or gone: the scored one can touch others."""
-        if self._task:
-            self._layout = FrameLayout.of(parameters["task"], self._referee.watched)
+        if self._task and parameters:
+            self._layout = FrameLayout.of(parameters.task, self._referee.watched)
 
     def __call__(self, states: Sequence[tuple[float, bytes]], frames: Sequence[WrittenFrame]) -> Iterator[Chunk]:
         """Chunks of the states and frames since the last call, when enough has come or the task is over."""
@@ -143,6 +144,9 @@ class TaskChunks:
             restore_referee(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
+            assert self._parameters is not None, "it has a task"
+            assert self._parameters is not None, "it has a task"
+            assert self._parameters is not None, "it has a task"
             self._draw(self._begun, poses_of(self._parameters))
             self._tell(self._begun, at_once=True)
 
@@ -160,8 +164,8 @@ class TaskChunks:
         progress = self._referee.progress
         if "gates" in progress:
             self._draw_gates(time, poses, progress["gates"])
-        if "bay" in progress:
-            colors = [bay_color(bay, progress) for bay in self._task["bays"]]
+        if isinstance(self._task, tasks.Dock):
+            colors = [bay_color(bay, progress) for bay in self._task.bays]
             self._change(bays_path(self._task), strip_colors, time, colors)
         for animal in progress.get("animals", ()):
             self._change(animal_path(animal["name"]), strip_colors, time, [animal_color(animal)])
@@ -170,7 +174,7 @@ class TaskChunks:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(poses[row["left"]], poses[row["right"]]) for row in gate_rows(self._task)]
+        ends = [(poses[gate.left], poses[gate.right]) for gate in gates_of(self._task)]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
             return
@@ -185,7 +189,7 @@ class TaskChunks:
         if at_once or self._due(PLOT, time, PLOT_EVERY):
             self._change(PLOT, scalar_columns, time, (status.score, status.collisions))
         if at_once or self._due(WORDS, time, WORDS_EVERY):
-            self._change(WORDS, text_columns, time, words(self._task, self._referee))
+            self._change(WORDS, text_columns, time, words(self._referee))
 
     def _due(self, path: str, time: float, every: float) -> bool:
         return path not in self._last or time - self._last[path][0] > every - 1e-6
@@ -244,9 +248,9 @@ GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "�
 """Of gates."""
 
 
-def words(task: Mapping[str, Any], referee: Referee) -> str:
+def words(referee: Referee) -> str:
     """Phase, score, collisions and parts of a task, in Markdown."""
-    status, meaning = referee.status, TASK_KINDS[task["type"]]
+    status, meaning = referee.status, TASK_KINDS[referee.type]
     clock = {
         "initial": f"ready at {status.ready_time:g} s",
         "ready": f"runs from {status.running_time:g} s",
@@ -310,9 +314,9 @@ SIZE = 5.0
 class TaskMarks:
     """Marks of a task, and the lines that its referee does not say: gates missed, and changes of a score of points."""
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._points = TASK_KINDS[task["type"]].unit == "points"
-        self._gates = ["ahead"] * len(gate_rows(task))
+    def __init__(self, task: tasks.Task) -> None:
+        self._points = TASK_KINDS[task.type].unit == "points"
+        self._gates = ["ahead"] * len(gates_of(task))
         self._score = 0.0
         self._marks: list[Mark] = []
         self._lines: list[tuple[float, str, str]] = []
@@ -346,11 +350,11 @@ class TaskMarks:
             yield Chunk.from_columns("/events/task", [times(time)], rr.TextLog.columns(text=text, level=level))
 
 
-def legend_chunks(parameters: Mapping[str, Any]) -> Iterator[Chunk]:
+def legend_chunks(parameters: Parameters | None) -> Iterator[Chunk]:
     """Names, colours and shapes of the marks that a world may have."""
-    task = parameters.get("task") or {}
-    gates = bool(task) and bool(gate_rows(task))
-    points = bool(task) and TASK_KINDS[task["type"]].unit == "points"
+    task = parameters.task if parameters else None
+    gates = bool(gates_of(task))
+    points = task is not None and TASK_KINDS[task.type].unit == "points"
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
     for kind, (color, shape) in KINDS.items():
         if shown[kind]:

@@ -71,7 +71,7 @@ class Picture:
         if self._model is None:
             self._model = drawing_model(self._world)
             self._data = mujoco.MjData(self._model)
-            self._cameras = Cameras(self._model, self._world.tree)
+            self._cameras = Cameras(self._model, self._world.parameters)
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         self._cameras.set_sea(waves)

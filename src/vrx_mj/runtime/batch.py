@@ -77,7 +77,7 @@ class Batch(RowWater):
                 raise CommandError(f"invalid {name} {shown(count)}: a whole number above 0 is needed")
             if value > MOST:
                 raise CommandError(f"invalid {name} {shown(count)}: at most {MOST} are possible")
-        if world.tree.get("task"):
+        if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
         self.world, self.n = world, int(n)

@@ -21,21 +21,19 @@ class FreeBodies:
 
     def __init__(self, world: World, rig: Rig) -> None:
         self._data, self._rig = rig.data, rig
-        self._boats, self._thrusters = world.boats, world.tree["thrusters"]
+        self._boats, self._thrusters = world.boats, world.parameters.thrusters
         self._hulls: dict[str, Hull] = {}
-        floating = [item["name"] for item in world.tree["objects"] if item["kind"] == "floating"]
+        floating = [item.name for item in world.parameters.objects if item.kind == "floating"]
         self.objects = tuple(floating)
-        docks = [dock["name"] for dock in world.tree["docks"] if dock["dynamic"]]
+        docks = [dock.name for dock in world.parameters.docks if dock.dynamic]
         self.afloat = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
         roots = rig.blocks[rig.blocks["parent"] < 0]
         for names, rows in ((world.boats, rig.hulls), (self.objects, rig.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
                 self._address[name] = (int(row["qpos"]), int(row["dof"]))
-        task = world.tree.get("task") or {}
-        self._fixed = {
-            name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in task.get("fixed", {}).items()
-        }
+        fixed = world.parameters.task.fixed if world.parameters.task else {}
+        self._fixed = {name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in fixed.items()}
 
     def stand(self, name: str) -> FloatArray:
         """(7,): position [m] and quaternion (w, x, y, z) of a link's origin, or of a dock's frame."""
@@ -61,7 +59,7 @@ class FreeBodies:
         return self._hulls[name]
 
     def _figures(self, number: int) -> Hull:
-        names = {item["name"]: row for row, item in enumerate(self._thrusters) if item["hull"] == number}
+        names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
         return hull_of(self._rig, self._rig.hulls[number], names)
 
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:

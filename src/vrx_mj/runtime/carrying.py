@@ -38,17 +38,17 @@ class Staying:
     @staticmethod
     def of(world: World, rig: Rig, name: str | None) -> "Staying":
         """All rows but those of the boat called `name`; None: all of them."""
-        model, parameters = rig.model, world.tree
+        model, parameters = rig.model, world.parameters
         bodies = np.array([name is None or not _is_part(model.body(i).name, name) for i in range(model.nbody)])
-        floating = [item for item in parameters["objects"] if item["kind"] == "floating"]
-        floats = np.array([name is None or not _is_part(item["body"], name) for item in floating], np.bool_)
+        floating = [item for item in parameters.objects if item.kind == "floating"]
+        floats = np.array([name is None or not _is_part(item.body, name) for item in floating], np.bool_)
         elements = np.ones(len(rig.elements), np.bool_)
         for row in rig.floats[~floats]:
             elements[row["element_start"] : row["element_start"] + row["element_count"]] = False
         marks = np.ones(len(rig.moments.marks), np.bool_)
         for sensor in rig.sensors:
             marks[sensor.marks] = sensor.boat != name
-        rivals = (parameters.get("task") or {"rivals": ()})["rivals"]
+        rivals = parameters.task.rivals if parameters.task else ()
         joints = bodies[model.jnt_bodyid]
         widths = np.array([_width(kind) for kind in model.jnt_type], np.int64)
         return Staying(

@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
-from vrx_mj.runtime.rig import Rig, Row
+from vrx_mj.runtime.rig import Rig
 
 Commands = Mapping[str, Mapping[str, float]]
 """Boat -> {thruster: command, or thruster_angle: rad}."""
@@ -17,16 +18,16 @@ ANGLE = "_angle"
 class Helm:
     """The names that take commands, and where they go; a rudder takes an angle alone."""
 
-    def __init__(self, boats: Sequence[str], rows: Sequence[Row]) -> None:
+    def __init__(self, boats: Sequence[str], rows: Sequence[Thruster]) -> None:
         self._channels: dict[str, dict[str, tuple[int, str]]] = {boat: {} for boat in boats}
         self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in boats}
         for index, row in enumerate(rows):
-            boat = boats[row["hull"]]
-            if row["mapping"] != RUDDER:
-                self._channels[boat][row["name"]] = (index, "command")
-            self.thrusters[boat][row["name"]] = index
+            boat = boats[row.hull]
+            if row.mapping != RUDDER:
+                self._channels[boat][row.name] = (index, "command")
+            self.thrusters[boat][row.name] = index
         for index, row in enumerate(rows):
-            self._channels[boats[row["hull"]]].setdefault(row["name"] + ANGLE, (index, "angle_target"))
+            self._channels[boats[row.hull]].setdefault(row.name + ANGLE, (index, "angle_target"))
 
     def names(self, boat: str) -> tuple[str, ...]:
         """Every command that the boat takes.

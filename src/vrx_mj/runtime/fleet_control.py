@@ -29,10 +29,10 @@ def fleet_controller(sim: Simulation) -> Controller | None:
     crews = _crews(sim)
     if not crews:
         return None
-    task = sim.world.tree["task"]
+    task = sim.world.parameters.task
     loaded = []
     for name, own in crews.items():
-        takes = own | {TASK} if task is not None and task["boat"] in own else own
+        takes = own | {TASK} if task is not None and task.boat in own else own
         loaded.append((name, _loaded(name, own, sim.seed), takes))
 
     def controller(obs: Observation, time: float) -> Mapping[str, Any]:
@@ -47,9 +47,9 @@ def fleet_controller(sim: Simulation) -> Controller | None:
 def _crews(sim: Simulation) -> dict[str, set[str]]:
     """The boats of each controller, by its name."""
     crews: dict[str, set[str]] = {}
-    for boat in sim.world.tree["boats"]:
-        if boat.get("controller") is not None:  # a world saved earlier has no such key
-            crews.setdefault(boat["controller"], set()).add(boat["name"])
+    for boat in sim.world.parameters.boats:
+        if boat.controller is not None:
+            crews.setdefault(boat.controller, set()).add(boat.name)
     return crews
 
 

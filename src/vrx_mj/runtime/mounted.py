@@ -61,27 +61,27 @@ class Mounted:
 
 def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
     """The sensors of a world's boats, in its order; those of boats that were there before are `known`."""
-    rows = world.tree.get("sensors", ())
+    rows = world.parameters.sensors
     before = {(sensor.boat, sensor.life, sensor.name): sensor for sensor in known}
-    lives = {boat["name"]: int(boat.get("life", 0)) for boat in world.tree["boats"]}
-    floating = [item["name"] for item in world.tree["objects"] if item["kind"] == "floating"]
-    joints = {body: int(model.body(body).jntadr[0]) for body in {row["body"] for row in rows}}
+    lives = {boat.name: boat.life for boat in world.parameters.boats}
+    floating = [item.name for item in world.parameters.objects if item.kind == "floating"]
+    joints = {body: int(model.body(body).jntadr[0]) for body in {row.body for row in rows}}
     found: list[Mounted] = []
     mark = 0
     for row in rows:
-        boat, life = row["boat"], lives[row["boat"]]
-        same = before.get((boat, life, row["config"]["name"]))
-        config = same.config if same else sensor_config(row)
-        joint = joints[row["body"]]
+        boat, life = row.boat, lives[row.boat]
+        same = before.get((boat, life, row.name))
+        config = same.config if same else sensor_config({"config": row.config})
+        joint = joints[row.body]
         name = ball_name(boat, config.name)
         found.append(
             Mounted(
                 boat=boat,
                 life=life,
                 config=config,
-                frame=row["frame"],
-                mount=same.mount if same else Mount.of(row["position"], row["rotation"]),
-                body=row["body"],
+                frame=row.frame,
+                mount=same.mount if same else Mount.of(row.position, row.rotation),
+                body=row.body,
                 qpos=int(model.jnt_qposadr[joint]),
                 dof=int(model.jnt_dofadr[joint]),
                 mark=mark,

@@ -52,13 +52,13 @@ class Channel(NamedTuple):
 
 def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
     """Return every command of a world with that table of thrusters: thrusts, then steering angles."""
-    newtons = world.tree["profile"] == "vrx3"
+    newtons = world.parameters.profile == "vrx3"
     pushing, steering = [], []
-    for number, (given, row) in enumerate(zip(world.tree["thrusters"], thrusters, strict=True)):
-        boat, name = world.boats[row["hull"]], given["name"]
-        if given["mapping"] != RUDDER:
+    for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
+        boat, name = world.boats[given.hull], given.name
+        if given.mapping != RUDDER:
             pushing.append(Channel(boat, name, number, "command", _thrusts(row) if newtons else (-1.0, 1.0)))
-        if given["max_angle"]:
+        if given.max_angle:
             angle = float(row["max_angle"])
             steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle)))
     return (*pushing, *steering)

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError
+from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import WAVE, Table
 from vrx_mj.physics.waves import stretched, surface_height
@@ -28,11 +28,11 @@ FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "
 class RowSeas:
     """What the sea of each row has of its own."""
 
-    def __init__(self, waves: Table, sea: Mapping[str, Any], n: int) -> None:
-        """Take a world's `tables.WAVE` and its `World.tree["sea"]`; all `n` rows have that sea."""
+    def __init__(self, waves: Table, sea: Sea, n: int) -> None:
+        """Take a world's `tables.WAVE` and its sea; all `n` rows have that sea."""
         self._world = waves
-        peak = 2.0 * math.pi / sea["period"] if sea["period"] else 1.0
-        self._nominal = np.array([(peak, tuple(sea["direction"]))], NOMINAL)
+        peak = 2.0 * math.pi / sea.period if sea.period else 1.0
+        self._nominal = np.array([(peak, sea.direction)], NOMINAL)
         self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, CHANGE)
         self._phases = np.zeros((n, len(waves)))
 

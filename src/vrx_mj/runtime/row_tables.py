@@ -127,7 +127,7 @@ class RowTables:
         )
         self._wind = self._spread(rig.wind[None])
         self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
-        self._seas = RowSeas(rig.waves, self.world.tree["sea"], self.n)
+        self._seas = RowSeas(rig.waves, self.world.parameters.sea, self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
         self._afloat = Afloat(rig)
         self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))

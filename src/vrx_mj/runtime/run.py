@@ -331,7 +331,7 @@ def summarize(
     }
     return Summary(
         world=sim.world.name,
-        fleet=str(sim.world.tree["fleet"]),
+        fleet=sim.world.parameters.fleet,
         seed=sim.seed,
         steps=steps,
         sim_time=elapsed,

@@ -111,7 +111,7 @@ class Sensing:
         self.world, self.rig = world, rig
         self.sights = Sights(world, rig, drawing)
         self.earth = _earth(world)
-        self._at_base = frozenset(world.tree["at_base_link"])
+        self._at_base = frozenset(world.parameters.at_base_link)
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
         for sensor in rig.sensors:
             self._boats[sensor.boat][sensor.name] = sensor
@@ -214,7 +214,7 @@ class Sensing:
     @property
     def inherits(self) -> bool:
         """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return str(self.world.tree["profile"]) not in AT_REST
+        return self.world.parameters.profile not in AT_REST
 
     # Inside
 
@@ -293,5 +293,5 @@ def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
 
 def _earth(world: World) -> Georeference | None:
     """Where on Earth a world is; a saved one has the values without their file."""
-    values = world.tree["georeference"]
-    return None if values is None else Georeference(**values)
+    values = world.parameters.georeference
+    return None if values is None else Georeference(**vars(values))

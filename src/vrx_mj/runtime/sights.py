@@ -40,7 +40,7 @@ class Sights:
         """The picture of a camera."""
         model = self._drawing()
         if self._cameras is None:
-            self._cameras = Cameras(model, self._world.tree)
+            self._cameras = Cameras(model, self._world.parameters)
         place = sensor.place(now.qpos, now.qvel)
         data = self._scene(model, now)
         if self._rig.displays:
@@ -68,7 +68,7 @@ class Sights:
         """
         if any(sensor.config.type == "camera" for sensor in sensors) and not cached(draw_surface):
             with announced(draw_surface, *SEA):
-                Cameras(self._drawing(), self._world.tree).compile()
+                Cameras(self._drawing(), self._world.parameters).compile()
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
             if not (cached(cast) and cached(noisy) and (cached(cast_at_sea) or not sea)):

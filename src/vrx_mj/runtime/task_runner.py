@@ -65,13 +65,13 @@ class TaskRunner:
 
     def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
-        task = world.tree.get("task")
+        task = world.parameters.task
         self.referee: Referee | None = None
         if task:
             self.referee = make_referee(task)
         self.bind(world, rig, stand)
-        earth = world.tree["georeference"]
-        self._earth = Georeference(**earth) if earth else None
+        earth = world.parameters.georeference
+        self._earth = Georeference(**vars(earth)) if earth else None
         self._stride = frame_stride(rig.timestep)
         self.reset()
 
@@ -80,7 +80,7 @@ class TaskRunner:
         self._rig, self._stand = rig, stand
         self.layout = FrameLayout((), ())
         if self.referee:
-            self.layout = FrameLayout.of(world.tree["task"], self.referee.watched)
+            self.layout = FrameLayout.of(world.parameters.task, self.referee.watched)
 
     def reset(self) -> None:
         """Begin anew."""

@@ -3,13 +3,13 @@
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.model.world import Parameters
 from vrx_mj.physics.noise import bits
 from vrx_mj.physics.surface import HORIZON
 from vrx_mj.physics.tables import Table
@@ -30,11 +30,11 @@ class Cameras:
     bits on the same machine with the same way of drawing (`MUJOCO_GL`).
     """
 
-    def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
-        """Take a world's drawing model and its `World.tree`; nothing is drawn or opened yet."""
+    def __init__(self, model: mujoco.MjModel, world: Parameters) -> None:
+        """Take a world's drawing model and its parameters; nothing is drawn or opened yet."""
         self._model = copy.copy(model)
-        self._fog = bool(parameters["scene"]["fog"])
-        self._sea = SeaSkin(model, parameters)
+        self._fog = world.scene.fog
+        self._sea = SeaSkin(model, world.sea)
         self._canvas: Canvas | None = None
         self._drawn = np.zeros((0, 0, 3), np.uint8)
 

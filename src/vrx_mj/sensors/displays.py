@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,8 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
+from vrx_mj.model.site import Light, Placard
+from vrx_mj.model.world import Parameters
 
 __all__ = [
     "Display", "check_display_marks", "display_marks", "displays_of", "light_codes", "new_pattern", "next_pattern",
@@ -126,15 +127,15 @@ def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
             raise StateError(f"invalid state of the {display.kind} '{display.name}': a time is not finite")
 
 
-def displays_of(parameters: Mapping[str, Any]) -> tuple[Display, ...]:
-    """The lights and placards of a world, from its parameters."""
-    rows = [("light", row) for row in parameters.get("lights", ())]
-    rows += [("placard", row) for row in parameters.get("placards", ())]
+def displays_of(world: Parameters) -> tuple[Display, ...]:
+    """The lights and placards of a world."""
     found: list[Display] = []
     first = 0
-    for kind, row in rows:
+    rows: tuple[Light | Placard, ...] = (*world.lights, *world.placards)
+    for row in rows:
+        kind = "light" if isinstance(row, Light) else "placard"
         marks = slice(first, first + MARKS[kind])
-        found.append(Display(row["name"], kind, row["body"], _parts(kind, row), _start(kind, row), marks))
+        found.append(Display(row.name, kind, row.body, _parts(row), _start(row), marks))
         first = marks.stop
     return tuple(found)
 
@@ -144,14 +145,14 @@ def display_marks(displays: Sequence[Display]) -> list[float]:
     return list(chain.from_iterable(display.start for display in displays))
 
 
-def _parts(kind: str, row: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    if kind == "light":
-        return {"panels": tuple(row["geoms"])}
-    return {shape: tuple(row["geoms"][shape]) for shape in SHAPES if shape in row["geoms"]}
+def _parts(row: Light | Placard) -> dict[str, tuple[str, ...]]:
+    if isinstance(row, Light):
+        return {"panels": row.geoms}
+    return {shape: row.geoms[shape] for shape in SHAPES if shape in row.geoms}
 
 
-def _start(kind: str, row: Mapping[str, Any]) -> tuple[float, ...]:
-    if kind == "placard":
-        return (symbol_mark(row["symbol"]),)
-    colors = [float(CODES.index(color)) for color in row["pattern"]]
+def _start(row: Light | Placard) -> tuple[float, ...]:
+    if isinstance(row, Placard):
+        return (symbol_mark(row.symbol),)
+    colors = [float(CODES.index(color)) for color in row.pattern]
     return (*colors, 0.0, float(DARK), 0.0, 0.0)

@@ -1,12 +1,10 @@
 """The sea's skin in a drawing model: moved to where the eye looks, with the heights that the physics uses."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.model.water import Sea
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import draw_surface, fan, ripples
 from vrx_mj.physics.waves import surface_heights
@@ -21,12 +19,11 @@ class SeaSkin:
     `vertices` may be written into `model.skin_vert`: the skin's only bone is the world.
     """
 
-    def __init__(self, model: mujoco.MjModel, parameters: Mapping[str, Any]) -> None:
+    def __init__(self, model: mujoco.MjModel, sea: Sea) -> None:
         self.wet = model.nskin == 1
-        sea = parameters["sea"]
-        self._waves = tables.table(tables.WAVE, sea["waves"])
+        self._waves = tables.table(tables.WAVE, [vars(wave) for wave in sea.waves])
         self._shading = ripples(self._waves)
-        self._sea = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])
+        self._sea = tables.table(tables.SEA, [{"tau": sea.tau, "level": sea.level}])
         self._distances, self._spokes = fan()
         number = int(model.nskinvert)
         self.vertices = np.zeros((number, 3), np.float32)

@@ -4,11 +4,10 @@ VRX 3's AcousticPerceptionScoringPlugin.cc and AcousticTrackingScoringPlugin.cc.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from vrx_mj.constants import EARLY
+from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.status import Count, TaskStatus
@@ -38,11 +37,10 @@ class AcousticPerception(PlainRules):
     title = "acoustic perception"
     state: AcousticPerceptionState
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
+    def __init__(self, task: tasks.AcousticPerception) -> None:
         self.state = AcousticPerceptionState()
-        self._boat, self._tolerance = task["boat"], float(task["goal_tolerance"])
-        pinger = task["pinger"]
-        self._pinger = (float(pinger["x"]), float(pinger["y"]), float(pinger["z"]))
+        self._boat, self._tolerance = task.boat, task.goal_tolerance
+        self._pinger = (task.pinger.x, task.pinger.y, task.pinger.z)
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Look whether the boat is there."""
@@ -85,10 +83,10 @@ class AcousticTracking(PlainRules):
     title = "acoustic tracking"
     state: AcousticTrackingState
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
+    def __init__(self, task: tasks.AcousticTracking) -> None:
         self.state = AcousticTrackingState()
-        self._boat, self._pinger = task["boat"], task["pinger"]
-        self._height, self._penalty = float(task["pinger_depth"]), float(task["obstacle_penalty"])
+        self._boat, self._pinger = task.boat, task.pinger
+        self._height, self._penalty = task.pinger_depth, task.obstacle_penalty
         self.watched = (self._pinger,)
 
     def update(self, frame: Frame, context: TaskContext) -> None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from vrx_mj.config.displays import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
 from vrx_mj.tasks.status import Phase, Place, TaskStatus
@@ -136,18 +137,17 @@ class Docking(PlainRules):
     title = "docking"
     state: DockingState
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
+    def __init__(self, task: tasks.Dock) -> None:
         self.state = DockingState()
-        self._boat, self._anchor = task["boat"], task["anchor"]
-        self._balls = tuple(task["balls"])
-        self._bays = tuple(_bay(bay) for bay in task["bays"])
-        self._holes = tuple(_hole(hole) for hole in task["holes"] if hole["points"])
-        self._buoy, self._colors = task["light_buoy"], [str(color).lower() for color in task["color_sequence"] or ()]
-        self._asks_colors, self._color_points = bool(task["enable_color_checker"]), float(task["color_bonus_points"])
-        self._dock_points = float(task["dock_bonus_points"])
-        self._right_points = float(task["correct_dock_bonus_points"])
-        self._stay = float(task["min_dock_time"])
-        self._early_zones = self._announces = task["profile"] != "vrx3"
+        self._boat, self._anchor = task.boat, task.anchor
+        self._balls = task.balls
+        self._bays = tuple(_bay(bay) for bay in task.bays)
+        self._holes = tuple(_hole(hole) for hole in task.holes if hole.points)
+        self._buoy, self._colors = task.light_buoy, [color.lower() for color in task.color_sequence]
+        self._asks_colors, self._color_points = task.enable_color_checker, task.color_bonus_points
+        self._dock_points, self._right_points = task.dock_bonus_points, task.correct_dock_bonus_points
+        self._stay = task.min_dock_time
+        self._early_zones = self._announces = task.profile != "vrx3"
         self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.right), None)
         self.watched = (self._anchor, *self._balls)
 
@@ -299,22 +299,10 @@ def _colors(content: Any) -> list[str]:
     return colors
 
 
-def _bay(bay: Mapping[str, Any]) -> Bay:
-    return Bay(
-        str(bay["name"]),
-        bay["placard"],
-        str(bay["symbol"]),
-        bool(bay["dock_allowed"]),
-        _box(bay["internal"]["center"], bay["internal"]["size"]),
-        _box(bay["external"]["center"], bay["external"]["size"]),
-    )
+def _bay(bay: tasks.Bay) -> Bay:
+    inside, outside = (Box(zone.center, zone.size) for zone in (bay.internal, bay.external))
+    return Bay(bay.name, bay.placard, bay.symbol, bay.dock_allowed, inside, outside)
 
 
-def _hole(hole: Mapping[str, Any]) -> Hole:
-    return Hole(str(hole["bay"]), str(hole["size"]), float(hole["points"]), _box(hole["center"], hole["box"]))
-
-
-def _box(center: Sequence[float], size: Sequence[float]) -> Box:
-    x, y, z = (float(number) for number in center)
-    length, width, height = (float(number) for number in size)
-    return Box((x, y, z), (length, width, height))
+def _hole(hole: tasks.Hole) -> Hole:
+    return Hole(hole.bay, hole.size, hole.points, Box(hole.center, hole.box))

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from vrx_mj.model.tasks import TaskBase
+
 __all__ = ["FRAME_RATE", "Frame", "FrameLayout", "Message", "Pose", "frame_stride"]
 
 FRAME_RATE = 20.0
@@ -85,9 +87,9 @@ class FrameLayout:
         return Frame(numbers[0], poses, touches, tuple(messages))
 
     @staticmethod
-    def of(task: Mapping[str, Any], watched: Sequence[str]) -> "FrameLayout":
+    def of(task: TaskBase | None, watched: Sequence[str]) -> "FrameLayout":
         """The layout of a task's frames."""
-        return FrameLayout(tuple(watched), tuple(task["rivals"]))
+        return FrameLayout(tuple(watched), task.rivals if task else ())
 
 
 def frame_stride(timestep: float) -> int:

@@ -5,10 +5,11 @@ References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 Naviga
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
+from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import PlainRules, TaskContext
 from vrx_mj.tasks.status import TaskStatus
@@ -63,16 +64,16 @@ def side_of(gate: Gate, x: float, y: float) -> Side:
     return "after" if east * along_x + north * along_y >= 0.0 else "before"
 
 
-def marker_names(gates: Iterable[Mapping[str, str]]) -> tuple[str, ...]:
+def marker_names(gates: Iterable[tasks.Gate]) -> tuple[str, ...]:
     """Names of the buoys of gates, each once."""
-    return tuple(dict.fromkeys(name for gate in gates for name in (gate["left"], gate["right"])))
+    return tuple(dict.fromkeys(name for gate in gates for name in (gate.left, gate.right)))
 
 
-def passage(gate: Mapping[str, str], before: str, boat: str, frame: Frame) -> tuple[Side, Passage | None]:
+def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Side, Passage | None]:
     """Where the boat is in a gate now, and whether it has passed it since it was at `before`."""
     poses = frame.poses
     place = poses[boat]
-    now = side_of(gate_between(poses[gate["left"]], poses[gate["right"]]), place.x, place.y)
+    now = side_of(gate_between(poses[gate.left], poses[gate.right]), place.x, place.y)
     if now == "after" and before == "before":
         return now, "forwards"
     return now, "backwards" if now == "before" and before == "after" else None
@@ -97,8 +98,8 @@ class NavigationCourse(PlainRules):
 
     title = "the navigation course"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._boat, self._gates, self._penalty = task["boat"], task["gates"], task["obstacle_penalty"]
+    def __init__(self, task: tasks.Navigation) -> None:
+        self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
         self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
         self.watched = marker_names(self._gates)
 
@@ -150,9 +151,9 @@ class FollowPath(PlainRules):
 
     title = "the path"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._boat, self._gates, self._penalty = task["boat"], task["gates"], task["obstacle_penalty"]
-        self._points, self._bonus = task["points_per_gate_crossed"], task["bonus"]
+    def __init__(self, task: tasks.FollowPath) -> None:
+        self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
+        self._points, self._bonus = task.points_per_gate_crossed, task.bonus
         self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
         self.watched = marker_names(self._gates)
 

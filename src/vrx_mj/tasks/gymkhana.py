@@ -4,28 +4,30 @@ The channel is a task of its own, with its own collisions, dead time and penalty
 the path with points, which cannot fail.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
+from vrx_mj.model import tasks
+from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.gates import FAILURE, FollowPath, NavigationCourse
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
-from vrx_mj.tasks.stationkeeping import pose_error
+from vrx_mj.tasks.stationkeeping import distance
 from vrx_mj.tasks.status import Count, Phase, TaskStatus
 
 __all__ = ["Gymkhana"]
 
 
-def channel_referee(task: Mapping[str, Any]) -> Referee:
+def channel_referee(task: tasks.Gymkhana) -> Referee:
     """The referee of the channel; points as in VRX 3, where a world cannot say them."""
-    points = {"points_per_gate_crossed": 10.0, "bonus": 1.0}
-    own = {"type": "navigation_course", "name": f"{task['name']}_channel", "locked": False, "held": False}
-    part = {**task, **points, **task["channel"], **own}
-    if task["profile"] == "vrx3":
-        return Referee({**part, "type": "follow_path"}, FollowPath(part))
-    return Referee(part, NavigationCourse(part))
+    base = {own.name: getattr(task, own.name) for own in fields(tasks.TaskBase)}
+    base |= vars(task.channel) | {"name": f"{task.name}_channel", "locked": False, "held": False}
+    if task.profile == "vrx3":
+        path = tasks.FollowPath(**base | {"type": "follow_path", "points_per_gate_crossed": 10.0, "bonus": 1.0})
+        return Referee(path, FollowPath(path))
+    course = tasks.Navigation(**base | {"type": "navigation_course"})
+    return Referee(course, NavigationCourse(course))
 
 
 @dataclass
@@ -46,10 +48,10 @@ class Gymkhana(PlainRules):
 
     title = "the gymkhana"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._boat, self._pinger = task["boat"], task["pinger"]
-        self._penalty = float(task["obstacle_penalty"])
-        self._may_fail = task["profile"] != "vrx3"
+    def __init__(self, task: tasks.Gymkhana) -> None:
+        self._boat, self._pinger = task.boat, task.pinger
+        self._penalty = task.obstacle_penalty
+        self._may_fail = task.profile != "vrx3"
         self._channel = channel_referee(task)
         self._sums = GymkhanaState()
         self.watched = self._channel.watched
@@ -73,7 +75,7 @@ class Gymkhana(PlainRules):
     def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """Put the beacon in its place; at the end, let the channel's time be up too."""
         if phase == "ready":
-            context.act(SetPinger(self._boat, (self._pinger["x"], self._pinger["y"], self._pinger["z"])))
+            context.act(SetPinger(self._boat, (self._pinger.x, self._pinger.y, self._pinger.z)))
         if phase == "finished":
             self._watch_channel(frame, context)
 
@@ -83,7 +85,7 @@ class Gymkhana(PlainRules):
         if context.status.phase != "running":
             return
         own, channel = self._sums, self._channel
-        own.error = pose_error(frame.poses[self._boat], self._pinger, heading=False)
+        own.error = distance(frame.poses[self._boat], self._pinger)
         own.frames, own.total = own.frames + 1, own.total + own.error
         context.set_score(own.total / own.frames if channel.finished else FAILURE)
         if self._may_fail and channel.finished and channel.status.score == FAILURE:
@@ -111,7 +113,7 @@ class Gymkhana(PlainRules):
         own = self._sums
         mean = own.total / own.frames if own.frames else 0.0
         return {
-            "goal": self._pinger,
+            "goal": tree_of(self._pinger),
             "pose_error": own.error,
             "mean_pose_error": mean,
             "channel": self._channel.info,

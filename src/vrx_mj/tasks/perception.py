@@ -7,6 +7,7 @@ from typing import Any
 
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import PlaceObject, PlainRules, TaskContext
 from vrx_mj.tasks.status import Count
@@ -53,16 +54,16 @@ class Perception(PlainRules):
 
     title = "perception"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._boat, self._objects, self._loops = task["boat"], task["objects"], task["loop_forever"]
-        self.watched = tuple(dict.fromkeys(thing["name"] for thing in self._objects))
+    def __init__(self, task: tasks.Perception) -> None:
+        self._boat, self._objects, self._loops = task.boat, task.objects, task.loop_forever
+        self.watched = tuple(dict.fromkeys(thing.name for thing in self._objects))
         self.state = self._round(0.0)
 
     @property
     def progress(self) -> dict[str, Any]:
         """Which objects are up, and the errors [m] of the reports."""
         return {
-            "objects": [thing["name"] for thing in self._objects],
+            "objects": [thing.name for thing in self._objects],
             "up": self.state.shown,
             "errors": self.state.errors,
         }
@@ -75,10 +76,10 @@ class Perception(PlainRules):
             self._report(message.content, frame, context)
         own = self.state
         for index, thing in enumerate(self._objects):
-            past = context.status.elapsed - own.round_time - thing["time"]
-            if own.shown[index] and past > thing["duration"] + EARLY:
+            past = context.status.elapsed - own.round_time - thing.time
+            if own.shown[index] and past > thing.duration + EARLY:
                 self._hide(index, context)
-            elif not own.shown[index] and EARLY < past < thing["duration"]:
+            elif not own.shown[index] and EARLY < past < thing.duration:
                 self._show(index, frame, context)
         if own.gone == len(self._objects):
             self._end(context)
@@ -111,10 +112,10 @@ class Perception(PlainRules):
             return
         own.attempts -= 1
         hits = [
-            index for index, thing in enumerate(self._objects) if thing["type"] == landmark["type"] and own.shown[index]
+            index for index, thing in enumerate(self._objects) if thing.type == landmark["type"] and own.shown[index]
         ]
         for index in hits:
-            name = self._objects[index]["name"]
+            name = self._objects[index].name
             error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
             own.errors[index], own.found[index] = min(MOST, own.errors[index], error), True
             context.log(f"landmark {name} found, error {error:.2f} m")
@@ -125,8 +126,8 @@ class Perception(PlainRules):
         thing = self._objects[index]
         self.state.shown[index] = True
         self.state.attempts += 1
-        context.act(PlaceObject(thing["name"], ahead_of(frame.poses[self._boat], thing["pose"])))
-        context.log(f"landmark {thing['name']} appears")
+        context.act(PlaceObject(thing.name, ahead_of(frame.poses[self._boat], thing.pose)))
+        context.log(f"landmark {thing.name} appears")
 
     def _hide(self, index: int, context: TaskContext) -> None:
         own, thing = self.state, self._objects[index]
@@ -134,11 +135,10 @@ class Perception(PlainRules):
         own.attempts = max(0, own.attempts - 1)
         own.gone += 1
         own.total += own.errors[index]
-        x, y, z, roll, pitch, yaw = thing["stash"]
-        context.act(PlaceObject(thing["name"], (x, y, z, roll, pitch, yaw)))
+        context.act(PlaceObject(thing.name, thing.stash))
         context.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
-        context.log(f"landmark {thing['name']} disappears: {result}")
+        context.log(f"landmark {thing.name} disappears: {result}")
 
     def _end(self, context: TaskContext) -> None:
         """The mean; then the end, or all of it again."""

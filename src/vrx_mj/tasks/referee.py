@@ -18,6 +18,7 @@ from vrx_mj.config.report import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
+from vrx_mj.model.tasks import TaskBase
 from vrx_mj.tasks.frame import Frame, Message
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
 from vrx_mj.tasks.status import Phase, TaskStatus
@@ -30,9 +31,9 @@ DEAD_TIME_VRX3 = 3.0
 """[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
 
 
-def dead_time(task: Mapping[str, Any]) -> float:
+def dead_time(task: TaskBase) -> float:
     """How long after a counted collision none counts [s]: in VRX what the world says, cut to whole seconds."""
-    return DEAD_TIME_VRX3 if task["profile"] == "vrx3" else float(math.floor(task["collision_buffer"]))
+    return DEAD_TIME_VRX3 if task.profile == "vrx3" else float(math.floor(task.collision_buffer))
 
 
 @dataclass(frozen=True)
@@ -66,14 +67,14 @@ def same_length(first: Any, given: Any) -> bool:
 
 
 class Referee:
-    """One task under way. `task` is what the compiler made of it: `World.tree["task"]`."""
+    """One task of a compiled world under way."""
 
-    def __init__(self, task: Mapping[str, Any], rules: Rules) -> None:
-        initial, ready, running = task["durations"]
-        self.type, self.name, self.boat = str(task["type"]), str(task["name"]), str(task["boat"])
+    def __init__(self, task: TaskBase, rules: Rules) -> None:
+        initial, ready, running = task.durations
+        self.type, self.name, self.boat = task.type, task.name, task.boat
         self.buffer = dead_time(task)
-        self.held_throughout = bool(task.get("held", False))
-        self.locked = bool(task["locked"])
+        self.held_throughout = task.held
+        self.locked = task.locked
         self._start = TaskStatus(initial, initial + ready, running)
         self._rules = rules
         self._first = asdict(rules.state)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.model.tasks import TaskBase
 from vrx_mj.tasks.acoustics import AcousticPerception, AcousticTracking
 from vrx_mj.tasks.dock import Docking
 from vrx_mj.tasks.gates import FollowPath, NavigationCourse
@@ -23,7 +24,7 @@ __all__ = ["TASK_KINDS", "TaskKind", "make_referee"]
 class TaskKind:
     """A type of task: its rules, and what its score is (VRX's competition documents)."""
 
-    rules: Callable[[Mapping[str, Any]], Rules]
+    rules: Callable[[Any], Rules]
     """Makes the rules from the task's parameters."""
     unit: str
     """Unit of the score."""
@@ -48,12 +49,12 @@ TASK_KINDS: Mapping[str, TaskKind] = {
 """All of them by type."""
 
 
-def make_referee(task: Mapping[str, Any]) -> Referee:
-    """The referee of a task: `World.parameters["task"]`.
+def make_referee(task: TaskBase) -> Referee:
+    """The referee of a task.
 
     Raises:
         UnknownNameError: no task is of this type.
     """
-    if task["type"] not in TASK_KINDS:
-        raise UnknownNameError("task type", str(task["type"]), TASK_KINDS)
-    return Referee(task, TASK_KINDS[task["type"]].rules(task))
+    if task.type not in TASK_KINDS:
+        raise UnknownNameError("task type", task.type, TASK_KINDS)
+    return Referee(task, TASK_KINDS[task.type].rules(task))

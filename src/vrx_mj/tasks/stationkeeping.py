@@ -1,27 +1,32 @@
 """Station-keeping: hold a pose for the whole run (VRX stationkeeping_scoring_plugin.cc)."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from vrx_mj.model import tasks
+from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.status import Count, TaskStatus
 
-__all__ = ["Stationkeeping", "pose_error"]
+__all__ = ["Stationkeeping", "distance", "pose_error"]
 
 
-def pose_error(pose: Pose, goal: Mapping[str, float], *, heading: bool = True) -> float:
+def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
     """Error of a pose [m]: e = d + 0.75^d h, with d the horizontal distance [m] and h that of the headings [rad].
 
     VRX's quirk is kept: h = pi - ||goal - yaw| - pi| holds up to two full turns apart, beyond which it is negative.
     """
-    distance = math.hypot(goal["x"] - pose.x, goal["y"] - pose.y)
+    away = distance(pose, goal)
     if not heading:
-        return distance
-    apart = math.pi - abs(abs(goal["yaw"] - pose.yaw) - math.pi)
-    return distance + math.pow(0.75, distance) * apart
+        return away
+    apart = math.pi - abs(abs(goal.yaw - pose.yaw) - math.pi)
+    return away + math.pow(0.75, away) * apart
+
+
+def distance(pose: Pose, goal: tasks.Goal | tasks.Pinger) -> float:
+    """Horizontal distance [m]."""
+    return math.hypot(goal.x - pose.x, goal.y - pose.y)
 
 
 @dataclass
@@ -40,9 +45,9 @@ class Stationkeeping(PlainRules):
 
     title = "station-keeping"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
+    def __init__(self, task: tasks.Stationkeeping) -> None:
         self.state = StationkeepingState()
-        self._boat, self._goal, self._heading = task["boat"], task["goal"], task["heading"]
+        self._boat, self._goal, self._heading = task.boat, task.goal, task.heading
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the error of a frame into the mean."""
@@ -57,4 +62,4 @@ class Stationkeeping(PlainRules):
         """The goal from `ready` on, and the errors while it runs."""
         if status.phase == "initial":
             return {}
-        return {"goal": self._goal, "pose_error": self.state.error, "mean_pose_error": status.score}
+        return {"goal": tree_of(self._goal), "pose_error": self.state.error, "mean_pose_error": status.score}

@@ -1,10 +1,11 @@
 """Wayfinding: come near to every waypoint, in any order (VRX wayfinding_scoring_plugin.cc)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.errors import StateError
+from vrx_mj.model import tasks
+from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
@@ -26,9 +27,9 @@ class Wayfinding(PlainRules):
 
     title = "wayfinding"
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
+    def __init__(self, task: tasks.Wayfinding) -> None:
         self.state = WayfindingState()
-        self._boat, self._waypoints = task["boat"], list(task["waypoints"])
+        self._boat, self._waypoints = task.boat, task.waypoints
 
     @property
     def progress(self) -> dict[str, Any]:
@@ -63,4 +64,8 @@ class Wayfinding(PlainRules):
         """The waypoints from `ready` on, and the errors while it runs."""
         if status.phase == "initial":
             return {}
-        return {"waypoints": self._waypoints, "min_errors": list(self.state.errors), "mean_error": status.score}
+        return {
+            "waypoints": tree_of(self._waypoints),
+            "min_errors": list(self.state.errors),
+            "mean_error": status.score,
+        }

@@ -5,7 +5,6 @@ engagement. The boat circles by crossing eight times in the right sense without 
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ from pydantic import Field
 
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
+from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose
 from vrx_mj.tasks.gates import Side
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
@@ -77,13 +77,13 @@ class Wildlife(PlainRules):
     title = "wildlife"
     state: WildlifeState
 
-    def __init__(self, task: Mapping[str, Any]) -> None:
-        self._boat, self._animals = task["boat"], tuple(task["animals"])
-        self._classic = task["profile"] != "vrx3"
+    def __init__(self, task: tasks.Wildlife) -> None:
+        self._boat, self._animals = task.boat, task.animals
+        self._classic = task.profile != "vrx3"
         self.counts_hits = not self._classic
-        self._radius, self._bonus = float(task["engagement_distance"]), float(task["time_bonus"])
-        self._rate = task["publication_rate"]
-        self.watched = tuple(str(animal["name"]) for animal in self._animals)
+        self._radius, self._bonus = task.engagement_distance, task.time_bonus
+        self._rate = task.publication_rate
+        self.watched = tuple(animal.name for animal in self._animals)
         count = len(self._animals)
         self.state = WildlifeState(
             ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
@@ -95,7 +95,7 @@ class Wildlife(PlainRules):
         rows = zip(self._animals, self.state.status, self.state.circled, strict=True)
         return {
             "animals": [
-                {"name": animal["name"], "goal": animal["goal"], "status": status, "circled": circled}
+                {"name": animal.name, "goal": animal.goal, "status": status, "circled": circled}
                 for animal, status, circled in rows
             ]
         }
@@ -143,7 +143,7 @@ class Wildlife(PlainRules):
     # Inside
 
     def _avoided(self, number: int) -> bool:
-        return bool(self._animals[number]["goal"] == "avoid")
+        return self._animals[number].goal == "avoid"
 
     def _done(self, number: int) -> bool:
         return self.state.status[number] == "circumnavigated"
@@ -182,7 +182,7 @@ class Wildlife(PlainRules):
     def _circle(self, number: int, dx: float, dy: float, context: TaskContext) -> None:
         """See which gates the boat has crossed, and in which sense."""
         own, name = self.state, self.watched[number]
-        right = "after" if self._animals[number]["goal"] == "circumnavigate_counterclockwise" else "before"
+        right = "after" if self._animals[number].goal == "circumnavigate_counterclockwise" else "before"
         sides, circled = own.sides[number], own.circled[number]
         for gate, axis in enumerate(AXES):
             side = gate_side(dx, dy, axis, self._radius)
@@ -211,9 +211,9 @@ class Wildlife(PlainRules):
         if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
             return
         own.published += 1
-        own.animals = [_told(animal, frame.poses[animal["name"]]) for animal in self._animals]
+        own.animals = [_told(animal, frame.poses[animal.name]) for animal in self._animals]
 
 
-def _told(animal: Mapping[str, Any], pose: Pose) -> dict[str, Any]:
+def _told(animal: tasks.Animal, pose: Pose) -> dict[str, Any]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
-    return {"name": KINDS[animal["goal"]], **place}
+    return {"name": KINDS[animal.goal], **place}

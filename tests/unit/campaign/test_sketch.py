@@ -1,8 +1,10 @@
+import dataclasses
 import json
 import math
 
 import pytest
 
+from trees import task_of
 from vrx_mj.campaign.maps import draw, sketch_of
 from vrx_mj.mjcf.compile import compile_world
 
@@ -39,16 +41,16 @@ def test_a_sketch_holds_what_a_map_shows(world):
 
 def with_task(world, **task):
     """The same world with another task, as far as its sketch wants to know it."""
-    task = {"type": "any", "name": "any", "boat": "wamv", **task}
-    return type(world)(world.mjcf, world.assets, {**world.tree, "task": task})
+    task = task_of({"name": "any", "boat": "wamv", **task})
+    return dataclasses.replace(world, parameters=dataclasses.replace(world.parameters, task=task))
 
 
 def test_gates_and_animals_are_found_by_the_names_of_their_objects(world):
     animals = [{"name": "red", "goal": "avoid"}]
-    sketch = sketch_of(
-        with_task(world, gates=[{"left": "red", "right": "green"}], animals=animals, engagement_distance=10.0)
-    )
+    gates = [{"left": "red", "right": "green"}]
+    sketch = sketch_of(with_task(world, type="navigation_course", gates=gates))
     assert sketch["gates"] == [{"left": [10.0, 5.0], "right": [10.0, -5.0], "yaw": math.pi}]
+    sketch = sketch_of(with_task(world, type="wildlife", animals=animals, engagement_distance=10.0))
     assert sketch["circles"] == [{"x": 10.0, "y": 5.0, "radius": 10.0, "told": "red: avoid"}]
 
 
@@ -62,7 +64,9 @@ def test_bays_are_turned_with_their_dock(world):
         "internal": zone,
         "external": zone,
     }
-    (drawn,) = sketch_of(with_task(world, anchor="pier", bays=[bay]))["bays"]
+    (drawn,) = sketch_of(
+        with_task(world, type="dock", anchor="pier", bays=[bay], light_buoy=None, color_sequence=["off"] * 3)
+    )["bays"]
     assert drawn == {"corners": [[21, 0], [21, 4], [19, 4], [19, 0]], "allowed": True, "told": "bay1: red circle"}
 
 

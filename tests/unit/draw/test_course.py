@@ -1,13 +1,15 @@
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
-from vrx_mj.draw.course import course_of, symbols_of, zone_corners
+from trees import partial
+from vrx_mj.draw.course import Course, course_of, symbols_of, zone_corners
 from vrx_mj.draw.map import draw_map
 from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapPlacard, MapScene
 from vrx_mj.draw.plan import view_of
+from vrx_mj.model.tasks import Box
 
 
 def thing(name, x, y, yaw=0.0):
@@ -15,12 +17,13 @@ def thing(name, x, y, yaw=0.0):
 
 
 def world(task, *objects, docks=(), boats=(), **rows):
-    return {"task": task, "objects": list(objects), "docks": list(docks), "boats": list(boats), **rows}
+    return partial({"floats": [], "task": task, "objects": objects, "docks": docks, "boats": boats, **rows})
 
 
 GATES = [{"left": "red_0", "right": "green_0"}, {"left": "red_1", "right": "white_1"}]
 BUOYS = (thing("red_0", 10, 0), thing("green_0", 0, 0), thing("red_1", 20, 30), thing("white_1", 20, 40))
 ZONE = {"center": [4.0, 1.0, 0.25], "size": [2.0, 1.0, 2.0]}
+UNLIT = {"light_buoy": None, "color_sequence": ["red", "green", "blue"]}
 OUTER = {"center": [-4.0, 1.0, 0.25], "size": [1.0, 5.0, 2.0]}
 BAYS = [
     {
@@ -34,7 +37,13 @@ BAYS = [
 ]
 
 
-@pytest.mark.parametrize("task", [{"gates": GATES}, {"channel": {"gates": GATES}, "pinger": {"x": 1.0, "y": 2.0}}])
+@pytest.mark.parametrize(
+    "task",
+    [
+        {"type": "navigation_course", "gates": GATES},
+        {"type": "gymkhana", "channel": {"gates": GATES}, "pinger": {"x": 1.0, "y": 2.0}},
+    ],
+)
 def test_gates_are_crossed_with_the_left_buoy_to_starboard(task):
     """Red in the east of green: northwards. Red in the south of white: eastwards."""
     first, second = course_of(world(task, *BUOYS)).gates
@@ -46,7 +55,7 @@ def test_gates_are_crossed_with_the_left_buoy_to_starboard(task):
 
 def test_zones_of_a_turned_dock_lie_where_the_dock_has_them():
     """At (10, 20), turned by 90 degrees: the dock's x goes north, its y west."""
-    task = {"anchor": "d/base", "bays": BAYS}
+    task = {"type": "dock", "anchor": "d/base", "bays": BAYS, **UNLIT}
     (bay,) = course_of(world(task, docks=[thing("d/base", 10, 20, math.pi / 2)])).bays
     np.testing.assert_allclose(bay.internal[:, :2], [[9.5, 23], [9.5, 25], [8.5, 25], [8.5, 23]], atol=1e-12)
     np.testing.assert_allclose(bay.external[:, :2].mean(axis=0), [9, 16], atol=1e-12)
@@ -56,13 +65,13 @@ def test_zones_of_a_turned_dock_lie_where_the_dock_has_them():
 
 
 def test_a_zone_is_drawn_at_its_bottom_but_not_under_water():
-    assert set(zone_corners(ZONE)[:, 2]) == {0.0}
-    assert set(zone_corners({"center": [0, 0, 3], "size": [1, 1, 2]})[:, 2]) == {2.0}
+    assert set(zone_corners(Box(**ZONE))[:, 2]) == {0.0}
+    assert set(zone_corners(Box(center=(0, 0, 3), size=(1, 1, 2)))[:, 2]) == {2.0}
 
 
 def test_animals_have_their_goals_and_the_radius_of_engagement():
     rows = [{"name": "turtle", "goal": "circumnavigate_counterclockwise"}, {"name": "croc", "goal": "avoid"}]
-    task = {"animals": rows, "engagement_distance": 10.0}
+    task = {"type": "wildlife", "animals": rows, "engagement_distance": 10.0}
     turtle, croc = course_of(world(task, thing("turtle", 1, 2), thing("croc", 3, 4))).animals
     assert (turtle.x, turtle.y, turtle.radius, turtle.goal) == (1, 2, 10.0, "circumnavigate_counterclockwise")
     assert (croc.x, croc.y, croc.goal) == (3, 4, "avoid")
@@ -84,9 +93,9 @@ def test_what_swims_has_its_waypoints_also_without_a_task():
 @pytest.mark.parametrize(
     ("task", "name", "radius"),
     [
-        ({"pinger": {"x": 3.0, "y": 4.0}, "goal_tolerance": 2.5}, "beacon", 2.5),
-        ({"pinger": {"x": 3.0, "y": 4.0}, "channel": {"gates": []}}, "black box", 0.0),
-        ({"pinger": "whale"}, "whale", 0.0),
+        ({"type": "acoustic_perception", "pinger": {"x": 3.0, "y": 4.0}, "goal_tolerance": 2.5}, "beacon", 2.5),
+        ({"type": "gymkhana", "pinger": {"x": 3.0, "y": 4.0}, "channel": {"gates": []}}, "black box", 0.0),
+        ({"type": "acoustic_tracking", "pinger": "whale"}, "whale", 0.0),
     ],
 )
 def test_beacons_lie_still_or_start_where_what_carries_them_does(task, name, radius):
@@ -97,7 +106,7 @@ def test_beacons_lie_still_or_start_where_what_carries_them_does(task, name, rad
 def test_objects_come_up_before_the_boat_as_it_heads():
     """8 m ahead and 2 m to the left of a boat that heads north."""
     shown = {"time": 5.0, "duration": 3.0, "type": "buoy", "name": "red", "pose": [8.0, 2.0, 1.0, 0, 0, 0]}
-    task = {"objects": [shown], "boat": "wamv"}
+    task = {"type": "perception", "objects": [shown], "boat": "wamv"}
     (showing,) = course_of(world(task, boats=[thing("wamv", 100, 50, math.pi / 2)])).showings
     assert (showing.x, showing.y) == pytest.approx((98, 58))
     assert (showing.start, showing.end) == (5.0, 8.0)
@@ -106,7 +115,13 @@ def test_objects_come_up_before_the_boat_as_it_heads():
 def test_lights_and_placards_show_what_the_task_tells_them():
     lights = [{"name": "buoy", "pattern": ["off"] * 3}, {"name": "other", "pattern": ["red", "green", "red"]}]
     placards = [{"name": "d/p1", "symbol": "blue_circle"}, {"name": "d/p2", "symbol": "blue_circle"}]
-    task = {"anchor": "d", "bays": BAYS, "light_buoy": "buoy", "color_sequence": ["blue", "Green", "yellow"]}
+    task = {
+        "type": "dock",
+        "anchor": "d",
+        "bays": BAYS,
+        "light_buoy": "buoy",
+        "color_sequence": ["blue", "Green", "yellow"],
+    }
     things = (thing("buoy", 1, 2), thing("other", 3, 4))
     parameters = world(task, *things, docks=[thing("d", 0, 0)], lights=lights, placards=placards)
     assert [light.colors for light in course_of(parameters).lights] == [
@@ -114,7 +129,8 @@ def test_lights_and_placards_show_what_the_task_tells_them():
         ("red", "green", "red"),
     ]
     assert symbols_of(parameters) == {"d/p1": "red_cross", "d/p2": "blue_circle"}
-    assert [light.name for light in course_of({**parameters, "task": None}).lights] == ["other"]  # dark ones: no dots
+    alone = partial({**vars(parameters), "task": None})
+    assert [light.name for light in course_of(alone).lights] == ["other"]  # dark ones: no dots
 
 
 def full_scene():
@@ -122,25 +138,31 @@ def full_scene():
     shown = {"time": 5.0, "duration": 3.0, "type": "buoy", "name": "red_1", "pose": [8.0, 2.0, 1.0, 0, 0, 0]}
     goals = ("avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise")
     animals = [{"name": f"a{i}", "goal": goal} for i, goal in enumerate(goals)]
-    task = {
-        "boat": "wamv", "gates": GATES, "anchor": "d", "bays": BAYS, "pinger": {"x": -20.0, "y": 10.0},
-        "objects": [shown], "goal_tolerance": 3.0, "animals": animals, "engagement_distance": 10.0,
-    }  # fmt: skip
+    tasks = [
+        {"type": "navigation_course", "gates": GATES},
+        {"type": "dock", "anchor": "d", "bays": BAYS, **UNLIT},
+        {"type": "acoustic_perception", "pinger": {"x": -20.0, "y": 10.0}, "goal_tolerance": 3.0},
+        {"type": "perception", "boat": "wamv", "objects": [shown]},
+        {"type": "wildlife", "animals": animals, "engagement_distance": 10.0},
+    ]
     objects = (*BUOYS, *(thing(f"a{i}", -40 + 25 * i, -30) for i in range(3)), thing("light", 40, 40))
     path = {"waypoint_start": 0, "waypoint_count": 3, "loop": 1}
     parameters = world(
-        task, *objects, docks=[thing("d", 40, 0, 1.0)], boats=[thing("wamv", 0, -10)], followers=[path],
+        None, *objects, docks=[thing("d", 40, 0, 1.0)], boats=[thing("wamv", 0, -10)], followers=[path],
         floats=[{"body": "a1/link", "follower": 0}],
         path_points=[{"position": [x, -30.0 + x]} for x in (-15.0, 0.0, 9.0)],
         lights=[{"name": "light", "pattern": ["red", "green", "yellow"]}],
     )  # fmt: skip
+    courses = [course_of(partial({**vars(parameters), "task": task})) for task in tasks]
+    laid_out = {part.name: sum((getattr(one, part.name) for one in courses), ()) for part in fields(Course)}
+    laid_out |= {part: getattr(courses[0], part) for part in ("lights", "paths")}
     return MapScene(
         title="all of it",
         docks=(MapDock("d", np.array([[40.0, 0.0], [42.0, 0.0]]), 1.0),),
         objects=tuple(MapObject(item["name"], "buoy", *item["pose"][:2], (0.8, 0.1, 0.1), 0.6) for item in objects),
         boats=(MapBoat("wamv", 0.0, -10.0, 0.0, "#d1495b"),),
         placards=(MapPlacard("p1", 41.0, 0.0, "red_cross"), MapPlacard("p2", 41.2, 0.0, "blue_triangle")),
-        course=course_of(parameters),
+        course=Course(**laid_out),
     )
 
 

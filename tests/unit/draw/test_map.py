@@ -6,12 +6,14 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from trees import partial
 from vrx_mj.draw.labels import font_warnings_hidden
 from vrx_mj.draw.map import chart, draw_map
 from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, map_of
 from vrx_mj.draw.plan import nice_length, view_of
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.water import Sea
 
 SHORE = (
     np.array([[-80.0, -60.0], [120.0, -60.0], [120.0, 90.0], [-80.0, 90.0]]),
@@ -36,10 +38,12 @@ WORLD = World(
     <geom type="sphere" size="0.2" pos="0 0 1" rgba="1 1 1 1" group="2"/>
     <geom type="box" size="9 9 9" rgba="0 0 1 1" group="3"/></body></worldbody></mujoco>""",
     assets=MappingProxyType({}),
-    tree=MappingProxyType(
+    parameters=partial(
         {
             "name": "bay",
             "fleet": "duo",
+            "task": None,
+            "floats": [],
             "shoreline": [[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]],
             "wind": {"direction": [0.0, 1.0], "mean": 3.0},
             "sea": {"direction": [1.0, 0.0], "period": 5.0, "significant_height": 0.2, "waves": [{}]},
@@ -147,15 +151,16 @@ def test_a_world_becomes_a_scene():
 
 @pytest.mark.parametrize("name", ["blue_projectile", "wamv1/ball_shooter"])  # the regatta's own, and a shooter's
 def test_parked_balls_are_not_on_the_map(name):
-    ball = {**WORLD.tree["objects"][0], "name": name, "model": "blue_projectile"}
-    values = {**WORLD.tree, "objects": [*WORLD.tree["objects"], ball]}
-    assert map_of(World(WORLD.mjcf, WORLD.assets, values)).objects == map_of(WORLD).objects
+    here = WORLD.parameters
+    ball = replace(here.objects[0], name=name, model="blue_projectile")
+    there = partial({**vars(here), "objects": [*here.objects, ball]})
+    assert map_of(World(WORLD.mjcf, WORLD.assets, there)).objects == map_of(WORLD).objects
 
 
 def test_still_air_and_a_calm_sea_have_no_arrows():
-    values = {**WORLD.tree, "wind": {"direction": [1.0, 0.0], "mean": 0.0}}
-    values["sea"] = {**values["sea"], "waves": []}
-    scene = map_of(World(WORLD.mjcf, WORLD.assets, values))
+    calm = partial({**vars(WORLD.parameters.sea), "waves": []}, Sea)
+    there = partial({**vars(WORLD.parameters), "wind": {"direction": [1.0, 0.0], "mean": 0.0}, "sea": calm})
+    scene = map_of(World(WORLD.mjcf, WORLD.assets, there))
     assert scene.wind is None
     assert scene.wave is None
 

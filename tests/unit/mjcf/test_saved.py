@@ -257,7 +257,7 @@ def test_a_missing_asset_is_named(worlds, tmp_path):
 
 def test_a_world_made_by_hand_is_not_written_outside_its_folder(worlds, tmp_path):
     world = worlds["gates"]
-    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.tree)
+    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.parameters)
     with pytest.raises(StateError) as refused:
         evil.save(tmp_path / "a" / "b")
     assert str(refused.value) == "invalid asset name '../../evil.obj': a file name without folders is needed"

@@ -10,31 +10,31 @@ from pydantic import ValidationError
 
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.references import broken_references
-from vrx_mj.model.world import format_of, parameters_of
+from vrx_mj.model.world import format_of, json_of, parameters_of, tree_of
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
 
 
 @pytest.fixture(scope="module")
 def text():
-    return json.dumps(dict(compile_world("gymkhana").tree)).encode()
+    return json_of(compile_world("gymkhana").parameters).encode()
 
 
 @pytest.fixture(scope="module")
 def rafts():
     world = compile_world({"docks": [RAFT, {**RAFT, "name": "other", "pose": [60, 0, 0, 0, 0, 0]}]})
-    return parameters_of(json.dumps(dict(world.tree)).encode())[0]
+    return world.parameters
 
 
 @pytest.fixture(scope="module")
 def swimmers():
     world = compile_world("wildlife_task", fleet={"usv_count": 2, "origin": "spawn"})
-    return parameters_of(json.dumps(dict(world.tree)).encode())[0]
+    return world.parameters
 
 
 def test_the_tree_and_the_dataclasses_hold_the_same(text):
-    typed, tree = parameters_of(text)
-    assert tree == json.loads(text)
+    typed, tree = parameters_of(text), json.loads(text)
+    assert tree_of(typed) == tree
     assert typed.hulls[0].drag_linear == tuple(tree["hulls"][0]["drag_linear"])
     assert typed.task.pinger.x == tree["task"]["pinger"]["x"]
     assert math.isclose(typed.wind.time_constant, tree["wind"]["time_constant"])

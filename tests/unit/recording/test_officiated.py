@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trees import partial
 from unit.tasks.streams import task
 from vrx_mj.recording.reader import Record, SavedState
 from vrx_mj.recording.rescoring import rescore
@@ -21,7 +22,7 @@ TIMES = [0.05 * number for number in range(60)]
 class Boats:
     """The boats that sailed together: what a rescoring reads of them."""
 
-    parameters = {"task": TASK}  # noqa: RUF012
+    parameters = partial({"task": TASK})
 
 
 def row(time):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import recorded_run
+from trees import partial, task_of
 from vrx_mj.recording.course_chunks import FATES
 from vrx_mj.recording.reader import read_record
 from vrx_mj.recording.task_chunks import PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
@@ -15,18 +16,21 @@ from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee
 
 BUOYS = {"red_0": (5.0, 10.0), "green_0": (-5.0, 10.0), "red_1": (5.0, 30.0), "green_1": (-5.0, 30.0)}
-TASK = {
+TASK = task_of({
     "type": "follow_path", "name": "path", "boat": "wamv", "profile": "vrx", "durations": [1.0, 1.0, 300.0],
     "collision_buffer": 3.0, "locked": True, "held": False, "rivals": ["red_1"],
     "gates": [{"left": "red_0", "right": "green_0"}, {"left": "red_1", "right": "green_1"}],
-    "points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0,
-}  # fmt: skip
-PARAMETERS = {
-    "task": TASK,
-    "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
-    "docks": [],
-    "boats": [{"name": "wamv", "pose": [0.0] * 6}],
-}
+    "points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0, "fixed": {},
+})  # fmt: skip
+PARAMETERS = partial(
+    {
+        "task": TASK,
+        "objects": [{"name": name, "pose": [*place, 0.0, 0.0, 0.0, 0.0]} for name, place in BUOYS.items()],
+        "floats": [],
+        "docks": [],
+        "boats": [{"name": "wamv", "pose": [0.0] * 6}],
+    }
+)
 RATE = 20
 
 
@@ -78,7 +82,7 @@ def test_a_gate_that_is_passed_by_is_missed():
 def test_only_marks_that_a_world_may_have_are_in_the_legend():
     named = {chunk.entity_path for chunk in legend_chunks(PARAMETERS)}
     assert named == {"/marks/contacts", "/marks/gates_passed", "/marks/gates_missed", "/marks/score_changes"}
-    assert {chunk.entity_path for chunk in legend_chunks({"task": None})} == {"/marks/contacts"}
+    assert {chunk.entity_path for chunk in legend_chunks(partial({"task": None}))} == {"/marks/contacts"}
 
 
 def judged(rows):
@@ -194,14 +198,14 @@ def test_words_tell_phase_score_and_gates():
 )
 def test_words_tell_the_parts_of_every_task(progress, line):
     class Told:
-        name, status = "task", judged([]).status
+        type, name, status = "follow_path", "task", judged([]).status
 
     Told.progress = progress
-    assert words(TASK, Told).endswith("\n\n" + line)
+    assert words(Told).endswith("\n\n" + line)
 
 
 def test_nothing_is_written_without_a_task():
-    going = TaskChunks({"task": None})
+    going = TaskChunks(partial({"task": None}))
     assert [*going((), frames(0.0, 1.0)), *going.rest()] == []
 
 
@@ -210,7 +214,7 @@ def test_a_run_that_flushes_every_second_writes_few_blocks():
     assert len(chunks) <= 4 * 16
 
 
-@pytest.mark.parametrize("parameters", [{}, PARAMETERS])
+@pytest.mark.parametrize("parameters", [None, PARAMETERS])
 def test_rows_stay_as_they_are(tmp_path, parameters):
     path = tmp_path / "run.rrd"
     with RecordWriter(path, replace(recorded_run.scene(), parameters=parameters)) as writer:
@@ -225,7 +229,7 @@ def test_rows_stay_as_they_are(tmp_path, parameters):
 
 def test_a_file_grows_by_less_than_100_kb_in_300_s(tmp_path):
     sizes = []
-    for name, parameters in (("without", {}), ("with", PARAMETERS)):
+    for name, parameters in (("without", None), ("with", PARAMETERS)):
         path = tmp_path / f"{name}.rrd"
         with RecordWriter(path, replace(recorded_run.scene(), parameters=parameters)) as writer:
             for frame in frames(0.0, 300.0, speed=0.11, drift=0.05):

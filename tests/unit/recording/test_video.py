@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import recorded_run
+from trees import partial
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.packages import install_command
 from vrx_mj.recording import Record, read_record
@@ -166,7 +167,9 @@ def made_up(tmp_path):
     """A recording that is read, but never drawn."""
     recorded = read_record(tmp_path / "run.rrd")
     files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
-    company = SimpleNamespace(files=files, parameters={"sea": {"level": 0.0}}, layout=recorded.layout)
+    company = SimpleNamespace(
+        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None}), layout=recorded.layout
+    )
     return SimpleNamespace(**{**vars(recorded), "companies": (company,), "files": files})
 
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from trees import partial
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
 
@@ -38,7 +39,7 @@ def crew(tmp_path, monkeypatch):
 def steered(*names, task=None):
     """What the fleet's controller commands four boats, the first of which have these controllers."""
     boats = [{"name": f"wamv{i + 1}", "controller": name} for i, name in enumerate(names)]
-    world = SimpleNamespace(tree={"boats": boats, "task": task})
+    world = SimpleNamespace(parameters=partial({"boats": boats, "task": task}))
     controller = fleet_controller(SimpleNamespace(world=world, seed=5))
     return controller(dict.fromkeys(["wamv1", "wamv2", "wamv3", "wamv4"]), 2.0)
 
@@ -60,7 +61,7 @@ def test_messages_to_the_task_come_from_the_controller_of_the_scored_boat(scored
 
 
 def test_a_fleet_that_names_no_controller_has_none():
-    sim = SimpleNamespace(world=SimpleNamespace(tree={"boats": [{"name": "old"}], "task": None}), seed=0)
+    sim = SimpleNamespace(world=SimpleNamespace(parameters=partial({"boats": [{"name": "old"}], "task": None})), seed=0)
     assert fleet_controller(sim) is None
     assert not names_controllers(sim)
 

@@ -54,12 +54,12 @@ def _drawn(key):
         for (x, y, z), radius, color in balls
     )
     compiled = make_world(
-        compiled.mjcf.replace("</worldbody>", f"{shapes}</worldbody>"), compiled.assets, compiled.tree
+        compiled.mjcf.replace("</worldbody>", f"{shapes}</worldbody>"), compiled.assets, compiled.parameters
     )
     model = drawing_model(compiled)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    return Cameras(model, compiled.tree), data
+    return Cameras(model, compiled.parameters), data
 
 
 FOG = {"type": "linear", "color": [0.5, 0.6, 0.7], "start": 2, "end": 60}
@@ -165,7 +165,7 @@ def test_the_boats_own_hull_is_in_view():
     model = drawing_model(compiled)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    cameras = Cameras(model, compiled.tree)
+    cameras = Cameras(model, compiled.parameters)
     body = data.body("wamv/base_link")
     frame = body.xmat.reshape(3, 3)
     rgb = cameras.image(config(), data, body.xpos + frame @ (0.75, 0.1, 1.5), frame @ turned(pitch=0.26), 0.0).rgb
@@ -268,7 +268,7 @@ def test_cameras_that_another_thread_lets_go_do_no_harm():
     model = drawing_model(compiled)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    kept, left = Cameras(model, compiled.tree), Cameras(model, compiled.tree)
+    kept, left = Cameras(model, compiled.parameters), Cameras(model, compiled.parameters)
     pictures = [cameras.image(config(), data, np.zeros(3), LEVEL, 1.0).rgb for cameras in (kept, left)]
     thread = threading.Thread(target=left.close)
     thread.start()
@@ -283,7 +283,7 @@ def drawn_in_a_child(pipe):
     """Tell what a camera that drew before the fork says, and one that never drew; then go in peace."""
     compiled = compile_world(CALM)
     model = drawing_model(compiled)
-    fresh = Cameras(model, compiled.tree)
+    fresh = Cameras(model, compiled.parameters)
     for draw in (
         lambda: image("calm", config()),
         lambda: fresh.image(config(), mujoco.MjData(model), np.zeros(3), LEVEL, 1.0),
@@ -319,7 +319,7 @@ def test_the_drawing_model_of_the_caller_is_left_alone():
     before = model.geom_group.copy(), model.vis.global_.offwidth, model.skin_vert.copy()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    cameras = Cameras(model, compiled.tree)
+    cameras = Cameras(model, compiled.parameters)
     cameras.image(config(), data, np.zeros(3), LEVEL, 1.0)
     cameras.close()
     assert np.array_equal(model.geom_group, before[0])

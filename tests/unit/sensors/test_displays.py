@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from trees import partial
 from vrx_mj.config.displays import LIGHT_PATTERNS, SYMBOLS
 from vrx_mj.sensors.displays import display_marks, displays_of, new_pattern, next_pattern, next_symbol, symbol_mark
 
@@ -19,7 +20,7 @@ PLACARDS = [{"name": "board", "body": "board/link", "symbol": "blue_circle",
 
 @pytest.fixture
 def scene():
-    displays = displays_of({"lights": LIGHTS, "placards": PLACARDS})
+    displays = displays_of(partial({"lights": LIGHTS, "placards": PLACARDS}))
     return {display.name: display for display in displays}, np.array(display_marks(displays))
 
 
@@ -28,7 +29,7 @@ def shown(display, marks, times):
 
 
 def test_a_world_without_displays_has_none():
-    assert displays_of({}) == ()
+    assert displays_of(partial({})) == ()
 
 
 def test_a_light_is_dark_until_told_and_one_with_a_pattern_shows_it(scene):
@@ -78,7 +79,7 @@ def test_a_shuffle_while_a_pattern_waits_changes_it(scene):
 @given(start=st.integers(0, 50_000), later=st.integers(0, 2000))
 def test_colours_change_at_whole_seconds_though_time_is_a_sum_of_steps(start, later):
     """Second implementation, in whole steps of 10 ms."""
-    displays = displays_of({"lights": LIGHTS})
+    displays = displays_of(partial({"lights": LIGHTS}))
     marks = np.array(display_marks(displays))
     time, now = np.cumsum(np.full(start + later + 1, 0.01))[[start, start + later]] - 0.01
     new_pattern(marks[displays[0].marks], ("red", "green", "blue"), float(time))

@@ -6,6 +6,7 @@ from collections import defaultdict
 from itertools import pairwise
 from pathlib import Path
 
+from trees import task_of
 from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message, Pose
 
 GOLDEN = Path(__file__).parents[2] / "golden"
@@ -26,9 +27,10 @@ def task(kind, **values):
         "collision_buffer": 3.0,
         "locked": True,
         "held": False,
+        "fixed": {},
         "rivals": [],
     }
-    return common | values
+    return task_of(common | values)
 
 
 def frame(time, boat=None, touches=None, messages=(), **others):

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from unit.tasks.streams import buoys, courses, frame, gate_names, pose, through
 from vrx_mj.config.objects import load_object
+from vrx_mj.model import tasks
 from vrx_mj.tasks.gates import Gate, gate_between, marker_names, passage, side_of
 
 COURSES = courses()
@@ -79,16 +80,16 @@ def test_sides_agree_with_complex_numbers(x, y, yaw, width, boat_x, boat_y):
 )
 def test_a_passage_needs_both_sides_in_a_row(before, x, way):
     seen = frame(1.0, (x, 0), left=(0, -5), right=(0, 5))
-    assert passage({"left": "left", "right": "right"}, before, "wamv", seen)[1] == way
+    assert passage(tasks.Gate(left="left", right="right"), before, "wamv", seen)[1] == way
 
 
 def test_beside_a_gate_there_is_no_passage():
     seen = frame(1.0, (1, 5.1), left=(0, -5), right=(0, 5))
-    assert passage({"left": "left", "right": "right"}, "before", "wamv", seen) == ("outside", None)
+    assert passage(tasks.Gate(left="left", right="right"), "before", "wamv", seen) == ("outside", None)
 
 
 def test_marker_names_are_listed_once():
-    gates = [{"left": "a", "right": "b"}, {"left": "c", "right": "b"}]
+    gates = [tasks.Gate(left="a", right="b"), tasks.Gate(left="c", right="b")]
     assert marker_names(gates) == ("a", "b", "c")
 
 

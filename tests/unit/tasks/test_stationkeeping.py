@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError
+from vrx_mj.model.tasks import Goal
 from vrx_mj.tasks.registry import make_referee
 from vrx_mj.tasks.stationkeeping import pose_error
 
@@ -15,11 +16,11 @@ ORIGIN = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 
 
 def goal(**values):
-    return ORIGIN | values
+    return Goal(**ORIGIN | values)
 
 
 def station(heading=True, **values):
-    return make_referee(task("stationkeeping", goal=goal(**values), heading=heading))
+    return make_referee(task("stationkeeping", goal=ORIGIN | values, heading=heading))
 
 
 @pytest.mark.parametrize(
@@ -69,16 +70,16 @@ def test_the_score_is_the_mean_since_the_run_began():
     assert referee.status.score == 2.5
     referee.look(frame(0.15, (1, 0)))
     assert referee.status.score == 2.0
-    assert referee.outputs == {"goal": goal(), "pose_error": 1.0, "mean_pose_error": 2.0}
+    assert referee.outputs == {"goal": ORIGIN, "pose_error": 1.0, "mean_pose_error": 2.0}
 
 
 def test_what_is_before_the_run_does_not_count():
-    referee = make_referee(task("stationkeeping", goal=goal(), heading=True, durations=[1, 1, 300]))
+    referee = make_referee(task("stationkeeping", goal=ORIGIN, heading=True, durations=[1, 1, 300]))
     assert referee.outputs == {}
     referee.look(frame(0.0, (50, 0)))
     assert referee.outputs == {}
     referee.look(frame(1.0, (50, 0)))
-    assert referee.outputs == {"goal": goal(), "pose_error": 0.0, "mean_pose_error": 0.0}
+    assert referee.outputs == {"goal": ORIGIN, "pose_error": 0.0, "mean_pose_error": 0.0}
     referee.look(frame(2.0, (3, 0)))
     assert referee.status.score == 3.0
 

@@ -244,8 +244,8 @@ def followed(recorded: Record, boat: str | None) -> str:
         raise VideoError(f"'{recorded.path}' has no boat to follow")
     if boat is not None and boat not in boats:
         raise UnknownNameError("boat", boat, boats)
-    task = recorded.companies[0].parameters.get("task") or {}
-    scored = str(task.get("boat"))
+    task = recorded.companies[0].parameters.task
+    scored = task.boat if task else ""
     return boat or (scored if scored in boats else next(iter(boats)))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -95,7 +94,7 @@ class Footage:
     @cached_property
     def level(self) -> float:
         """Mean height of the water [m]."""
-        return float(self.company(0).parameters["sea"]["level"])
+        return self.company(0).parameters.sea.level
 
     def places(self, moment: Instant) -> dict[str, FloatArray]:
         """Where the boats' origins are at a moment, (3,) [m]."""
@@ -113,10 +112,10 @@ class Footage:
     @cached_property
     def standings(self) -> tuple[Standing, ...]:
         """How the task stood, in the order of time; nothing without a task."""
-        task: Mapping[str, str] | None = self.recorded.companies[0].parameters.get("task")
+        task = self.recorded.companies[0].parameters.task
         if task is None:
             return ()
-        unit = TASK_KINDS[task["type"]].unit
+        unit = TASK_KINDS[task.type].unit
         return tuple(
             Standing(
                 time, one.name, one.status.phase, one.status.score, unit, one.status.collisions, one.status.remaining

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, draw_surface
 from vrx_mj.recording.companies import Company
 from vrx_mj.recording.simulation_scene import check_columns
@@ -57,11 +57,11 @@ class Stage:
             RecordError: its rows are not of that world.
         """
         world = company.world
-        parameters = world.tree
+        parameters = world.parameters
         self._model = drawing_model(world)
         check_columns(company, self._model)
         self._data = mujoco.MjData(self._model)
-        self._sea = SeaSkin(self._model, parameters)
+        self._sea = SeaSkin(self._model, parameters.sea)
         self._displays = displays_of(parameters)
         self._wakes = [Wake(paths[boat], stern) for boat, stern in sterns(parameters) if boat in paths]
         self._foam_at = math.nan, (np.zeros((0, 3, 3)), np.zeros(0))
@@ -70,11 +70,11 @@ class Stage:
             self._model,
             width=width,
             height=height,
-            fog=bool(parameters["scene"]["fog"]),
+            fog=parameters.scene.fog,
             samples=SAMPLES,
             spare=64 + len(self._wakes) * math.ceil(TRIANGLES * LASTS * PIECES_PER_SECOND),
         )
-        self.level = float(parameters["sea"]["level"])
+        self.level = parameters.sea.level
         """Mean height of the water [m]."""
 
     def draw(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> ByteArray:
@@ -121,11 +121,10 @@ class Stage:
             glitter[:] = EDGE
 
 
-def sterns(parameters: Mapping[str, Any]) -> Sequence[tuple[str, tuple[float, float]]]:
+def sterns(parameters: Parameters) -> Sequence[tuple[str, tuple[float, float]]]:
     """Boats and where their hulls leave foam, body axes [m]: at engines behind the middle."""
-    boats = [boat["name"] for boat in parameters["boats"]]
-    found = ((boats[row["hull"]], tuple(row["position"][:2])) for row in parameters["thrusters"])
-    return list(dict.fromkeys((boat, (float(x), float(y))) for boat, (x, y) in found if x < 0.0))
+    found = ((parameters.boats[engine.hull].name, engine.position[:2]) for engine in parameters.thrusters)
+    return list(dict.fromkeys((boat, place) for boat, place in found if place[0] < 0.0))
 
 
 Triangles = tuple[FloatArray, FloatArray]
