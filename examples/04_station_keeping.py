@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import vrx_mj
-from vrx_mj.control.craft import craft_of
 from vrx_mj.control.navigation import Navigator
 from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.velocity import craft_of
 
 WORLD = "vrx2022/phase2/stationkeeping2"  # a wind of 7 m/s, gusts of 1.5 m/s
 

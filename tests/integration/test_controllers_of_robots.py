@@ -10,7 +10,7 @@ import vrx_mj
 from unit.physics.rows import moving
 from vrx_mj.config.search import catalogue
 from vrx_mj.control import Captain
-from vrx_mj.control.craft import WAMV, WAMV_VRX3, craft_of
+from vrx_mj.control.velocity import WAMV, WAMV_VRX3, craft_of
 from vrx_mj.physics.rudder import rudder_force
 
 ROBOTS = sorted(catalogue("robots"))

@@ -1,20 +1,199 @@
 """Acoustics: come to a beacon that lies still, or stay with one that swims."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from vrx_mj.control.beacon import Heard, MovingBeacon, StillBeacon, heard
-from vrx_mj.control.guidance import approach_speed, around, clear_of
-from vrx_mj.control.lookout import Lookout
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.control.buoy_map import Lookout
+from vrx_mj.control.guidance import Point, approach_speed, around, clear_of, wrapped
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
 from vrx_mj.control.skipper import Commands, Skipper
 
+__all__ = [
+    "BeaconFollower",
+    "BeaconSeeker",
+    "Heard",
+    "MovingBeacon",
+    "Roam",
+    "StillBeacon",
+    "heard",
+    "in_a_row",
+]
+
+LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
+"""Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
+PATIENCE = 40.0
+"""How long one of them is tried for [s]: a shore may lie before it."""
+THERE = 6.0
+"""A place within this distance [m] was reached."""
+ASIDE = 1.9
+"""Boats begin with the bow toward the course: what lies further than this [rad] off it is taken for the shore's."""
+
+
+ROW, MOST = 12.0, 1
+"""What has more others than that within that distance [m] is one of many: stones of a shore."""
+
+
+def in_a_row(place: Point, others: Iterable[Point]) -> bool:
+    """Whether something unknown is one of many: a lidar sees one stone here and one there."""
+    return sum(0.0 < math.dist(place, other) < ROW for other in others) > MOST
+
+
+class Roam:
+    """Places ahead of where a search began, one after the other."""
+
+    def __init__(self, place: Point, heading: float, time: float) -> None:
+        """It begins at a place [m] with a heading [rad] at a time [s]."""
+        self._place, self._heading, self._since = place, heading, time
+        self._leg = 0
+
+    def next(self, seen: Estimate, time: float) -> Point:
+        """Where to go now [m]."""
+        if seen.to(*self._goal)[0] < THERE or time - self._since > PATIENCE:
+            self._leg, self._since = self._leg + 1, time
+        return self._goal
+
+    def likely(self, place: Point, reach: float) -> bool:
+        """Whether a place may be of the course: it lies ahead of the beginning, and not too far off."""
+        bearing = math.atan2(place[1] - self._place[1], place[0] - self._place[0])
+        return math.dist(place, self._place) < reach and abs(wrapped(bearing - self._heading)) < ASIDE
+
+    @property
+    def _goal(self) -> Point:
+        away, angle = LEGS[self._leg % len(LEGS)]
+        bearing = self._heading + angle
+        return self._place[0] + away * math.cos(bearing), self._place[1] + away * math.sin(bearing)
+
+
+RANGE_NOISE = 3.0
+"""Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
+ANGLE_NOISE = 0.01
+"""Standard deviation of a bearing and of an elevation [rad]: as above."""
+DEPTH, DEPTH_NOISE = -1.0, 1.5
+"""What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
+HEIGHT = 2.0
+"""Of a moving beacon over the water, or under it [m]; VRX 3's swims under it and is heard from over it."""
+SWERVE = 0.5
+"""Acceleration of a moving beacon [m/s2], as noise of 1 s."""
+LEAST_ELEVATION = 4.0 * ANGLE_NOISE
+"""Below this [rad] an elevation tells nothing of the distance."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One sound, in the local frame."""
+
+    position: FloatArray
+    """(3,): of the boat, then [m]."""
+    direction: FloatArray
+    """(3,): unit vector to the beacon."""
+    range: float
+    """[m]; noise can make it negative."""
+    elevation: float
+    """[rad], above the horizontal."""
+
+
+def heard(sound: Any, seen: Estimate, age: float) -> Heard:
+    """A receiver's reading, `age` [s] old, by a boat that is now as `seen`."""
+    level = math.cos(sound.elevation)
+    own = (level * math.cos(sound.bearing), level * math.sin(sound.bearing), math.sin(sound.elevation))
+    direction = seen.rotation @ own
+    position = np.array([seen.x - seen.vx * age, seen.y - seen.vy * age, seen.z])
+    return Heard(position, direction, float(sound.range), math.asin(max(-1.0, min(1.0, float(direction[2])))))
+
+
+class StillBeacon:
+    """Least squares over all that was heard, as an information filter of the beacon's position.
+
+    A sound is a point, at its range in its direction, whose error is 3 m along the direction and 1 % of the distance
+    across it. Bearings from two places cross sharply, so the estimate is good long before the boat is there.
+    """
+
+    def __init__(self) -> None:
+        weight = DEPTH_NOISE**-2
+        self._information = np.diag([0.0, 0.0, weight])
+        self._sum = np.array([0.0, 0.0, weight * DEPTH])
+        self.place: tuple[float, float] | None = None
+        """East and north [m]; None before the first sound."""
+
+    def update(self, sound: Heard) -> None:
+        """Take a sound in."""
+        distance = max(1.0, abs(sound.range))
+        if self.place is not None:
+            distance = max(1.0, math.dist(self.place, sound.position[:2].tolist()))
+        along = np.outer(sound.direction, sound.direction)
+        weight = along / RANGE_NOISE**2 + (np.eye(3) - along) / (ANGLE_NOISE * distance) ** 2
+        self._information += weight
+        self._sum += weight @ (sound.position + sound.range * sound.direction)
+        x, y, _ = np.linalg.solve(self._information, self._sum).tolist()
+        self.place = (x, y)
+
+
+class MovingBeacon:
+    """A Kalman filter of a beacon's place and velocity on the water, constant but for `SWERVE`.
+
+    Near by, the elevation of a beacon whose height is known tells its distance better than the range does: at 8 m
+    within 0.3 m. Both are taken, each with its weight.
+    """
+
+    def __init__(self) -> None:
+        self._state: FloatArray | None = None
+        self._covariance = np.diag([0.0, 0.0, 1.0, 1.0])
+        self._time = 0.0
+
+    def update(self, sound: Heard, t: float) -> None:
+        """Take a sound of the time `t` [s] in."""
+        place, covariance = _on_water(sound)
+        if self._state is None:
+            self._state = np.array([*place, 0.0, 0.0])
+            self._covariance[:2, :2] = covariance
+        else:
+            self._state = self._carry_on(self._state, t - self._time)
+            gain = self._covariance[:, :2] @ np.linalg.inv(self._covariance[:2, :2] + covariance)
+            self._state = self._state + gain @ (place - self._state[:2])
+            self._covariance = self._covariance - gain @ self._covariance[:2, :]
+        self._time = t
+
+    def at(self, t: float) -> tuple[float, float, float, float] | None:
+        """Place [m] and velocity [m/s], east and north, at a time [s]; None before the first sound."""
+        if self._state is None:
+            return None
+        x, y, vx, vy = self._state.tolist()
+        ahead = t - self._time
+        return x + vx * ahead, y + vy * ahead, vx, vy
+
+    def _carry_on(self, state: FloatArray, interval: float) -> FloatArray:
+        """Predict; the noise is white acceleration (Bar-Shalom et al., Estimation with Applications, 2001, 6.2.2)."""
+        step = np.eye(4)
+        step[0, 2] = step[1, 3] = interval
+        noise = np.kron(np.array([[interval**3 / 3, interval**2 / 2], [interval**2 / 2, interval]]), np.eye(2))
+        self._covariance = step @ self._covariance @ step.T + SWERVE**2 * noise
+        return np.asarray(step @ state)
+
+
+def _on_water(sound: Heard) -> tuple[FloatArray, FloatArray]:
+    """Where a sound puts the beacon [m], east and north, and the covariance [m2]."""
+    level = math.cos(sound.elevation)
+    distance, weight = sound.range * level, RANGE_NOISE**-2
+    if abs(sound.elevation) > LEAST_ELEVATION:
+        rise = abs(math.copysign(HEIGHT, sound.elevation) - float(sound.position[2]))
+        by_angle = rise / math.tan(abs(sound.elevation))
+        sharp = (ANGLE_NOISE * (by_angle**2 + rise**2) / rise) ** -2
+        distance, weight = (distance * weight + by_angle * sharp) / (weight + sharp), weight + sharp
+    ahead = sound.direction[:2] / max(level, 1e-9)
+    along = np.outer(ahead, ahead)
+    across = ANGLE_NOISE * max(1.0, abs(distance))
+    return sound.position[:2] + distance * ahead, along / weight + (np.eye(2) - along) * across**2
+
+
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
-__all__ = ["BeaconFollower", "BeaconSeeker"]
 
 HASTE = 1.5
 """How much faster [m/s] than a boat that is to stop at the beacon: it need only pass by."""

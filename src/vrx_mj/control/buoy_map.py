@@ -8,12 +8,147 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
 
-from vrx_mj.control.clusters import Cluster
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.constants import EARLY
 from vrx_mj.control.guidance import Point
-from vrx_mj.control.pictures import Look
+from vrx_mj.control.navigation import Estimate, sensor_named
+from vrx_mj.control.pictures import Look, camera_ahead, intrinsics, look_at, mounting, project
+from vrx_mj.runtime.timing import Pause
 
-__all__ = ["WIDEST", "Buoy", "BuoyMap", "kind_of"]
+__all__ = [
+    "WIDEST",
+    "Buoy",
+    "BuoyMap",
+    "Cluster",
+    "Lookout",
+    "banks",
+    "clusters",
+    "grouped",
+    "kind_of",
+    "leveled",
+    "standing_free",
+]
+
+Bank = tuple[float, float]
+"""A place that something solid is at [m]."""
+CELL = 0.5
+"""Side of the grid's cells [m]: returns in cells that touch, corners included, belong together."""
+OWN = (-3.2, 3.2, 1.8)
+"""The boat itself: from stern to bow, and to either side [m], body frame."""
+
+
+class Cluster(NamedTuple):
+    """Returns that belong together."""
+
+    x: float
+    """Of the middle [m], level axes as the points."""
+    y: float
+    extent: float
+    """Largest horizontal distance across [m]."""
+    bottom: float
+    """Height of the lowest return [m]."""
+    top: float
+    """Height of the highest [m]."""
+    returns: int
+    """Their number."""
+
+
+def leveled(
+    points: npt.ArrayLike, mount: tuple[FloatArray, FloatArray], attitude: FloatArray, *, reach: float
+) -> FloatArray:
+    """Lidar returns in level axes, (n, 3) [m]: east, north and up from the boat's origin.
+
+    Args:
+        points: (n, 3) returns [m], sensor frame.
+        mount: where the sensor is on the boat: position (3,) [m] and rotation (3, 3), sensor to body.
+        attitude: (3, 3) rotation of the body to level axes.
+        reach: returns further off than this [m], and those from the boat itself, are left out.
+    """
+    position, rotation = mount
+    seen = np.asarray(points, np.float64) @ rotation.T + position
+    stern, bow, side = OWN
+    own = (seen[:, 0] > stern) & (seen[:, 0] < bow) & (np.abs(seen[:, 1]) < side)
+    near = np.hypot(seen[:, 0], seen[:, 1]) < reach
+    level: FloatArray = seen[near & ~own] @ attitude.T
+    return level
+
+
+def clusters(points: FloatArray, *, low: float = -0.6, high: float = 3.5) -> list[Cluster]:
+    """Clusters of level returns, (n, 3) [m], between two heights [m]; the boat's origin floats near 0."""
+    return [_cluster(part) for part in grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])]
+
+
+def grouped(points: FloatArray) -> list[FloatArray]:
+    """Points, (n, 3) [m], in groups of those that belong together, seen from above."""
+    if not len(points):
+        return []
+    cells = np.floor(points[:, :2] / CELL).astype(np.int64)
+    kinds, member = np.unique((cells[:, 0] << 32) + cells[:, 1], return_inverse=True)
+    label = _parts(kinds)[member]
+    order = np.argsort(label, kind="stable")
+    ends = np.cumsum(np.bincount(label))[:-1]
+    return [part for part in np.split(points[order], ends) if len(part)]
+
+
+def _parts(keys: IntArray) -> IntArray:
+    """The part, a number, that each cell belongs to, of sorted keys: column, times 2^32, plus row."""
+    label = np.arange(len(keys))
+    ends = [_neighbours(keys, (i << 32) + j) for i, j in ((0, 1), (1, -1), (1, 0), (1, 1))]
+    one, other = (np.concatenate(side) for side in zip(*ends, strict=True))
+    while True:
+        least = np.minimum(label[one], label[other])
+        after = label.copy()
+        np.minimum.at(after, one, least)
+        np.minimum.at(after, other, least)
+        after = after[after]
+        if np.array_equal(after, label):
+            return label
+        label = after
+
+
+def _neighbours(keys: IntArray, step: int) -> tuple[IntArray, IntArray]:
+    """Rows of the cells that have a neighbour one step on, and the rows of those."""
+    place = np.minimum(np.searchsorted(keys, keys + step), len(keys) - 1)
+    rows = np.nonzero(keys[place] == keys + step)[0]
+    return rows, place[rows]
+
+
+def _cluster(points: FloatArray) -> Cluster:
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y = (low[:2] + high[:2]) / 2.0
+    across = float(np.hypot(*(high - low)[:2]))
+    return Cluster(float(x), float(y), across, float(low[2]), float(high[2]), len(points))
+
+
+def standing_free(
+    points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
+) -> tuple[list[Cluster], FloatArray]:
+    """What is narrow and stands free, and the returns of what is wide, (n, 3) [m], as shores and docks.
+
+    Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
+    """
+    groups = grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])
+    found = [(_cluster(group), group) for group in groups]
+    small = [cluster for cluster, _ in found if cluster.extent <= widest]
+    broad = [group for cluster, group in found if cluster.extent > widest]
+    if not broad:
+        return small, np.empty((0, 3))
+    wide = np.concatenate(broad)
+    free = [one for one in small if float(np.hypot(wide[:, 0] - one.x, wide[:, 1] - one.y).min()) > apart]
+    return free, wide
+
+
+def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[Bank]:
+    """Where something stands out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
+    near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
+    cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
+    return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
+
 
 SAME = 2.0
 """What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
@@ -124,3 +259,79 @@ def kind_of(look: Look) -> str:
     if look.height < max(MARKER, 1.1 * look.width):
         return "ball" if look.color in ("black", "orange", "blue") else ""
     return "ball" if look.color == "orange" else look.color
+
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import BoatObservation
+
+
+PERIOD = 1.0
+"""Between two looks [s]."""
+REACH = 75.0
+"""How far the lidar's returns are taken [m]."""
+SHORE = 3.0
+"""What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
+NEAREST, FARTHEST = 6.0, 45.0
+"""From where to where a buoy is looked at through the camera [m]."""
+ENOUGH = 4
+"""So many votes settle a kind."""
+PLAIN = 25.0
+"""What was looked at from nearer than this [m] and not told counts as looked at; further off a wave may hide it."""
+WINDOW = (1.4, 2.4)
+"""What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
+FIELD = 0.62
+"""Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
+
+
+class Lookout:
+    """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
+
+    def __init__(self, *, period: float = PERIOD) -> None:
+        self.map = BuoyMap()
+        self.banks: list[Point] = []
+        """Where something wide is near by [m], as a shore."""
+        self._period, self._pause = period, Pause(EARLY)
+
+    def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
+        """Look, if it is time to, and for `colors`, too, if they matter; tells whether it was."""
+        lidar = sensor_named(boat, "lidar")
+        if lidar is None or not self._pause.is_over(t):
+            return False
+        self._pause.begin(t, self._period)
+        reading = boat.sensors[lidar]
+        if not hasattr(reading.data, "points"):
+            return False
+        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=REACH)
+        free, wide = standing_free(points, widest=WIDEST, apart=SHORE)
+        self.map.see((seen.x, seen.y), free, t)
+        self.banks = banks(wide, (seen.x, seen.y))
+        if colors:
+            self._color(boat, seen, t)
+        return True
+
+    def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
+        """Look through the camera at those buoys in view whose kind is not settled."""
+        camera = camera_ahead(boat)
+        strange = [buoy for buoy in self.map.sure if buoy.last == t and self._wanted(buoy, seen)]
+        if camera is None or not strange:
+            return
+        reading = boat.sensors[camera]
+        mount, matrix = mounting(reading), intrinsics(reading)
+        for buoy in strange:
+            point = np.array([buoy.x - seen.x, buoy.y - seen.y, buoy.z])
+            where = project(point, mount, seen.rotation, matrix)
+            if where is None:
+                continue
+            column, row, ahead = where
+            buoy.looks += ahead < PLAIN
+            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=WINDOW)
+            kind = kind_of(look) if look else ""
+            if kind:
+                buoy.votes[kind] += 1
+
+    @staticmethod
+    def _wanted(buoy: Buoy, seen: Estimate) -> bool:
+        distance, bearing = seen.to(buoy.x, buoy.y)
+        settled = bool(buoy.kind) and max(buoy.votes.values()) >= ENOUGH
+        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < FIELD
+        return not settled and ahead and NEAREST < distance < FARTHEST

@@ -4,12 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from vrx_mj.control.avoidance import clear_course
-from vrx_mj.control.dock_lookout import DockLookout, Tower
-from vrx_mj.control.guidance import Point, wrapped
+from vrx_mj.control.acoustics import Roam, in_a_row
+from vrx_mj.control.guidance import Point, clear_course, wrapped
 from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.placards import Face
-from vrx_mj.control.search import Roam, in_a_row
+from vrx_mj.control.placards import DockLookout, Face, Tower
 from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:

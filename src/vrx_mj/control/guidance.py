@@ -1,10 +1,29 @@
 """Guidance: where to go and how fast, as pure functions of places."""
 
 import math
-from collections.abc import Sequence
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
 from itertools import permutations
+from typing import NamedTuple
 
-__all__ = ["Point", "approach_speed", "around", "best_order", "clear_of", "orbit", "wrapped"]
+from vrx_mj.control.allocation import Allocation, Propeller
+from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.velocity import Craft
+
+__all__ = [
+    "Course",
+    "Point",
+    "Spot",
+    "Track",
+    "approach_speed",
+    "around",
+    "best_order",
+    "clear_course",
+    "clear_of",
+    "orbit",
+    "rounded",
+    "wrapped",
+]
 
 Point = tuple[float, float]
 """East and north [m]."""
@@ -114,3 +133,229 @@ def _tangent(start: Point, ahead: Point, centre: Point, radius: float) -> Point:
     turn = math.atan2(dy, dx) + side * math.asin(radius / away)
     reach = math.sqrt(away * away - radius * radius)
     return start[0] + reach * math.cos(turn), start[1] + reach * math.sin(turn)
+
+
+SPACING = 0.5
+"""Between the points that an arc is made of, and of a track that is laid by sailing [m]."""
+CHORD = 2.0
+"""The direction of a track is that of a chord so far either way [m], so that corners and noise count little."""
+
+
+class Spot(NamedTuple):
+    """A place beside a track."""
+
+    x: float
+    """East [m]."""
+    y: float
+    """North [m]."""
+    direction: float
+    """Of the track [rad], counter-clockwise from east."""
+    curvature: float
+    """Of the track [1/m], positive to port."""
+    left: float
+    """Of the track [m]."""
+
+    def pace(self, speed: float) -> float:
+        """The speed [m/s] of this spot when that of its track has a `speed`: in a turn, the outer side goes faster."""
+        return speed * (1.0 - self.curvature * self.left)
+
+
+class Track:
+    """A line through points, by its length; it goes on straight before its start and beyond its end."""
+
+    def __init__(self, points: Sequence[Point]) -> None:
+        """At least two points apart, east and north [m]."""
+        self._points = [points[0]]
+        self._shift = (0.0, 0.0)
+        self._lengths = [0.0]
+        for point in points[1:]:
+            self.extend(point)
+
+    @property
+    def length(self) -> float:
+        """From start to end [m]."""
+        return self._lengths[-1]
+
+    @property
+    def end(self) -> Point:
+        """The last point."""
+        return self._points[-1][0] + self._shift[0], self._points[-1][1] + self._shift[1]
+
+    def extend(self, point: Point) -> None:
+        """Go on to a point; one nearer than a millimetre is none."""
+        gap = math.dist(self.end, point)
+        if gap > 1e-3:
+            self._points.append((point[0] - self._shift[0], point[1] - self._shift[1]))
+            self._lengths.append(self._lengths[-1] + gap)
+
+    def shift(self, east: float, north: float) -> None:
+        """Carry the whole line along [m]."""
+        self._shift = self._shift[0] + east, self._shift[1] + north
+
+    def spot(self, along: float, left: float = 0.0) -> Spot:
+        """The place `along` [m] from the start and `left` [m] of the track there."""
+        before, here, after = (self._place(along + way) for way in (-CHORD, 0.0, CHORD))
+        direction = math.atan2(after[1] - before[1], after[0] - before[0])
+        came = math.atan2(here[1] - before[1], here[0] - before[0])
+        goes = math.atan2(after[1] - here[1], after[0] - here[0])
+        x, y = here[0] - left * math.sin(direction), here[1] + left * math.cos(direction)
+        return Spot(x, y, direction, wrapped(goes - came) / CHORD, left)
+
+    def _place(self, along: float) -> Point:
+        leg = min(max(bisect_right(self._lengths, along), 1), len(self._points) - 1)
+        start, end = self._lengths[leg - 1], self._lengths[leg]
+        share = (along - start) / (end - start)
+        (x0, y0), (x1, y1) = self._points[leg - 1], self._points[leg]
+        return x0 + share * (x1 - x0) + self._shift[0], y0 + share * (y1 - y0) + self._shift[1]
+
+
+def rounded(points: Sequence[Point], radius: float) -> list[Point]:
+    """The way through points with corners made arcs of a radius [m], or less where legs are too short for that."""
+    way = [points[0]]
+    for before, corner, after in zip(points, points[1:], points[2:], strict=False):
+        way += _arc(before, corner, after, radius)
+    return [*way, points[-1]]
+
+
+def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Point]:
+    """From where it leaves the one leg to where it joins the other, tangent to both."""
+    one, other = math.dist(before, corner), math.dist(corner, after)
+    heading = math.atan2(corner[1] - before[1], corner[0] - before[0])
+    turn = wrapped(math.atan2(after[1] - corner[1], after[0] - corner[0]) - heading)
+    bend = math.tan(0.5 * abs(turn))
+    cut = min(radius * bend, 0.5 * one, 0.5 * other)  # of each leg
+    if bend < 1e-9 or cut < 1e-9:
+        return [corner]
+    side = math.copysign(cut / bend, turn)
+    x, y = corner[0] - cut * math.cos(heading), corner[1] - cut * math.sin(heading)
+    centre = (x - side * math.sin(heading), y + side * math.cos(heading))
+    count = max(2, math.ceil(abs(side * turn) / SPACING))
+    angles = [heading + turn * i / count for i in range(count + 1)]
+    return [(centre[0] + side * math.sin(angle), centre[1] - side * math.cos(angle)) for angle in angles]
+
+
+SURGE_RATE = 1.2
+"""How fast an error of surge speed dies [1/s]."""
+HEADING_RATE = 1.0
+"""How fast an error of heading dies [1/s], and at most a third of what turning at full power allows."""
+TURN_RATE = 2.5
+"""How fast an error of turning rate dies [1/s]."""
+FASTEST_TURN = 0.8
+"""Turning rate wanted at most [rad/s]."""
+ARRIVED = 0.5
+"""Within so many lengths of its place a boat stops: it cannot come nearer without turning on the spot."""
+LEFT = 1.0
+"""Beyond so many lengths of its place it goes back there."""
+SLOW = 0.05
+"""Velocities below this are none [m/s]."""
+SLIDING = 0.3
+"""A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
+TURNING_SPEED = 0.3
+"""Share of the top speed with which a boat whose rudder turns it goes about."""
+
+
+class Course:
+    """Steers one boat by its bow."""
+
+    def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft, allocation: Allocation) -> None:
+        self._craft, self._allocation = craft, allocation
+        plenty = 2.0 * sum(thruster.max_forward + thruster.max_reverse for thruster in thrusters.values())
+        self._full = allocation(plenty, 0.0, 0.0).surge
+        turning = allocation(0.0, 0.0, plenty * craft.length).yaw
+        self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty
+        self._fastest = min(FASTEST_TURN, _balance(craft.yaw_drag, turning)) if not self._by_rudder else FASTEST_TURN
+        self._heading_rate = min(HEADING_RATE, 3.0 * self._fastest)
+        self._staying = False
+
+    def hold(
+        self, seen: Estimate, x: float, y: float, heading: float, *, speed: float, braking: float
+    ) -> dict[str, float]:
+        """Commands to come to a place [m] and stay within a length of it, at most at a `speed` [m/s].
+
+        `braking` [m/s2] is the deceleration to rely on. Within the limits the boat has the heading [rad], if it can.
+        """
+        distance, bearing = seen.to(x, y)
+        self._staying = distance < (LEFT if self._staying else ARRIVED) * self._craft.length
+        if self._staying:
+            return self.sail(seen, 0.0, 0.0, heading)
+        way = max(0.0, distance - 0.5 * ARRIVED * self._craft.length)
+        wanted = min(approach_speed(way, 0.5 * self._fastest, braking), speed)
+        return self.sail(seen, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
+
+    def sail(self, seen: Estimate, vx: float, vy: float, heading: float) -> dict[str, float]:
+        """Commands for a velocity over ground [m/s, east and north]; at rest, for a heading [rad]."""
+        off = wrapped(self._bow(seen, vx, vy, heading) - seen.heading)
+        along = vx * math.cos(seen.heading) + vy * math.sin(seen.heading)
+        wanted = max(0.0, along) if math.hypot(vx, vy) > SLOW else 0.0
+        if self._by_rudder and wanted < (least := TURNING_SPEED * self._top) and math.hypot(vx, vy) > SLOW:
+            wanted = least  # no rudder turns a boat without way
+        turn = max(-self._fastest, min(self._fastest, self._heading_rate * off))
+        surge = self._craft.mass * SURGE_RATE * (wanted - seen.surge) + self._craft.drag(wanted, 0.0)[0]
+        moment = self._craft.inertia * TURN_RATE * (turn - seen.turn) + self._craft.turning_drag(turn)
+        thrust = self._allocation(surge, 0.0, 0.0 if self._by_rudder else moment)
+        return {**thrust.commands, **self._craft.rudder_angles(moment, seen.surge, thrust.surge)}
+
+    @property
+    def _top(self) -> float:
+        return self._craft.top_speed(self._full)
+
+    def _bow(self, seen: Estimate, vx: float, vy: float, heading: float) -> float:
+        """Where the bow is to point [rad]."""
+        if math.hypot(vx, vy) > SLOW:
+            return math.atan2(2.0 * vy - seen.vy, 2.0 * vx - seen.vx)
+        if self._by_rudder:
+            return seen.heading
+        if math.hypot(seen.vx, seen.vy) > SLIDING:
+            course = math.atan2(seen.vy, seen.vx)
+            return course if abs(wrapped(course - seen.heading)) < math.pi / 2 else course + math.pi
+        return heading
+
+
+def _balance(drag: tuple[float, float], moment: float) -> float:
+    """The turning rate [rad/s] that a moment [N m] keeps up against linear and quadratic drag."""
+    linear, quadratic = drag
+    if quadratic == 0.0:
+        return moment / linear if linear > 0.0 else math.inf
+    return (math.sqrt(linear * linear + 4.0 * quadratic * moment) - linear) / (2.0 * quadratic)
+
+
+COURSE_STEP = math.radians(5.0)
+"""Between the courses tried [rad]."""
+MOST = 26
+"""So many steps to either side are tried: 130 degrees."""
+CHARGE = 6.0
+"""What it costs to go straight through something near, in radians of turning away."""
+AGAIN = 0.15
+"""Bonus [rad] of keeping to the side that was chosen before, so that the boat does not waver in front of a buoy."""
+
+
+def clear_course(
+    here: Point, wanted: float, discs: Sequence[tuple[Point, float]], *, reach: float, before: float | None = None
+) -> float:
+    """The course [rad] to steer from `here` for a wanted one, past discs of centre and radius [m].
+
+    Discs whose centre is further off than `reach` [m] are left for later. `before` is what was steered last.
+    """
+    near = [(centre, radius) for centre, radius in discs if math.dist(here, centre) < reach + radius]
+    if not near:
+        return wanted
+
+    def cost(step: int) -> float:
+        course = wanted + step * COURSE_STEP
+        charge = sum(_charge(here, course, centre, radius, reach) for centre, radius in near)
+        kept = before is None or abs(math.remainder(course - before, math.tau)) < 2.5 * COURSE_STEP
+        return abs(step) * COURSE_STEP + charge + (0.0 if kept else AGAIN)
+
+    best = min(sorted(range(-MOST, MOST + 1), key=abs), key=cost)
+    return math.remainder(wanted + best * COURSE_STEP, math.tau)
+
+
+def _charge(here: Point, course: float, centre: Point, radius: float, reach: float) -> float:
+    """What passing a disc on a course costs [rad]: nothing outside of it, most through the middle of what is near."""
+    east, north = centre[0] - here[0], centre[1] - here[1]
+    along = east * math.cos(course) + north * math.sin(course)
+    across = abs(north * math.cos(course) - east * math.sin(course))
+    if along <= 0.0 or across >= radius:
+        return 0.0
+    nearness = max(0.0, 1.0 - max(0.0, along - radius) / reach)
+    return CHARGE * (0.15 + 0.85 * nearness) * (1.0 - across / radius)

@@ -10,10 +10,9 @@ import math
 from collections.abc import Mapping
 
 from vrx_mj.control.allocation import Allocation, Propeller, Thrust
-from vrx_mj.control.course import Course
-from vrx_mj.control.craft import Craft, wamv_of
-from vrx_mj.control.guidance import approach_speed, wrapped
+from vrx_mj.control.guidance import Course, approach_speed, wrapped
 from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.velocity import Craft, wamv_of
 
 __all__ = ["Pilot"]
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from vrx_mj.control.craft import craft_of
 from vrx_mj.control.navigation import Estimate, Navigator
 from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.velocity import craft_of
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation

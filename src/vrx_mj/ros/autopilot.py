@@ -5,10 +5,9 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from vrx_mj.control.craft import craft_of
 from vrx_mj.control.formation import SHAPES, Formation
 from vrx_mj.control.navigation import true_estimate
-from vrx_mj.control.velocity import VelocityKeeper
+from vrx_mj.control.velocity import VelocityKeeper, craft_of
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import CONTROL_RATE

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.avoidance import clear_course
+from vrx_mj.control.guidance import clear_course
 
 
 def passed(course, centre):

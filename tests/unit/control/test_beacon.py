@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.control.beacon import ANGLE_NOISE, RANGE_NOISE, MovingBeacon, StillBeacon, heard
+from vrx_mj.control.acoustics import ANGLE_NOISE, RANGE_NOISE, MovingBeacon, StillBeacon, heard
 from vrx_mj.control.navigation import Estimate
 
 

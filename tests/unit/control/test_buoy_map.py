@@ -4,8 +4,7 @@ from collections import Counter
 
 import pytest
 
-from vrx_mj.control.buoy_map import FORGET, Buoy, BuoyMap
-from vrx_mj.control.clusters import Cluster
+from vrx_mj.control.buoy_map import FORGET, Buoy, BuoyMap, Cluster
 
 
 def cluster(x, y, extent=0.4, top=0.9):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.control.clusters import Cluster, banks, clusters, grouped, leveled, standing_free
+from vrx_mj.control.buoy_map import Cluster, banks, clusters, grouped, leveled, standing_free
 
 MOUNT = (np.array([0.7, 0.0, 1.8]), np.eye(3))
 

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from vrx_mj.control import Channel, Docking
+from vrx_mj.control.acoustics import PATIENCE, Roam
 from vrx_mj.control.buoy_map import Buoy
-from vrx_mj.control.cameras import cutout
-from vrx_mj.control.dock_lookout import Tower
+from vrx_mj.control.channel import gate_of
 from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
-from vrx_mj.control.gates import gate_of
 from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.placards import Face
-from vrx_mj.control.search import PATIENCE, Roam
+from vrx_mj.control.pictures import cutout
+from vrx_mj.control.placards import Face, Tower
 
 BAY = Face(0.0, 0.0, 0.0, seen=9)
 """It looks east; the boat comes from there."""

@@ -10,17 +10,19 @@ from hypothesis import strategies as st
 
 from vrx_mj.control.formation import (
     CLOSING,
+    PATIENCE,
     SHAPES,
     YIELD,
+    BoatLeader,
     Formation,
+    PathLeader,
     apart_velocity,
     assigned,
     pursuit,
     slots,
 )
-from vrx_mj.control.leader import PATIENCE, BoatLeader, PathLeader
+from vrx_mj.control.guidance import Spot, Track, rounded
 from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.track import Spot, Track, rounded
 from vrx_mj.errors import UnknownNameError, VrxError
 
 D = 6.0 / math.sqrt(2.0)

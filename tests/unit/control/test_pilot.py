@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from vrx_mj.control.craft import WAMV, WAMV_VRX3, wamv_of
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.velocity import WAMV, WAMV_VRX3, wamv_of
 
 
 @dataclass

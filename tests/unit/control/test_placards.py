@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.control.lights import OFF, lamp_color, sequence
-from vrx_mj.control.placards import Face, FaceMap, faces, symbol_in
+from vrx_mj.control.placards import OFF, Face, FaceMap, faces, lamp_color, sequence, symbol_in
 
 RGB = {"red": (1, 0, 0), "green": (0, 1, 0), "blue": (0, 0, 1), "yellow": (1, 1, 0)}
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.control.sightings import OLD, SYDNEY, Blob, blobs, kind_of
+from vrx_mj.control.perception import OLD, SYDNEY, Blob, blobs, kind_of
 
 WATER = (20, 55, 75)
 COLORS = {
