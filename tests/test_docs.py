@@ -15,8 +15,7 @@ import pytest
 from needs import MKDOCS, needs
 from page_blocks import Block, blocks
 from vrx_mj.cli import main
-from vrx_mj.config.foreign import LAUNCHED
-from vrx_mj.config.search import find
+from vrx_mj.config.search import LAUNCHED, find
 from vrx_mj.config.series.macros import MACROS
 
 REPO = Path(__file__).resolve().parents[1]

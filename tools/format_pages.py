@@ -15,18 +15,17 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from vrx_mj.config.base import Color, Config, Coordinate, Name, Pose, Switch
-from vrx_mj.config.displays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
+from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
+from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import FleetConfig, Heading, Origin
-from vrx_mj.config.objects import DockPlacement, ObjectConfig
+from vrx_mj.config.objects import ObjectConfig, PathConfig
 from vrx_mj.config.parts.catalogue import TYPES, PartType
-from vrx_mj.config.parts.rules import load_rules
-from vrx_mj.config.paths import PathConfig
+from vrx_mj.config.parts.compliance import load_rules
 from vrx_mj.config.robots import Arguments, RobotConfig
-from vrx_mj.config.series.given import REQUIRED
+from vrx_mj.config.series.calls import REQUIRED
 from vrx_mj.config.series.macros import MACROS
 from vrx_mj.config.shapes import Factor
-from vrx_mj.config.task_parts import Gates
-from vrx_mj.config.tasks import TASKS, Task
+from vrx_mj.config.tasks import TASKS, Gates, Task
 from vrx_mj.config.world import Sensors, WorldConfig
 
 REPO = Path(__file__).resolve().parents[1]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 import vrx_mj
-from vrx_mj.config.displays import SYMBOLS
+from vrx_mj.config.bays import SYMBOLS
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.draw.map import map_png

@@ -13,11 +13,8 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vrx_mj.config.parts.boxes import Point
-    from vrx_mj.config.parts.catalogue import Parameter, PartType
-    from vrx_mj.config.parts.compliance import PartVerdict, Verdict
-    from vrx_mj.config.parts.files import PartsFile
-    from vrx_mj.config.parts.rules import Rules
+    from vrx_mj.config.parts.catalogue import Parameter, PartsFile, PartType
+    from vrx_mj.config.parts.compliance import PartVerdict, Point, Rules, Verdict
 
 __all__ = ["SensorYaml", "app", "build", "check", "one_of", "parts"]
 
@@ -165,7 +162,7 @@ def parts(
     from rich.console import Console
 
     from vrx_mj.config.parts.catalogue import TYPES
-    from vrx_mj.config.parts.rules import load_rules
+    from vrx_mj.config.parts.compliance import load_rules
 
     if type_ is not None and type_ not in TYPES:
         raise UnknownNameError("type of part", type_, TYPES)

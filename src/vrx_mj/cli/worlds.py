@@ -44,8 +44,7 @@ def generate(
     """
     from vrx_mj.config.loading import file_of
     from vrx_mj.config.series.axes import read_series
-    from vrx_mj.config.series.text import side_text, world_text
-    from vrx_mj.config.series.worlds import series_world
+    from vrx_mj.config.series.worlds import series_world, side_text, world_text
     from vrx_mj.config.world import load_world
 
     series = read_series(file_of("worlds", file))
@@ -85,7 +84,7 @@ def _write(texts: dict[Path, str]) -> None:
 
 
 def _check_free(paths: Iterable[Path]) -> None:
-    from vrx_mj.config.series.text import HEAD
+    from vrx_mj.config.series.worlds import HEAD
 
     for path in paths:
         with writing("the world", path):

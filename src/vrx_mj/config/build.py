@@ -14,17 +14,17 @@ from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
-from vrx_mj.config.ros_names import ros_names_note
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import check_library, expand
 from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.config.urdf.gazebo import read_gazebo
-from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
-from vrx_mj.config.urdf.namespaces import in_namespace
+from vrx_mj.config.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
+from vrx_mj.config.urdf.xml_text import in_namespace
+from vrx_mj.config.wording import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.resources import root
 

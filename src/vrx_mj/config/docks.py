@@ -3,23 +3,57 @@
 In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down the page, +y to the right.
 """
 
+import contextlib
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import Annotated, Any, Self
 
-from vrx_mj.config.characters import find_lookalikes
-from vrx_mj.config.loading import referenced
+from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic_core.core_schema import ValidationInfo
+
+from vrx_mj.config.base import Config, Folder, Name, Pose, Switch, fault, faults, text_faults
+from vrx_mj.config.bays import (
+    BLOCKS,
+    FIRST_SYMBOL,
+    Bay,
+    BayConfig,
+    Box,
+    Cell,
+    HoleConfig,
+    MooringConfig,
+    PlacardConfig,
+    Symbol,
+    bay_zones,
+    board,
+    board_holes,
+    find_bays,
+)
+from vrx_mj.config.loading import check, referenced
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
-from vrx_mj.config.wording import shown
-from vrx_mj.config.yaml_text import read_lines
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.config.wording import one_of, shown
+from vrx_mj.config.yaml_text import find_lookalikes, read_lines
+from vrx_mj.errors import ConfigError, Problem, VrxError
 
-__all__ = ["Cell", "DockLayout", "dock_faults", "drawn", "is_drawing", "load_dock", "neighbours"]
-
-Cell = tuple[int, int]
-"""Row and column of a block, counted from 0."""
+__all__ = [
+    "MAX_BLOCKS",
+    "Berth",
+    "Berths",
+    "DockLayout",
+    "DockPlacement",
+    "Placed",
+    "berth_faults",
+    "berths",
+    "dock_faults",
+    "drawn",
+    "is_drawing",
+    "load_dock",
+    "neighbours",
+]
 
 MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
@@ -114,3 +148,205 @@ def _trimmed(lines: Sequence[str]) -> tuple[str, ...]:
     while rows and not rows[-1]:
         rows.pop()
     return tuple(rows)
+
+
+MAX_BLOCKS = 200
+"""Most blocks of a dynamic dock."""
+
+Fault = tuple[tuple[str | int, ...], str]
+
+
+class Placed(Config):
+    """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
+
+    folder: Folder = None
+    name: Name
+    """Name in the world; nothing else has it."""
+    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Pose in the world, or in the object that this is a part of [m, rad]."""
+
+
+def _drawing(value: Any) -> Any:
+    """A list of rows becomes the block of text that it stands for."""
+    if isinstance(value, list | tuple):
+        text, found = drawn(value)
+        if found:
+            raise faults(*(((row,), message) for row, message in found))
+        return text
+    if not isinstance(value, str):
+        raise fault(
+            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {shown(value)}"
+        )
+    return value
+
+
+Drawing = Annotated[str, BeforeValidator(_drawing)]
+"""A dock's drawing, or what names one."""
+
+
+class DockPlacement(Placed):
+    """A dock somewhere."""
+
+    layout: Drawing
+    """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
+    dynamic: Switch = False
+    """Whether it floats: its blocks hang together by hinges."""
+    block: float = 2.0
+    """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
+    mooring: MooringConfig | None = None
+    """Lines that hold a dynamic dock; without them it drifts."""
+    bays: tuple[BayConfig, ...] | None = None
+    """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
+    placards: tuple[PlacardConfig, ...] | None = None
+    """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
+    holes: tuple[HoleConfig, ...] | None = None
+    """Holes for balls; by default those of the placards."""
+    symbols: tuple[Symbol, ...] = ()
+    """Symbols that the placards show at the start, in their order."""
+
+    @field_validator("layout")
+    @classmethod
+    def _is_a_dock(cls, value: str, info: ValidationInfo) -> str:
+        found = dock_faults(value.split("\n")) if is_drawing(value) else []
+        if found:
+            raise text_faults(*found)
+        if not is_drawing(value):
+            check(info, lambda: load_dock(value, info.data.get("folder")))
+        return value
+
+    @field_validator("block", mode="before")
+    @classmethod
+    def _is_a_size(cls, value: Any) -> Any:
+        if isinstance(value, bool) or value not in BLOCKS:
+            raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
+        return float(value)
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        with contextlib.suppress(VrxError):  # what is wrong with the drawing is told with it
+            found = list(berth_faults(self, load_dock(self.layout, self.folder).cells))
+            if found:
+                raise faults(*found)
+        return self
+
+
+@dataclass(frozen=True)
+class Berth:
+    """A bay of a dock, in the dock's frame [m]."""
+
+    name: str
+    internal: Box
+    external: Box
+    placard: str | None
+    """Name of its placard."""
+
+
+@dataclass(frozen=True)
+class Berths:
+    """All that a task wants to know of a dock."""
+
+    bays: tuple[Berth, ...]
+    placards: tuple[PlacardConfig, ...]
+    holes: tuple[HoleConfig, ...]
+
+
+def berths(dock: DockPlacement, cells: Sequence[Cell]) -> Berths:
+    """Bays, placards and holes of a dock with these blocks; `berth_faults` has found nothing."""
+    found = find_bays(cells)
+    listed = _listed(dock, found)
+    placards = _placards(dock, listed, found)
+    bays = []
+    for number, (bay, place) in enumerate(listed, 1):
+        zones = bay_zones(place, dock.block) if place else (bay.internal, bay.external)
+        internal, external = bay.internal or zones[0], bay.external or zones[1]
+        assert internal is not None, "a bay without its zone"
+        assert external is not None, "a bay without the zone outside"
+        shown = placards.get(number)
+        bays.append(Berth(bay.name or f"bay{number}", internal, external, shown.name if shown else None))
+    holes = chain.from_iterable(board_holes(number, placard) for number, placard in placards.items())
+    return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
+
+
+def berth_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
+    """What is wrong with a dock of these blocks, as (path from the dock, message)."""
+    yield from _bay_faults(dock, len(find_bays(cells)))
+    yield from _placard_faults(dock, cells)
+    if dock.mooring and not dock.dynamic:
+        yield ("mooring",), "allowed only for a floating dock; remove it, or write `dynamic: true`"
+    if dock.dynamic and len(cells) > MAX_BLOCKS:
+        yield ("dynamic",), f"{len(cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
+    elif dock.dynamic and (apart := _apart(cells)):
+        row, column = apart[0] + 1, apart[1] + 1
+        text = f"the block in row {row}, column {column} is not connected to the first one"
+        yield ("dynamic",), f"{text}; the blocks of a floating dock must join edge to edge"
+
+
+def _listed(dock: DockPlacement, found: Sequence[Bay]) -> list[tuple[BayConfig, Bay | None]]:
+    """The bays that the file lists, or all of the drawing, each with its place in the drawing."""
+    bays = dock.bays if dock.bays is not None else (BayConfig(),) * len(found)
+    return [(bay, found[index] if index < len(found) else None) for index, bay in enumerate(bays)]
+
+
+def _placards(
+    dock: DockPlacement, listed: Sequence[tuple[BayConfig, Bay | None]], found: Sequence[Bay]
+) -> dict[int, PlacardConfig]:
+    """The placards by the number of their bay, from 1."""
+    if dock.placards is not None:
+        placards = dict(enumerate(dock.placards, 1))
+    elif dock.bays is None:
+        return {}
+    else:
+        placards = {
+            number: board(place, dock.block, f"{dock.name}_placard{number}", bay.placard, FIRST_SYMBOL)
+            for number, (bay, place) in enumerate(listed, 1)
+            if place is not None and bay.placard != "none"
+        }
+    symbols = {number: bay.symbol for number, (bay, _) in enumerate(listed, 1) if bay.symbol}
+    symbols.update(zip(placards, dock.symbols, strict=False))
+    return {
+        number: placard.model_copy(update={"symbol": symbols[number]}) if number in symbols else placard
+        for number, placard in placards.items()
+    }
+
+
+def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
+    for index, bay in enumerate(dock.bays or ()):
+        if index < found:
+            continue
+        has = f"the drawing has {found} bay{'s' * (found != 1)}"
+        if bay.internal is None or bay.external is None:
+            yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
+        elif dock.placards is None and bay.placard != "none":
+            yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
+    names = Counter(bay.name or f"bay{number}" for number, bay in enumerate(dock.bays or (), 1))
+    yield from ((("bays",), f"duplicate name '{name}' of {count} bays") for name, count in names.items() if count > 1)
+
+
+def _placard_faults(dock: DockPlacement, cells: Sequence[Cell]) -> Iterator[Fault]:
+    found = find_bays(cells)
+    if any(fault for fault in _bay_faults(dock, len(found))):
+        return
+    count = len(_placards(dock, _listed(dock, found), found))
+    if len(dock.symbols) > count:
+        yield ("symbols",), f"{len(dock.symbols)} symbols; this dock has {count} placard{'s' * (count != 1)}"
+    for index, placard in enumerate(dock.placards or ()):
+        if placard.block is not None and placard.block not in cells:
+            row, column = placard.block
+            yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
+    names = Counter(placard.name for placard in dock.placards or ())
+    yield from ((("placards",), f"duplicate name '{name}' of {n} placards") for name, n in names.items() if n > 1)
+    bays = len(dock.bays) if dock.bays is not None else len(found)
+    yield from (
+        (("holes", index, "bay"), f"this dock has {bays} bay{'s' * (bays != 1)}, got {hole.bay}")
+        for index, hole in enumerate(dock.holes or ())
+        if hole.bay > bays
+    )
+
+
+def _apart(cells: Sequence[Cell]) -> Cell | None:
+    """The first block that no way over shared edges joins with the first of all."""
+    reached, fresh = {cells[0]}, [cells[0]]
+    while fresh:
+        fresh = list({near for cell in fresh for near in neighbours(cell)} & set(cells) - reached)
+        reached |= set(fresh)
+    return next((cell for cell in cells if cell not in reached), None)

@@ -4,12 +4,11 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 
-from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located
-from vrx_mj.config.loading import Loading, Source, file_of, read_source, validated
-from vrx_mj.config.objects import Placed, Placement, load_object
-from vrx_mj.config.report import problem_at
+from vrx_mj.config.docks import Placed
+from vrx_mj.config.fleet import FleetConfig, FleetPosition, Headings, Located, room_faults
+from vrx_mj.config.loading import Loading, Source, file_of, problem_at, read_source, validated
+from vrx_mj.config.objects import Placement, load_object
 from vrx_mj.config.search import catalogue, is_path
-from vrx_mj.config.slots import room_faults
 from vrx_mj.config.tree import Section
 from vrx_mj.config.world import FULL_TURN, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning

@@ -1,18 +1,18 @@
-"""Things in the water and on the shore: floating, static, or courses composed of others."""
+"""Things in the water and on the shore: floating, static, or courses composed of others, and fields of them."""
 
-import contextlib
 import math
 import warnings
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, Self
+from typing import Annotated, Literal, Protocol, Self
 
-from pydantic import BeforeValidator, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
     Config,
+    Coordinate,
     Folder,
     Name,
     NonNegative,
@@ -20,34 +20,114 @@ from vrx_mj.config.base import (
     Pose,
     Positive,
     Principal,
+    Seed,
     Switch,
     Vec3,
-    fault,
     faults,
-    text_faults,
+    numbers,
 )
-from vrx_mj.config.bays import BLOCKS, BayConfig, HoleConfig, MooringConfig, PlacardConfig
-from vrx_mj.config.berths import berth_faults, berths
-from vrx_mj.config.displays import LightConfig, Symbol
-from vrx_mj.config.docks import dock_faults, drawn, is_drawing, load_dock
+from vrx_mj.config.bays import LightConfig, Symbol
+from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
-from vrx_mj.config.paths import PathConfig
+from vrx_mj.config.poses import rotation
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
-from vrx_mj.config.wording import one_of, shown
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 
 __all__ = [
     "BuoyancyConfig",
     "BuoyancyElement",
-    "DockPlacement",
+    "CirclePath",
+    "FieldConfig",
+    "FieldKind",
+    "LinePath",
     "ObjectConfig",
-    "Placed",
+    "PathConfig",
     "Placement",
     "load_object",
+    "path_points",
     "repeated",
 ]
+
+POINTS = 8
+"""Of a circle: VRX's follow_plugin.cc."""
+
+Point = Annotated[tuple[Coordinate, Coordinate], numbers("x y")]
+
+
+class CirclePath(Config):
+    """A circle round where the thing starts, counter-clockwise, as eight waypoints; the first lies to the east."""
+
+    radius: Positive
+    """Radius of the circle [m]."""
+
+
+class LinePath(Config):
+    """To and fro between where the thing starts and another place."""
+
+    length: Positive
+    """Distance between the two [m]."""
+    direction: float = 0.0
+    """Direction of the other place [rad], counter-clockwise from the thing's own x axis at the start."""
+
+
+class PathConfig(Config):
+    """What a floating thing follows: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
+
+    waypoints: Annotated[tuple[Point, ...], NotEmpty] | None = None
+    """Places in the world [m]."""
+    circle: CirclePath | None = None
+    """A circle around where it starts."""
+    line: LinePath | None = None
+    """To and fro along a line from where it starts."""
+    force: NonNegative = 10.0
+    """Force with which it swims, along its x axis [N]."""
+    torque: NonNegative = 1.0
+    """Torque with which it turns toward its waypoint [N m]."""
+    bearing_tolerance: Annotated[float, Field(ge=0, le=180)] = 2.0
+    """How far off its bow a waypoint may be before it turns [degrees]."""
+    range_tolerance: Positive = 0.5
+    """Distance at which a waypoint is reached [m]."""
+    loop: Switch = True
+    """Whether it goes on to the first waypoint after the last one; else it stays there."""
+    start: Annotated[int, Field(ge=0)] = 0
+    """The waypoint that it swims to first, counted from 0."""
+    turns_first: Switch | None = None
+    """Whether it swims only while its waypoint is within the tolerance of its bow; by default in profile vrx3 alone."""
+
+    @model_validator(mode="after")
+    def _is_one_path(self) -> Self:
+        given = [key for key in ("waypoints", "circle", "line") if getattr(self, key) is not None]
+        if not given:
+            raise faults((("waypoints",), "a path needs `waypoints`, a `circle` or a `line`"))
+        if len(given) > 1:
+            raise faults(((given[1],), f"give one shape of a path; this one already has {given[0]}"))
+        count = {"waypoints": len(self.waypoints or ()), "circle": POINTS, "line": 2}[given[0]]
+        if self.start >= count:
+            raise faults((("start",), f"must be below {count}, the number of waypoints, got {self.start}"))
+        return self
+
+
+def path_points(path: PathConfig, pose: Pose) -> list[tuple[float, float]]:
+    """The waypoints [m] of a thing that starts at a pose in the world, in the order in which it swims to them."""
+    points = _points(path, pose)
+    return [*points[path.start :], *(points[: path.start] if path.loop else ())]
+
+
+def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
+    x, y = pose[:2]
+    if path.waypoints is not None:
+        return path.waypoints
+    if path.circle is not None:
+        r, step = path.circle.radius, math.tau / POINTS
+        return [(x + r * math.cos(step * i), y + r * math.sin(step * i)) for i in range(POINTS)]
+    assert path.line is not None
+    cos, sin = math.cos(path.line.direction), math.sin(path.line.direction)
+    turn = rotation(*pose[3:])
+    ahead = [path.line.length * (turn[i][0] * cos + turn[i][1] * sin) for i in (0, 1)]
+    return [(x, y), (x + ahead[0], y + ahead[1])]
+
 
 BODY_KEYS = ("mass", "inertia", "center_of_mass", "collisions", "visuals", "buoyancy", "static", "link", "path",
              "light")  # fmt: skip
@@ -57,16 +137,6 @@ MOST_LEVELS = 8
 """Objects inside objects, nested."""
 MOST_OBJECTS = 10_000
 """Single objects in a world or an object."""
-
-
-class Placed(Config):
-    """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
-
-    folder: Folder = None
-    name: Name
-    """Name in the world; nothing else has it."""
-    pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Pose in the world, or in the object that this is a part of [m, rad]."""
 
 
 class Placement(Placed):
@@ -101,70 +171,6 @@ class Placement(Placed):
             folder = info.data.get("folder")
             whole.check(lambda: _count(referenced("objects", value, folder), whole))
         return value
-
-
-def _drawing(value: Any) -> Any:
-    """A list of rows becomes the block of text that it stands for."""
-    if isinstance(value, list | tuple):
-        text, found = drawn(value)
-        if found:
-            raise faults(*(((row,), message) for row, message in found))
-        return text
-    if not isinstance(value, str):
-        raise fault(
-            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {shown(value)}"
-        )
-    return value
-
-
-Drawing = Annotated[str, BeforeValidator(_drawing)]
-"""A dock's drawing, or what names one."""
-
-
-class DockPlacement(Placed):
-    """A dock somewhere."""
-
-    layout: Drawing
-    """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
-    dynamic: Switch = False
-    """Whether it floats: its blocks hang together by hinges."""
-    block: float = 2.0
-    """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
-    mooring: MooringConfig | None = None
-    """Lines that hold a dynamic dock; without them it drifts."""
-    bays: tuple[BayConfig, ...] | None = None
-    """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
-    placards: tuple[PlacardConfig, ...] | None = None
-    """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
-    holes: tuple[HoleConfig, ...] | None = None
-    """Holes for balls; by default those of the placards."""
-    symbols: tuple[Symbol, ...] = ()
-    """Symbols that the placards show at the start, in their order."""
-
-    @field_validator("layout")
-    @classmethod
-    def _is_a_dock(cls, value: str, info: ValidationInfo) -> str:
-        found = dock_faults(value.split("\n")) if is_drawing(value) else []
-        if found:
-            raise text_faults(*found)
-        if not is_drawing(value):
-            check(info, lambda: load_dock(value, info.data.get("folder")))
-        return value
-
-    @field_validator("block", mode="before")
-    @classmethod
-    def _is_a_size(cls, value: Any) -> Any:
-        if isinstance(value, bool) or value not in BLOCKS:
-            raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
-        return float(value)
-
-    @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
-        with contextlib.suppress(VrxError):  # what is wrong with the drawing is told with it
-            found = list(berth_faults(self, load_dock(self.layout, self.folder).cells))
-            if found:
-                raise faults(*found)
-        return self
 
 
 class BuoyancyElement(Shape):
@@ -337,3 +343,53 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
     if thing.mass > displaced:
         text = f"{display(file)}: sinks: mass {thing.mass:g} kg; its buoyancy displaces at most {displaced:g} kg"
         warnings.warn(text, VrxWarning, stacklevel=2)
+
+
+MOST = 1000
+"""Objects of a kind in a field."""
+
+
+class FieldKind(Config):
+    """Equal objects of a field."""
+
+    folder: Folder = None
+    model: str
+    """A name from `objects`, or the path of a YAML file relative to this one."""
+    count: Annotated[int, Field(ge=1, le=MOST)]
+    """Number of these objects."""
+    name: Name | None = None
+    """What their names start with, before a number; by default the model's."""
+
+    @property
+    def stem(self) -> str:
+        """What their names start with."""
+        return self.name or Path(self.model).stem
+
+    @field_validator("model")
+    @classmethod
+    def _is_single(cls, value: str, info: ValidationInfo) -> str:
+        check(info, lambda: _must_be_single(value, info.data.get("folder")))
+        return value
+
+
+class FieldConfig(Config):
+    """Objects in a square, not too near each other, boats at their start, other objects, docks and the shore."""
+
+    name: Name
+    """Name of the field."""
+    objects: Annotated[tuple[FieldKind, ...], NotEmpty]
+    """Kinds of objects in the field, and how many of each."""
+    size: Positive = 40.0
+    """Edge of the square [m], along the world's axes."""
+    center: Annotated[tuple[Coordinate, Coordinate], numbers("x y")] = (0.0, 0.0)
+    """Centre of the square in the world [m]."""
+    min_distance: NonNegative = 5.0
+    """Least distance between the objects' origins, and from them to the origins of other things, to docks and to the
+    shore [m]."""
+    seed: Seed | None = None
+    """Seed of the places; by default that of the world's file, so that other runs of one world have the same field."""
+
+
+def _must_be_single(model: str, near: Path | None) -> None:
+    if load_object(model, near).kind == "composite":
+        raise VrxError(f"'{model}' is made of other objects; a field is made of single ones")

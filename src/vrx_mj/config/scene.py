@@ -1,13 +1,39 @@
-"""What a world looks like, in SDF's vocabulary."""
+"""What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from vrx_mj.config.base import Color, Config, NonNegative, Share, Switch, fault, faults
+from vrx_mj.config.base import Color, Config, Coordinate, NonNegative, Positive, Share, Switch, fault, faults, numbers
 from vrx_mj.config.wording import shown
 
-__all__ = ["CloudsConfig", "FogConfig", "SceneConfig", "SkyConfig"]
+__all__ = ["CloudsConfig", "FogConfig", "MarkersConfig", "SceneConfig", "SkyConfig"]
+
+Place = Annotated[tuple[Coordinate, Coordinate, float], numbers("x y yaw")]
+Scaling = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
+
+
+class MarkersConfig(Config):
+    """An upright cylinder at every place, and one ahead of it that lies along the yaw wanted there."""
+
+    scaling: Scaling = (0.2, 0.2, 2.0)
+    """Diameter, once more, and length of the cylinders [m]."""
+    height: float = 0.5
+    """Height of the upright cylinder's lower end over the mean water [m]."""
+    color: Color = (1.0, 0.0, 0.0, 1.0)
+    """Colour of the markers."""
+    task: Switch = True
+    """Whether the goal or the waypoints of the world's task have markers."""
+    places: tuple[Place, ...] = ()
+    """Other places that have markers: x, y [m] and yaw [rad] in the world."""
+
+    @field_validator("scaling")
+    @classmethod
+    def _is_round(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if value[0] != value[1]:
+            raise fault(f"the first two numbers must be equal, as a marker is round, got {value[0]:g} and {value[1]:g}")
+        return value
+
 
 Hour = Annotated[float, Field(ge=0, le=24)]
 

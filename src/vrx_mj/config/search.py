@@ -1,11 +1,15 @@
-"""Where files are found: names along a search path, paths inside the folder of the file that names them."""
+"""Where files are found: names along a search path, paths inside the folder of the file that names them, ROS packages.
+
+Files are read up to a limit; those of Gazebo and ROS in the place of ours are recognised.
+"""
 
 import os
-from collections.abc import Container, Iterator
+import re
+import stat
+from collections.abc import Container, Iterable, Iterator
+from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from vrx_mj.config.foreign import foreign_file, vrx_world
-from vrx_mj.config.ros_packages import ros_package_paths
 from vrx_mj.errors import UnknownNameError, VrxError, shortened
 from vrx_mj.resources import root
 
@@ -13,15 +17,303 @@ __all__ = [
     "KINDS",
     "PACKAGE_PATH",
     "XML_SUFFIXES",
+    "ReadingError",
     "catalogue",
     "contained",
     "display",
+    "enclosing_packages",
     "find",
     "find_terrain",
+    "foreign_file",
     "is_path",
+    "other_kind",
+    "package_above",
+    "package_name",
     "package_paths",
+    "read_limited",
     "refuse_foreign",
+    "ros_package_paths",
+    "vrx_world",
 ]
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+_WAITS_FOR_NOBODY = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+
+
+class ReadingError(VrxError):
+    """A file that cannot be read; the message says why, without its name."""
+
+
+def read_limited(file: Path, most: int) -> bytes:
+    """The bytes of a regular file of at most so many.
+
+    Raises:
+        ReadingError: it is not there, may not be read, is not a file, or is larger.
+    """
+    try:
+        _check(file.stat())
+        handle = os.open(file, os.O_RDONLY | _WAITS_FOR_NOBODY)
+        with os.fdopen(handle, "rb") as stream:
+            size = _check(os.fstat(handle))
+            data = b"" if size > most else stream.read(most + 1)
+    except OSError as error:
+        raise ReadingError(f"cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise ReadingError("cannot be read: its name is not valid") from None
+    if size > most or len(data) > most:
+        raise ReadingError(f"more than {most / 1e6:g} MB, the largest size that is read")
+    return data
+
+
+def _check(status: os.stat_result) -> int:
+    """The size of a regular file; anything else may have no end, or none that comes."""
+    for is_kind, words in _KINDS:
+        if is_kind(status.st_mode):
+            raise ReadingError(f"cannot be read: it is {words}, not a file")
+    return status.st_size
+
+
+FORMATS = {
+    ".world.xacro": "a world of Gazebo (SDF in xacro)",
+    ".world": "a world of Gazebo (SDF)",
+    ".sdf": "SDF of Gazebo",
+    ".launch": "a launch file of ROS",
+    ".launch.py": "a launch file of ROS",
+    ".launch.xml": "a launch file of ROS",
+    ".urdf": "the description of a robot (URDF)",
+    ".xacro": "a description in xacro",
+    ".xml": "XML",
+    ".dae": "a mesh",
+    ".stl": "a mesh",
+    ".obj": "a mesh",
+    ".rrd": "a recording of rerun",
+}
+"""What a file is, by the end of its name, the longest first."""
+ROOTS = {b"<mujoco": "MJCF of MuJoCo", b"<sdf": "SDF of Gazebo", b"<robot": "the description of a robot (URDF)"}
+"""What an XML file is, by its first tag."""
+MOST_BYTES = 4_000_000
+"""Largest XML file that is looked into."""
+NEEDS = {
+    "worlds": "a world is a YAML file. VRX's own come with vrx_mj (vrx-mj list worlds); docs/vrx.md shows how to write "
+    "others",
+    "fleets": "a fleet is a YAML file; docs/vrx.md has its keys for the arguments of launch files",
+    "objects": "an object is a YAML file. VRX's own come with vrx_mj (vrx-mj list objects); docs/formats/object.md has "
+    "the keys of others",
+    "docks": "the drawing of a dock is a text file, .txt",
+    "robots": "a robot is a URDF or xacro, or the YAML file beside it",
+}
+"""What a file of a kind is instead."""
+
+LAUNCHED = {
+    "vrx": "example_course",
+    "sydneyregatta": "example_course",
+    "demo_thrusterconfigs": "example_course",
+    "sandisland": "vrx2019/example_course",
+    "station_keeping": "stationkeeping_task",
+    "wayfinding": "wayfinding_task",
+    "wildlife": "wildlife_task",
+    "dock": "vrx2019/dock",
+    "navigation_task": "vrx2019/navigation_task",
+    "scan_and_dock": "vrx2019/scan_and_dock",
+    "ocean_world": "ocean",
+    "ocean_world_buoys": "ocean_buoys",
+    "ocean_demos": "ocean_buoys",
+    "wave_wamv": "ocean_wamv",
+    "competition": "vrx2023/sydney_regatta",
+}
+"""Launch files of VRX, and the worlds that they open if nothing else is said."""
+PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
+"""World files of VRX that have other names here."""
+ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+
+
+MARKS = {
+    "worlds": {"sea", "scene", "spawn", "physics", "task", "terrain", "georeference"},
+    "fleets": {"usv_count", "positions", "boats", "layout", "engines", "components"},
+    "objects": {"mass", "inertia", "buoyancy", "collisions", "visuals", "static"},
+    "robots": {"urdf", "hydrodynamics", "suites", "layouts", "rudders"},
+}
+"""Keys of files of one kind alone."""
+USES = {
+    "worlds": "a world, which commands take as WORLD",
+    "fleets": "a fleet, which commands take with --fleet",
+    "objects": "an object, which a world names in `objects` as `model`",
+    "robots": "a robot, which a fleet or a world's `spawn` names as `robot`",
+}
+"""What a file is, and where it is named."""
+
+
+def other_kind(kind: str, keys: Iterable[str]) -> str | None:
+    """What a message says of the keys of a file of another kind; None: they may be of this kind."""
+    given = set(keys)
+    if given & MARKS.get(kind, given):
+        return None
+    found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
+    return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
+
+
+def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> str | None:
+    """What a message says of a path of a file that is there, but has not the format of its kind; None: it is not there.
+
+    Args:
+        kind: kind of file that is needed, as `worlds`.
+        text: the path, as the user wrote it.
+        folder: where a relative path starts.
+        known: names of this kind.
+    """
+    file = folder / text
+    try:
+        if not file.is_file():
+            return None
+    except (OSError, ValueError):
+        return None
+    name = file.name.lower()
+    found = next((text for end, text in FORMATS.items() if name.endswith(end)), None)
+    if found in {"XML", None}:
+        found = _by_root(file) or found
+    ending = f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}"
+    ours = vrx_world(text, known) if kind == "worlds" else None
+    return f"'{shortened(text)}' is {found or ending}, which is not read: {ours or NEEDS[kind]}"
+
+
+def _by_root(file: Path) -> str | None:
+    """What an XML file is by its root; None: it is none, or of another kind."""
+    try:
+        text = read_limited(file, MOST_BYTES)
+    except ReadingError:
+        return None
+    return next((name for tag, name in ROOTS.items() if tag in text[:4000]), None)
+
+
+def vrx_world(name: str, known: Container[str]) -> str | None:
+    """What a message says of a name that VRX has for a launch file or a world; None: it has no such name."""
+    base = Path(name).name
+    stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
+    ending = base[len(stem) :]
+    launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
+    place = PLACES.get(stem) if not ending.startswith(".launch") else None
+    if launched and place:
+        return f"VRX's {stem}.launch opens '{launched}', its {stem}.world is '{place}'"
+    if launched:
+        return f"VRX's {stem}{ending or '.launch'} opens '{launched}'"
+    if place or (ending and stem in known):
+        return f"VRX's {base} is '{place or stem}'" if ending else f"VRX's {stem}.world is '{place}'"
+    return None
+
+
+CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
+PARENTS = 4
+"""How far above a file the package is looked for that it lies in."""
+SUBFOLDERS = frozenset(
+    {
+        "config",
+        "description",
+        "launch",
+        "meshes",
+        "model",
+        "models",
+        "robot",
+        "robots",
+        "sdf",
+        "urdf",
+        "worlds",
+        "xacro",
+    }
+)
+"""Folders of a package in which robot files lie."""
+DEEPEST = 4
+"""Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
+MOST_FOLDERS = 5000
+"""Folders that are looked into for packages."""
+_NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
+_BYTES = 100_000
+
+
+def enclosing_packages(folder: Path) -> dict[str, Path]:
+    """The package that a folder is in, by its name and its folder's, if any: that of the nearest `package.xml`."""
+    for place in [folder, *folder.parents][: PARENTS + 1]:
+        if (place / "package.xml").is_file():
+            name = package_name(place)
+            return {place.name: place, name: place} if name else {}
+    return {}
+
+
+def package_above(folder: Path, name: str) -> Path | None:
+    """The folder of a name that a folder is, or in whose `urdf`, `xacro` or the like it lies, `package.xml` or not.
+
+    It is never a user's home nor above it.
+    """
+    for place in [folder, *folder.parents][: PARENTS + 1]:
+        if place.name == name and (place == folder or _may_be_package(place)):
+            return place
+        if place.name not in SUBFOLDERS:
+            return None
+    return None
+
+
+def _may_be_package(folder: Path) -> bool:
+    try:
+        return not Path.home().is_relative_to(folder) and len(folder.parts) > 2
+    except RuntimeError:
+        return False
+
+
+def package_name(folder: Path) -> str | None:
+    """What a folder's `package.xml` calls the package; None if it has none."""
+    try:
+        text = read_limited(folder / "package.xml", _BYTES).decode("utf-8", errors="replace")
+    except ReadingError:
+        return None
+    found = _NAME.search(text)
+    return found[1] if found else None
+
+
+def ros_package_paths() -> tuple[Path, ...]:
+    """Folders that are ROS packages or hold them, as ROS_PACKAGE_PATH and AMENT_PREFIX_PATH say."""
+    return (*_crawled(os.environ.get(CLASSIC, "")), *_shared(os.environ.get(NEWER, "")))
+
+
+def _entries(value: str) -> Iterator[Path]:
+    return (Path(entry) for entry in value.split(os.pathsep) if entry and Path(entry).is_absolute())
+
+
+def _shared(value: str) -> tuple[Path, ...]:
+    """Where ROS 2 installs packages below each prefix."""
+    return tuple(path / "share" for path in _entries(value) if (path / "share").is_dir())
+
+
+@lru_cache(maxsize=8)
+def _crawled(value: str) -> tuple[Path, ...]:
+    """Each entry, and each folder below it that holds packages, as ROS finds them: none in a package."""
+    found: dict[Path, None] = {}
+    left = MOST_FOLDERS
+    for entry in _entries(value):
+        waiting = [(entry, 0)]
+        while waiting and left > 0:
+            folder, depth = waiting.pop()
+            left -= 1
+            if (folder / "package.xml").is_file():
+                found[folder if folder == entry or package_name(folder) != folder.name else folder.parent] = None
+            elif depth < DEEPEST and not (folder / "CATKIN_IGNORE").exists():
+                waiting += [(below, depth + 1) for below in _package_folders(folder)]
+    return tuple(found)
+
+
+def _package_folders(folder: Path) -> list[Path]:
+    """Folders in a folder; links are not followed."""
+    try:
+        with os.scandir(folder) as entries:
+            return sorted(Path(entry.path) for entry in entries
+                          if entry.is_dir(follow_symlinks=False) and not entry.name.startswith("."))  # fmt: skip
+    except OSError:
+        return []
+
 
 KINDS = {
     "worlds": "world",

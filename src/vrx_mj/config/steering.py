@@ -4,8 +4,8 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.poses import Pose, compose
-from vrx_mj.config.report import problem_at
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.urdf.model import Joint, Urdf, UrdfThruster

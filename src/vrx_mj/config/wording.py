@@ -1,12 +1,13 @@
-"""How values and choices read in a message."""
+"""How values, choices and names read in a message."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.errors import nearest, shortened
 from vrx_mj.errors import shown as in_python
 
-__all__ = ["choice", "one_of", "shown", "unknown_key"]
+__all__ = ["ALLOWED", "choice", "is_ros_name", "one_of", "ros_names_note", "shown", "unknown_key"]
 
 _LONGEST = 60
 
@@ -50,3 +51,23 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
 
 def _short(text: str) -> str:
     return shortened(text, _LONGEST)
+
+
+ALLOWED = "a letter, then letters, digits and '_'"
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_SHOWN = 8
+
+
+def is_ros_name(name: str) -> bool:
+    """Whether ROS allows a name in a topic: a letter, then letters, digits and underscores."""
+    return _NAME.fullmatch(name) is not None
+
+
+def ros_names_note(kind: str, names: Iterable[str]) -> list[str]:
+    """A line about those of the names that ROS refuses; none if it allows all."""
+    odd = [name for name in dict.fromkeys(names) if not is_ros_name(name)]
+    if not odd:
+        return []
+    rest = f" and {len(odd) - _SHOWN} more" if len(odd) > _SHOWN else ""
+    listed = ", ".join(shown(name) for name in odd[:_SHOWN]) + rest
+    return [f"ROS refuses topics with the name of {kind} {listed}: {ALLOWED} are allowed"]

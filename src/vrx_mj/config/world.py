@@ -23,14 +23,13 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
-from vrx_mj.config.fields import FieldConfig
+from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.geodesy import enu_to_geodetic
 from vrx_mj.config.loading import Loading, Source, check, validated
-from vrx_mj.config.markers import MarkersConfig
-from vrx_mj.config.objects import DockPlacement, Placed, Placement, repeated
+from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
 from vrx_mj.config.robots import load_robot
-from vrx_mj.config.scene import SceneConfig
+from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.parts.boxes import Box
-from vrx_mj.config.parts.compliance import PartVerdict, Verdict
-from vrx_mj.config.parts.files import Kind
-from vrx_mj.config.parts.values import triple_of
+from vrx_mj.config.parts.catalogue import Kind
+from vrx_mj.config.parts.compliance import Box, PartVerdict, Verdict
+from vrx_mj.config.parts.read import triple_of
 from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.draw.map import FORMATS
 from vrx_mj.errors import VrxError

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.config.displays import RGB
+from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
 from vrx_mj.draw.labels import INK, Thing, write
 from vrx_mj.draw.map_scene import MapPlacard, MapScene

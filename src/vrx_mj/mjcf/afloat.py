@@ -18,8 +18,8 @@ from vrx_mj.config.build import Order
 from vrx_mj.config.derive import boat_box
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
 from vrx_mj.config.fleet_checks import far_from_all
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.poses import Pose
-from vrx_mj.config.report import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.docks import block_corners

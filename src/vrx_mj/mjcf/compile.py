@@ -11,14 +11,14 @@ import mujoco
 from markupsafe import Markup, escape
 
 from vrx_mj.arguments import as_seed
+from vrx_mj.config.bays import LightConfig
 from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import Order, build_boat
-from vrx_mj.config.displays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.poses import Pose
-from vrx_mj.config.report import problem_at
-from vrx_mj.config.ros_names import ros_names_note
+from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.mjcf.afloat import boats_afloat

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from vrx_mj.config.report import problem_at
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.mjcf.docks import docks_overlap

@@ -5,9 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from vrx_mj.config.bays import PlacardConfig
-from vrx_mj.config.displays import RGB
-from vrx_mj.config.docks import Cell
+from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
 from vrx_mj.config.poses import Pose, apply, compose, inverse, rotation
 from vrx_mj.config.shapes import Visual

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.fields import FieldConfig
-from vrx_mj.config.objects import load_object
+from vrx_mj.config.objects import FieldConfig, load_object
 from vrx_mj.config.poses import compose
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError

@@ -20,7 +20,7 @@ from vrx_mj.config.boats import Boat
 from vrx_mj.config.build import build_boat
 from vrx_mj.config.fleet import BoatConfig, newcomer
 from vrx_mj.config.poses import Pose
-from vrx_mj.config.ros_names import ros_names_note
+from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
 from vrx_mj.errors import CommandError, CompileError, StateError, UnknownNameError, VrxWarning
 from vrx_mj.mjcf.afloat import depth_in_land

@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-from vrx_mj.config.markers import MarkersConfig
+from vrx_mj.config.scene import MarkersConfig
 from vrx_mj.model.world import Parameters
 
 __all__ = ["MARKER", "add_markers", "marker_names", "marker_rows"]

@@ -3,10 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from vrx_mj.config.berths import Berths, berths
-from vrx_mj.config.docks import DockLayout, load_dock
-from vrx_mj.config.objects import DockPlacement, ObjectConfig, Placement, load_object
-from vrx_mj.config.paths import PathConfig
+from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
+from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement, load_object
 from vrx_mj.config.poses import Pose, compose
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -7,8 +7,8 @@ from itertools import chain
 
 from pydantic import ValidationError
 
-from vrx_mj.config.displays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
-from vrx_mj.config.report import fault_text
+from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.config.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.config.wording import shown

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.report import problem_at
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.tasks import TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from vrx_mj.config.paths import path_points
+from vrx_mj.config.objects import path_points
 from vrx_mj.mjcf.placement import PlacedObject
 
 __all__ = ["follower_row"]

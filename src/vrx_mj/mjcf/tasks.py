@@ -8,7 +8,7 @@ from typing import Any
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.poses import Pose
-from vrx_mj.config.task_parts import AnimalConfig, ChannelConfig, ShownObject
+from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import UnknownNameError, VrxWarning
 from vrx_mj.mjcf.docks import dock_zones

@@ -14,8 +14,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import MAX_COORDINATE
-from vrx_mj.config.reading import ReadingError, read_limited
-from vrx_mj.config.search import find_terrain
+from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.land import land_meshes
 from vrx_mj.mjcf.templates import Piece

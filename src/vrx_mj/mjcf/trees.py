@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrx_mj.config.docks import Cell, neighbours
+from vrx_mj.config.bays import Cell
+from vrx_mj.config.docks import neighbours
 
 __all__ = ["BlockTree", "block_tree"]
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from vrx_mj.arguments import as_path
-from vrx_mj.config.reading import ReadingError, read_limited
+from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.saved import checked
 from vrx_mj.model.world import Parameters, json_of, tree_of

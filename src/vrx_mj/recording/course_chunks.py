@@ -15,7 +15,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.displays import RGB
+from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Course, Light, course_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.world import Parameters

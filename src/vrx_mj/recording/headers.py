@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
 
-from vrx_mj.config.report import fault_text
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RowLayout

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.urdf.namespaces import in_namespace
+from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.ros.autopilot import Autopilot, HeldThrust

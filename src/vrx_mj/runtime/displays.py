@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 
 from vrx_mj.arguments import check_kind, check_name
-from vrx_mj.config.displays import LIGHT_COLORS, OFF, SYMBOLS
+from vrx_mj.config.bays import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing

@@ -14,7 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.report import fault_text
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError, shortened
 from vrx_mj.outputs import written

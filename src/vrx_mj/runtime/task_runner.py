@@ -13,7 +13,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_text
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.report import fault_text
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World

@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.displays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
+from vrx_mj.config.bays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model.site import Light, Placard

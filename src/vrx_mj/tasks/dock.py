@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from vrx_mj.config.displays import LIGHT_COLORS
+from vrx_mj.config.bays import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.model import tasks

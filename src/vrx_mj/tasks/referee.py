@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from vrx_mj.config.report import fault_text
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError

@@ -1,7 +1,7 @@
 import pytest
 
 from vrx_mj.config.parts.catalogue import TYPES
-from vrx_mj.config.parts.rules import rule_sets
+from vrx_mj.config.parts.compliance import rule_sets
 
 COMPONENTS = "wamv_camera: [{name: front, x: 0.75}]\nwamv_gps: [{name: gps_wamv, x: -0.85}]\n"
 THRUSTERS = "engine: [{prefix: left, position: -2.373776 1.027135 0.318237}]\n"

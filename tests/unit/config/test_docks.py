@@ -6,8 +6,7 @@ import re
 import pytest
 
 from vrx_mj.config.bays import Bay, bay_zones, board, find_bays
-from vrx_mj.config.berths import berths
-from vrx_mj.config.docks import load_dock
+from vrx_mj.config.docks import berths, load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError

@@ -7,10 +7,9 @@ import pytest
 from vrx_mj.config.base import keys_of
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.foreign import FORMATS, LAUNCHED, MARKS, NEEDS, PLACES
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.config.search import FORMATS, KINDS, LAUNCHED, MARKS, NEEDS, PLACES, catalogue
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 

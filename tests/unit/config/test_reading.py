@@ -14,11 +14,10 @@ from vrx_mj.config.docks import load_dock
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.reading import ReadingError, read_limited
 from vrx_mj.config.robots import load_robot
+from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.config.urdf.expand import arguments, expand
-from vrx_mj.config.urdf.mesh_paths import MeshFiles
-from vrx_mj.config.urdf.meshes import mesh_bytes, read_mesh
+from vrx_mj.config.urdf.meshes import MeshFiles, mesh_bytes, read_mesh
 from vrx_mj.config.urdf.xacro_files import Files
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import read_lines

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.ros_packages import enclosing_packages, package_above, ros_package_paths
-from vrx_mj.config.search import PACKAGE_PATH, package_paths
+from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths, ros_package_paths
 from vrx_mj.config.urdf.expand import expand
-from vrx_mj.config.urdf.mesh_paths import MeshFiles, MissingMeshError
+from vrx_mj.config.urdf.meshes import MeshFiles, MissingMeshError
 from vrx_mj.errors import ConfigError
 
 XACRO = '<robot name="cora" xmlns:xacro="http://www.ros.org/wiki/xacro">{0}</robot>'

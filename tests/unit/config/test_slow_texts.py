@@ -4,11 +4,10 @@ from contextlib import suppress
 
 import pytest
 
-from vrx_mj.config.characters import find_lookalikes
-from vrx_mj.config.parts.values import has_expression, triple
-from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
-from vrx_mj.config.urdf.meshes import read_mesh
+from vrx_mj.config.parts.read import has_expression, triple
+from vrx_mj.config.urdf.meshes import MeshFiles, read_mesh, with_file_uris
 from vrx_mj.config.urdf.xml_text import parse_robot
+from vrx_mj.config.yaml_text import find_lookalikes
 from vrx_mj.errors import VrxError
 
 MANY = 300_000

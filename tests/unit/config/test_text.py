@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 from peak_memory import peak_memory
 from vrx_mj.config import yaml_text
-from vrx_mj.config.characters import find_lookalikes
 from vrx_mj.config.tree import File, Section, locate
 from vrx_mj.config.world import load_world
-from vrx_mj.config.yaml_text import parse, read_lines
+from vrx_mj.config.yaml_text import find_lookalikes, parse, read_lines
 from vrx_mj.errors import ConfigError, VrxError
 
 

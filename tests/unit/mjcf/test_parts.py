@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.config.markers import MarkersConfig
-from vrx_mj.config.objects import load_object
-from vrx_mj.config.paths import PathConfig
+from vrx_mj.config.objects import PathConfig, load_object
+from vrx_mj.config.scene import MarkersConfig
 from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
 from vrx_mj.mjcf.markers import AHEAD, marker_rows
 from vrx_mj.mjcf.parameters import DENSITY, float_row, sea_parameters

@@ -1,17 +1,59 @@
-"""Types of parts that VRX's component and thruster files may ask for, with their parameters.
+"""Thruster and component files as read, and the parts that they may have, with their parameters."""
 
-The one table for reading these files, for judging them and for `vrx-mj robot parts`. Names, defaults and units
-are VRX's: wamv_gazebo/urdf/components/*.xacro and wamv_description/urdf/thrusters/engine.xacro, branch
-gazebo_classic; `release` marks what only one of classic and jazzy has. How many of a type are legal, and which
-parameters, is in the sets of rules (`rules.py`).
-"""
-
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
-from vrx_mj.config.parts.files import Kind
+from vrx_mj.config.tree import Place
 
-__all__ = ["ELSEWHERE", "FIXED", "HULL_LINKS", "JAZZY_NAMES", "MISNAMED", "TYPES", "Parameter", "PartType"]
+__all__ = [
+    "ELSEWHERE",
+    "FIXED",
+    "HULL_LINKS",
+    "JAZZY_NAMES",
+    "MISNAMED",
+    "TYPES",
+    "Instance",
+    "Parameter",
+    "PartType",
+    "PartsFile",
+]
+
+Kind = Literal["components", "thrusters"]
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One part that a file asks for."""
+
+    type: str
+    """Name of its macro: `wamv_camera`, `engine`, ..."""
+    index: int
+    """Among those of its type, from 0."""
+    parameters: Mapping[str, Any]
+    """As the file has them, in its order: numbers, booleans and texts; `position` and `orientation` are texts.
+
+    Expressions are worked out, and numbers in quotes are numbers.
+    """
+    place: Place
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return str(self.parameters.get("name", self.parameters.get("prefix", self.parameters.get("sensor_name", ""))))
+
+
+@dataclass(frozen=True)
+class PartsFile:
+    """A file's parts in its order; a file may be empty."""
+
+    path: Path
+    kind: Kind
+    instances: tuple[Instance, ...]
+    stops: tuple[str, ...] = ()
+    """What VRX's own generator stops at, with its place, though the file is read here."""
+
 
 Form = Literal["name", "word", "number", "switch", "triple"]
 Release = Literal["classic", "jazzy"]

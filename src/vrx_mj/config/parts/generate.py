@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from xml.sax.saxutils import quoteattr
 
-from vrx_mj.config.parts.files import Kind, PartsFile
+from vrx_mj.config.parts.catalogue import Kind, PartsFile
 from vrx_mj.config.urdf.expand import expand
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError

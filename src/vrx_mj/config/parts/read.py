@@ -1,9 +1,6 @@
-"""VRX's thruster and component files, read: every problem with its place, every oddity with a warning.
+"""Reading thruster and component files: values with expressions, names and places of parts, and suspicious values."""
 
-Read here although VRX's own generator stops at it: a type without instances, a type repeated as `wamv_camera*`,
-one instance instead of a list of one, lists of numbers for texts of numbers, expressions for coordinates.
-"""
-
+import math
 import re
 import warnings
 from collections.abc import Iterator
@@ -11,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.parts.catalogue import (
     ELSEWHERE,
     FIXED,
@@ -18,20 +16,232 @@ from vrx_mj.config.parts.catalogue import (
     JAZZY_NAMES,
     MISNAMED,
     TYPES,
+    Instance,
+    Kind,
     Parameter,
+    PartsFile,
     PartType,
 )
-from vrx_mj.config.parts.files import Instance, Kind, PartsFile
-from vrx_mj.config.parts.mounts import name_key, name_of
-from vrx_mj.config.parts.oddities import oddities
-from vrx_mj.config.parts.values import has_expression, meant
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
+from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
+from vrx_mj.config.urdf.expressions import Names, evaluate
 from vrx_mj.config.wording import shown, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 
-__all__ = ["load_parts"]
+__all__ = [
+    "LIDAR_TYPES",
+    "has_expression",
+    "load_parts",
+    "meant",
+    "name_key",
+    "name_of",
+    "oddities",
+    "place_of",
+    "triple_of",
+]
+
+_NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
+_WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
+_SWITCHES = {
+    "true": True, "yes": True, "on": True, "1": True,
+    "false": False, "no": False, "off": False, "0": False,
+}  # fmt: skip
+_EXPRESSION = re.compile(r"\$\{([^}]*)\}")
+NAMES = Names({**GLOBALS, "math": Module("math", MATH)})
+"""What an expression may use: those of xacro that no file defines, `radians` and `pi` among them."""
+WORK = 20_000
+"""Limit of the work on one expression, about 1 us each."""
+LONGEST = 2000
+"""Characters of a text with an expression in it."""
+LARGEST = {"Hz": 10_000.0}
+"""Largest value by unit; any other number is a coordinate or an angle."""
+
+
+def meant(parameter: Parameter, value: Any) -> str | float | bool:
+    """What a parameter's value means.
+
+    Raises:
+        ValueError: it is nothing that the parameter can be, and why.
+    """
+    if parameter.form == "number":
+        return number(value, parameter.unit)
+    if parameter.form == "switch":
+        return switch(value)
+    if parameter.form == "triple":
+        return triple(value)
+    return _text(value, named=parameter.form == "name")
+
+
+def number(value: Any, unit: str = "") -> float:
+    """A finite number, as YAML has it, in quotes, or as an expression."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
+    text = _substituted(value).strip() if isinstance(value, str) else repr(value)
+    if isinstance(value, str) and not _NUMBER.fullmatch(text):
+        raise ValueError(f"expected a number, got {shown(value)}{_result(value, text)}")
+    found, most = float(text) if isinstance(value, str) else _float(value), LARGEST.get(unit, MAX_COORDINATE)
+    if not math.isfinite(found):
+        raise ValueError(f"must be finite, got {shown(value)}")
+    if unit == "Hz" and not 0.0 < found <= most:
+        raise ValueError(f"must be above 0 and at most {most:g} Hz, got {shown(value)}")
+    if abs(found) > most:
+        raise ValueError(f"must lie between -{most:g} and {most:g}, got {shown(value)}")
+    return found
+
+
+def switch(value: Any) -> bool:
+    """True or false, as YAML has it, as a word, or as an expression."""
+    text = _substituted(value) if isinstance(value, str) else repr(value)
+    found = _SWITCHES.get(text.strip().lower())
+    if found is None:
+        raise ValueError(f"expected true or false, got {shown(value)}{_result(value, text)}")
+    return found
+
+
+def triple(value: Any) -> str:
+    """Three numbers with blanks between, from such a text or from a list."""
+    text = _substituted(value) if isinstance(value, str) else ""
+    words = text.split() if isinstance(value, str) else value
+    if not isinstance(words, list | tuple) or len(words) != 3:
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{_result(value, text)}")
+    try:
+        numbers = [number(word) for word in words]
+    except ValueError as error:
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}: {error}") from None
+    return " ".join(map(_written, numbers))
+
+
+def triple_of(text: str) -> tuple[float, float, float]:
+    """The three numbers of a text that `triple` made."""
+    x, y, z = map(float, text.split())
+    return x, y, z
+
+
+def has_expression(value: Any) -> bool:
+    """Whether a value, or one in a list of values, needs evaluating."""
+    if isinstance(value, list | tuple):
+        return any(map(has_expression, value))
+    return isinstance(value, str) and len(value) <= LONGEST and _EXPRESSION.search(value) is not None
+
+
+def _text(value: Any, *, named: bool) -> str:
+    if not isinstance(value, str):
+        hint = "; put it in quotes" if isinstance(value, int | float) and not isinstance(value, bool) else ""
+        raise ValueError(f"expected text, got {shown(value)}{hint}")  # noqa: TRY004
+    if named and not _NAME.fullmatch(value):
+        raise ValueError(f"expected a name of up to 64 letters A-Z, digits, '_' or '-', got {shown(value)}")
+    if not named and not _WORD.fullmatch(value):
+        raise ValueError(f"expected up to 64 letters A-Z, digits, '_', '-', '.' or '/', got {shown(value)}")
+    return value
+
+
+def _substituted(text: str) -> str:
+    """The text with its expressions worked out."""
+    if len(text) > LONGEST:
+        raise ValueError(f"expected at most {LONGEST} characters, got {shown(text)}")
+    return _EXPRESSION.sub(lambda found: _worked_out(found[1]), text)
+
+
+def _worked_out(expression: str) -> str:
+    try:
+        found = evaluate(expression, NAMES, Budget(WORK))
+    except ExpressionError as error:
+        raise ValueError(f"'${{{shortened(expression)}}}': {error}") from None
+    return repr(found) if isinstance(found, float) else str(found)
+
+
+def _result(value: Any, text: str) -> str:
+    """What an expression came to, where a message needs it."""
+    return f", which is {shown(text)}" if has_expression(value) else ""
+
+
+def _float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _written(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+def name_key(instance: Instance) -> str:
+    """The parameter that names a part."""
+    if TYPES[instance.type].kind == "thrusters":
+        return "prefix"
+    return "sensor_name" if JAZZY_NAMES & instance.parameters.keys() else "name"
+
+
+def name_of(instance: Instance) -> str:
+    """What a part is called; empty where its file owes it a name."""
+    key = name_key(instance)
+    return str(instance.parameters.get(key) or TYPES[instance.type].default(key) or "")
+
+
+def place_of(instance: Instance) -> tuple[float, float, float] | None:
+    """Where a part is in base_link [m]; None for a type without coordinates, which no box limits."""
+    part, given = TYPES[instance.type], instance.parameters
+    if part.kind == "thrusters":
+        return triple_of(str(given["position"]))
+    if part.parameter("z") is None:
+        return None
+    x, y, z = (float(given.get(axis, part.default(axis) or 0.0)) for axis in "xyz")
+    return x, y, z
+
+
+LIDAR_TYPES = ("16_beam", "32_beam")
+"""Lidars there are; any other type makes none, as in VRX."""
+FULL_TURN = 2.0 * math.pi
+"""An angle beyond this is rather meant in degrees [rad]."""
+
+Oddity = tuple[str, str]
+"""The parameter, and what is odd about it."""
+
+
+def oddities(instance: Instance) -> Iterator[Oddity]:
+    """What is odd about a part whose parameters are all valid."""
+    yield from _angles(instance)
+    yield from _post(instance)
+    kind = instance.parameters.get("type", LIDAR_TYPES[0])
+    if instance.type == "lidar" and kind not in LIDAR_TYPES:
+        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
+    if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
+        message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
+        yield "position", message
+
+
+def _angles(instance: Instance) -> Iterator[Oddity]:
+    for key, value in instance.parameters.items():
+        parameter = TYPES[instance.type].parameter(key)
+        if parameter is None or parameter.unit != "rad":
+            continue
+        for angle in map(float, str(value).split()):
+            if abs(angle) > FULL_TURN:
+                yield (
+                    key,
+                    f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; angles are in radians: ${{radians({angle:g})}}",
+                )
+                break
+
+
+def _post(instance: Instance) -> Iterator[Oddity]:
+    """A post's length is what is left of the height of what it carries."""
+    part = TYPES[instance.type]
+    if part.drop is None:
+        return
+    height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
+    length = height - foot - part.drop
+    if length < -1e-9:  # what rounding leaves of zero is no length
+        least = foot + part.drop
+        yield (
+            "z",
+            f"at {height:g} m its post is {length:.4g} m long, with a negative mass; it needs {least:g} m or more",
+        )
+
 
 FILES = {"components": "component file", "thrusters": "thruster file"}
 

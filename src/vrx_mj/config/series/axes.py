@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.report import problem_at
+from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Section
 from vrx_mj.config.wording import shown, unknown_key

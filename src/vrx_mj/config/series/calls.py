@@ -1,18 +1,37 @@
-"""Calls of macros: which ones make a world, and the values of their parameters."""
+"""Calls of macros in a world of a VRX series: their values, their blocks, and the models that they place."""
 
-from collections.abc import Iterator, Mapping
+import math
+import re
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from vrx_mj.config.report import problem_at
+from vrx_mj.config.loading import problem_at
+from vrx_mj.config.poses import Pose
 from vrx_mj.config.series.axes import Axis, Series
-from vrx_mj.config.tree import Items, Place, Section, key_path
+from vrx_mj.config.tree import Entry, Items, Place, Section, key_path
 from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
 from vrx_mj.config.urdf.expressions import Names, evaluate
+from vrx_mj.config.urdf.xml_text import parse_pieces
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 
-__all__ = ["BLOCK", "Call", "calls_of"]
+__all__ = [
+    "BLOCK",
+    "REQUIRED",
+    "At",
+    "Block",
+    "Call",
+    "Given",
+    "Tag",
+    "calls_of",
+    "included",
+    "located",
+    "named_as",
+    "read_block",
+    "thing",
+]
 
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
@@ -91,3 +110,283 @@ def _value(key: str, value: Any, step: int, budget: Budget) -> Any:
         return value
     table = {**GLOBALS, "math": Module("math", MATH), "n": step}
     return evaluate(value, Names(table, own=lambda: ("n",)), budget)
+
+
+@dataclass(frozen=True)
+class Tag:
+    """An element of a block."""
+
+    element: Any
+    call: Call
+    key: str
+    """Name of the parameter that it stands in."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return str(self.element.tag)
+
+    def fault(self, message: str) -> ConfigError:
+        """An error about it, at the parameter: YAML's quotes do not keep the lines in them."""
+        return self.call.fault(self.key, message)
+
+    def only(self, *names: str) -> None:
+        """Refuse elements inside of other names."""
+        for child in self.element.iterchildren("*"):
+            if child.tag not in names:
+                where = f"element of <{self.name}>" if self.element.getparent() is not None else "element of this block"
+                raise self.fault(str(UnknownNameError(where, str(child.tag), names)))
+
+    def all(self, name: str) -> list["Tag"]:
+        """The elements of this name inside."""
+        return [Tag(child, self.call, self.key) for child in self.element.iterchildren(name)]
+
+    def text(self, name: str) -> str | None:
+        """The text of the one element of this name inside; None where there is none."""
+        found = self.all(name)
+        if len(found) > 1:
+            raise self.fault(f"<{self.name}> has {len(found)} elements <{name}>; one is expected")
+        return "".join(found[0].element.itertext()).strip() if found else None
+
+    def required(self, name: str) -> str:
+        """The same of an element that must be there, and say something."""
+        text = self.text(name)
+        if not text:
+            raise self.fault(f"<{self.name}> needs a <{name}>")
+        return text
+
+    def numbers(self, name: str, labels: str) -> list[float] | None:
+        """The numbers in the one element of this name; `labels` names each of them."""
+        text = self.text(name)
+        return None if text is None else self.read_numbers(text, f"<{name}>", labels.split())
+
+    def read_numbers(self, text: str, where: str, labels: Sequence[str]) -> list[float]:
+        """As many numbers as there are labels."""
+        try:
+            values = [float(word) for word in text.split()]
+        except ValueError:
+            values = []
+        if len(values) != len(labels) or not all(map(math.isfinite, values)):
+            form = "a number" if len(labels) == 1 else f"{len(labels)} numbers {' '.join(labels)}"
+            raise self.fault(f"{where}: expected {form}, got {shown(text)}")
+        return values
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a parameter holds: elements, or text alone."""
+
+    root: Tag
+    place: Place
+
+    @property
+    def stray(self) -> str:
+        """Text between the elements, which SDF has no use for."""
+        element = self.root.element
+        pieces = [element.text or "", *(child.tail or "" for child in element)] if len(element) else []
+        return " ".join(" ".join(pieces).split())
+
+    @property
+    def text(self) -> str:
+        """All text, elements or not."""
+        return "".join(self.root.element.itertext()).strip()
+
+    def each(self, name: str) -> Iterator[Tag]:
+        """The elements, all of which must be of this name."""
+        self.root.only(name)
+        found = self.root.all(name)
+        if self.text and not found:
+            raise self.root.fault(f"expected elements <{name}>, got {shown(self.text)}")
+        yield from found
+
+
+def read_block(call: Call, key: str) -> Block:
+    """The XML in a parameter."""
+    value = call.parameters[key]
+    if value is not None and not isinstance(value, str | int | float):
+        raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
+    text = "" if value is None else str(value)
+    try:
+        element = parse_pieces(text, call.place.file.name)
+    except ConfigError as error:
+        said = re.sub(
+            r"the <(\S+)> of line \d+ ends with </pieces>", r"the <\1> does not end", error.problems[0].message
+        )
+        raise call.fault(key, re.sub(r" of line \d+", "", said)) from None
+    block = Block(Tag(element, call, key), call.parameters.entries[key].value)
+    if block.stray:
+        name, line, _ = block.place.file.name, block.place.line, block.place.column
+        told = f"{name}:{line}: {shown(block.stray)} between the elements of {key} is ignored"
+        warnings.warn(told, VrxWarning, stacklevel=2)
+    return block
+
+
+REQUIRED = object()
+"""In place of a default: the parameter must be given."""
+SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
+LONGEST = 40
+"""Characters of a number."""
+
+
+class At(NamedTuple):
+    """A value and where it is said."""
+
+    value: Any
+    place: Place
+
+
+class Given:
+    """What a call says, and what its macro says otherwise."""
+
+    def __init__(self, call: Call, defaults: Mapping[str, Any], blocks: Sequence[str]) -> None:
+        self.call = call
+        self.defaults = defaults
+        known = [*defaults, *(BLOCK + name for name in blocks)]
+        for key in call.parameters:
+            if key not in known:
+                raise call.fault(key, str(UnknownNameError(f"parameter of {call.macro}", key, known)))
+        for key, value in defaults.items():
+            if value is REQUIRED and key not in call.parameters:
+                raise call.fault(None, f"{call.macro} needs the parameter '{key}'")
+
+    def number(self, name: str) -> At:
+        """A parameter that is a number."""
+        value = self._said(name)
+        found = _number(value)
+        if found is None:
+            raise self.call.fault(name, f"expected a number, got {shown(value)}")
+        return self._at(name, found)
+
+    def whole(self, name: str) -> At:
+        """A parameter that is a whole number; an empty text is 0."""
+        value = self._said(name)
+        found = 0 if value in ("", None) else _number(value)
+        if found is None or found != found // 1:
+            raise self.call.fault(name, f"expected a whole number, got {shown(value)}")
+        return self._at(name, int(found))
+
+    def numbers(self, names: str) -> list[At]:
+        """Several numbers; `names` has blanks between them."""
+        return [self.number(name) for name in names.split()]
+
+    def text(self, name: str) -> At:
+        """A parameter that is text."""
+        value = self._said(name)
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise self.call.fault(name, f"expected text, got {shown(value)}")
+        return self._at(name, str(value).strip())
+
+    def switch(self, name: str) -> At:
+        """A parameter that is true or false."""
+        value = self._said(name)
+        found = value if isinstance(value, bool) else SWITCHES.get(str(value).strip().lower())
+        if found is None:
+            raise self.call.fault(name, f"expected true or false, got {shown(value)}")
+        return self._at(name, found)
+
+    def block(self, name: str) -> Block | None:
+        """A parameter that is XML; None where the call does not give it."""
+        key = BLOCK + name
+        if key not in self.call.parameters:
+            return None
+        return read_block(self.call, key)
+
+    def _said(self, name: str) -> Any:
+        return self.call.parameters.get(name, self.defaults[name])
+
+    def _at(self, name: str, value: Any) -> At:
+        entry = self.call.parameters.entries.get(name)
+        return At(value, entry.value if entry else self.call.place)
+
+
+def located(value: Any, place: Place) -> Any:
+    """Dicts and lists as sections and items that stand at `place`, but for what an `At` puts elsewhere."""
+    if isinstance(value, At):
+        return located(value.value, value.place)
+    if isinstance(value, dict):
+        entries = {key: Entry(_place(item, place), _place(item, place)) for key, item in value.items()}
+        return Section({key: located(item, place) for key, item in value.items()}, place, entries)
+    if isinstance(value, list):
+        return Items.of((located(item, place) for item in value), (_place(item, place) for item in value))
+    return value
+
+
+def _place(value: Any, place: Place) -> Place:
+    return value.place if isinstance(value, At) else place
+
+
+def _number(value: Any) -> float | int | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    if not isinstance(value, str) or len(value) > LONGEST:
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        return None
+
+
+SCHEME = "model://"
+HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
+"""The floating docks of 2018 with fixed symbols, one folder for each pair."""
+OWN_NAMES = (
+    (re.compile(r"short_navigation_course(\d)"), r"short_navigation_course_\1"),
+    (re.compile(r"navigation_course(\d)"), r"vrx_navigation_course_\1"),
+    (re.compile(r"navigation_course"), "vrx_navigation_course"),
+    (re.compile(r"obstacle_course"), "robotx_obstacle_course"),
+    (re.compile(r"(dock_20(?:16|18|22))(?:_dynamic)?"), r"robotx_\1"),
+)
+"""Folders whose models go by another name."""
+PLUGIN = "libfollow_plugin.so"
+Object = dict[str, Any]
+
+
+def thing(uri: At, pose: Any, name: At | None = None) -> Object:
+    """An object of a world; without a name until the world has all of them."""
+    folder = str(uri.value).removeprefix(SCHEME).strip("/")
+    symbols = SYMBOLS.fullmatch(folder)
+    known: Object = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
+    if symbols:
+        known["symbols"] = At([symbols[1], symbols[2]], uri.place)
+    return known if name is None else {"name": name, **known}
+
+
+def named_as(model: str) -> str:
+    """The name that a model has by itself."""
+    for pattern, name in OWN_NAMES:
+        found = pattern.fullmatch(model)
+        if found:
+            return found.expand(name)
+    return model
+
+
+def included(tag: Tag, place: Place) -> Object:
+    """The object of an <include>."""
+    tag.only("name", "uri", "pose", "plugin")
+    name, pose = tag.text("name"), tag.numbers("pose", "x y z roll pitch yaw")
+    found = thing(At(tag.required("uri"), place), At(pose or list(HERE), place), At(name, place) if name else None)
+    plugins = tag.all("plugin")
+    if plugins:
+        found["path"] = At(_path(plugins[0]), place)
+    return found
+
+
+def _path(tag: Tag) -> Object:
+    """The path of a follow plugin."""
+    if tag.element.get("filename") != PLUGIN:
+        raise tag.fault(f"<plugin>: only {PLUGIN} is known in an <include>, got '{tag.element.get('filename')}'")
+    path: Object = {"loop": bool(tag.all("loop_forever"))}  # VRX goes by its presence
+    for waypoints in tag.all("waypoints"):
+        points = ["".join(point.element.itertext()) for point in waypoints.all("waypoint")]
+        path["waypoints"] = [waypoints.read_numbers(text, "<waypoint>", ["x", "y"]) for text in points]
+    for circle in tag.all("circle"):
+        path["circle"] = _values(circle, "radius")
+    for line in tag.all("line"):
+        path["line"] = _values(line, "length", "direction")
+    return path
+
+
+def _values(tag: Tag, *names: str) -> Object:
+    found = {name: tag.numbers(name, name) for name in names}
+    return {name: values[0] for name, values in found.items() if values}

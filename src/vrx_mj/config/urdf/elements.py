@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from vrx_mj.config.base import Config
-from vrx_mj.config.report import problems_of
+from vrx_mj.config.loading import problems_of
 from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem

@@ -1,12 +1,303 @@
-"""Gazebo's `<sensor>` elements: cameras, lidars, and the satellite receivers and inertial units of newer Gazebo."""
+"""Sensors in Gazebo's tags of a URDF."""
 
 import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-from vrx_mj.config.sensors import CameraConfig, GpsConfig, ImuConfig, LidarConfig
-from vrx_mj.config.urdf.elements import Node
-from vrx_mj.config.urdf.gazebo_scope import Scope, plugin_kind
+from vrx_mj.config.base import Config
+from vrx_mj.config.poses import Pose
+from vrx_mj.config.sensors import (
+    BallShooterConfig,
+    CameraConfig,
+    GpsConfig,
+    ImuConfig,
+    LidarConfig,
+    P3dConfig,
+    PingerConfig,
+)
+from vrx_mj.config.urdf.elements import Findings, Node
+from vrx_mj.config.urdf.model import Urdf, chained, link_pose
+from vrx_mj.errors import UnknownNameError
 
-__all__ = ["QUIET_SENSORS", "SENSORS", "read_sensor"]
+__all__ = ["INSTRUMENTS", "QUIET_SENSORS", "SENSORS", "Scope", "plugin_kind", "read_sensor"]
+
+ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+HARD_CODED = ("wamv/", "cora/")
+"""Prefixes that VRX's files write whatever the boat's namespace is."""
+USUAL_RATE = 100.0
+"""Rate [Hz] of a sensor that Gazebo would read at every step."""
+
+_ODD_CHARACTER = re.compile(r"[^A-Za-z0-9_.-]")
+_GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
+
+
+def plugin_kind(node: Node) -> str:
+    """A plugin's library, without `lib` and `.so`, the same for both names of the newer Gazebo."""
+    name = (node.attribute("filename") or "").rpartition("/")[2].removesuffix(".so").removeprefix("lib")
+    return _GENERATION.sub("gz-sim-", name)
+
+
+@dataclass
+class Scope:
+    """One robot whose tags are read, and what was found so far."""
+
+    urdf: Urdf
+    findings: Findings
+    warnings: list[str] = field(default_factory=list)
+    sensors: list[Any] = field(default_factory=list)
+
+    def warn(self, node: Node, message: str) -> None:
+        """Notes that something the file asks for is not done."""
+        self.warnings.append(f"{node.place}: {node.path}: {message}")
+
+    def link(self, node: Node, tag: str) -> str:
+        """The link that a child names, as the file calls it; empty if it names none, or one that is not there."""
+        name, child = node.text(tag), node.child(tag)
+        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name)):
+            if known in self.urdf.links:
+                return known
+        if child and name:
+            child.fault(str(UnknownNameError("link", name, self.urdf.links)))
+        else:
+            node.fault("required, but missing", tag)
+        return ""
+
+    def joint(self, node: Node, tag: str) -> str | None:
+        """The joint that a child names; None if it names none."""
+        name, child = node.text(tag), node.child(tag)
+        for known in (name, f"{self.urdf.namespace}/{name}", self._renamed(name)):
+            if known in self.urdf.joints:
+                return known
+        if child and name:
+            child.fault(str(UnknownNameError("joint", name, self.urdf.joints)))
+        return None
+
+    def pose(self, link: str, node: Node | None = None) -> Pose:
+        """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
+        inside = node.values("pose", "x y z roll pitch yaw", ZERO) if node else ZERO
+        return chained(link_pose(self.urdf, link), inside)  # type: ignore[arg-type]
+
+    def local(self, name: str, *, hard_coded: bool = False) -> str:
+        """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
+        name = self.urdf.local(name.lstrip("/"))
+        for prefix in HARD_CODED if hard_coded else ():
+            name = name.removeprefix(prefix)
+        return name
+
+    def stem(self, topic: str, *ends: str, instead: str) -> str:
+        """A topic without the namespace and without the last part that all of its kind have."""
+        topic = self.local("/".join(filter(None, topic.split("/"))))
+        last = next((end for end in ends if topic.endswith(f"/{end}")), "")
+        return (topic.removesuffix(f"/{last}") if last else topic) or instead
+
+    def name(self, node: Node, link: str, own: str = "") -> str:
+        """What a sensor is called: as its link, or by its own name on the root link and on a link with several."""
+        wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
+        taken = {sensor.name for sensor in self.sensors}
+        wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
+        wanted = _ODD_CHARACTER.sub("_", wanted)[:60]
+        if wanted not in taken:
+            return wanted
+        number = next(number for number in range(2, 10_000) if f"{wanted}_{number}" not in taken)
+        self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{wanted}_{number}'")
+        return f"{wanted}_{number}"
+
+    def rate(self, node: Node, tag: str, default: float = 0.0) -> float:
+        """Readings per second; where the file says nothing or 0, Gazebo would read at every step."""
+        rate = node.value(tag, default, low=0)
+        if rate == 0:
+            self.warn(node, f"has no {tag}; it is read at {USUAL_RATE:g} Hz, not at every step")
+        return rate or USUAL_RATE
+
+    def add(self, node: Node, model: type[Config], values: Mapping[str, Any]) -> None:
+        """Keeps a sensor, if its values are such as there are."""
+        if not node.findings.problems:
+            sensor = node.configured(model, values)
+            if sensor is not None:
+                self.sensors.append(sensor)
+
+    def _renamed(self, name: str) -> str:
+        """The name with the robot's namespace in place of one that VRX hard-codes."""
+        return f"{self.urdf.namespace}/{self.local(name, hard_coded=True)}"
+
+
+HOUR = 1 / 3600
+"""Reciprocal of the drift's time constant [1/s] that Hector's plugins take by default: sensor_model.h."""
+STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
+"""Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
+SHOT_FORCE = 250.0
+"""Force [N] of a launcher that says nothing."""
+
+Values = dict[str, Any]
+
+
+def _gps_plugin(node: Node, scope: Scope) -> None:
+    values = _on_link(node, scope, "gps", "sensors/gps/gps", "fix")
+    position, velocity = _hector(node, ""), _hector(node, "velocity")
+    scope.add(node, GpsConfig, values | {"position": position, "velocity": velocity})
+
+
+def _imu_plugin(node: Node, scope: Scope) -> None:
+    values = _on_link(node, scope, "imu", "sensors/imu/imu", "data")
+    if any(node.values("rpyOffsets", "roll pitch yaw", (0.0, 0.0, 0.0))):
+        scope.warn(node, "rpyOffsets is ignored")
+    errors = {"acceleration": _hector(node, "accel"), "angular_velocity": _hector(node, "rate")}
+    scope.add(node, ImuConfig, values | errors | {"heading": _hector(node, "yaw"), "tilt": _hector(node, "tilt")})
+
+
+def _plain_imu(node: Node, scope: Scope) -> None:
+    """Gazebo's own ROS plugin, with one noise for everything."""
+    values = _on_link(node, scope, "imu", "sensors/imu/imu", "data")
+    noise = {"noise": (node.value("gaussianNoise", 0.0, low=0),) * 3}
+    scope.add(node, ImuConfig, values | {"acceleration": noise, "angular_velocity": noise})
+
+
+def _on_link(node: Node, scope: Scope, own: str, stem: str, end: str) -> Values:
+    """What the sensors of a link have in common."""
+    link = scope.link(node, "bodyName")
+    if not link:
+        return {}
+    frame = node.text("frameId") or node.text("frameName") or link
+    return {
+        "name": scope.name(node, link, own),
+        "link": scope.local(link),
+        "frame": scope.local(frame),
+        "pose": scope.pose(link),
+        "topic": scope.stem(node.text("topicName"), end, instead=stem),
+        "rate": scope.rate(node, "updateRateHZ" if node.child("updateRateHZ") else "updateRate"),
+    }
+
+
+def _hector(node: Node, prefix: str) -> Mapping[str, tuple[float, ...]]:
+    """The error model of Hector's plugins: tags such as accelGaussianNoise, each of one number or three."""
+    keys = {
+        "offset": ("Offset", 0.0),
+        "drift": ("Drift", 0.0),
+        "drift_frequency": ("DriftFrequency", HOUR),
+        "noise": ("GaussianNoise", 0.0),
+    }
+    return {key: _three(node, _tag(prefix, word), default) for key, (word, default) in keys.items()}
+
+
+def _tag(prefix: str, word: str) -> str:
+    return f"{prefix}{word}" if prefix else f"{word[0].lower()}{word[1:]}"
+
+
+def _three(node: Node, tag: str, default: float) -> tuple[float, ...]:
+    if len(node.text(tag).split()) <= 1:
+        return (node.value(tag, default),) * 3
+    return node.values(tag, "x y z", (default,) * 3)
+
+
+def _p3d(node: Node, scope: Scope) -> None:
+    link, topic = scope.link(node, "bodyName"), node.text("topicName")
+    for tag in ("xyzOffset", "rpyOffset", "xyzOffsets", "rpyOffsets"):
+        if any(node.values(tag, "x y z", (0.0, 0.0, 0.0))):
+            scope.warn(node, f"{tag} is ignored")
+    own = topic.rpartition("/")[2] or (node.attribute("name") or "").removeprefix("p3d_plugin_")
+    values = {
+        "name": scope.name(node, "", own),
+        "link": scope.local(link),
+        "frame": scope.local(node.text("frameName", "map")),
+        "pose": scope.pose(link),
+        "topic": scope.stem(topic, instead=f"sensors/position/{own}"),
+        "rate": scope.rate(node, "updateRate"),
+        "noise": node.value("gaussianNoise", 0.0, low=0),
+    }
+    scope.add(node, P3dConfig, values)
+
+
+def _odometry(node: Node, scope: Scope) -> None:
+    """The newer Gazebo's odometry; VRX passes it on under a fixed name."""
+    link = scope.link(node, "robot_base_frame") if node.text("robot_base_frame") else scope.urdf.root
+    own = "ground_truth_odometry"
+    values = {
+        "name": scope.name(node, "", own),
+        "link": scope.local(link),
+        "frame": scope.local(node.text("odom_frame", "odom")),
+        "pose": scope.pose(link),
+        "topic": scope.stem(node.text("odom_topic"), instead=f"sensors/position/{own}"),
+        "rate": scope.rate(node, "odom_publish_frequency", 50.0),
+        "noise": node.value("gaussian_noise", 0.0, low=0),
+    }
+    scope.add(node, P3dConfig, values)
+
+
+def _pinger(node: Node, scope: Scope) -> None:
+    """A receiver, which the plugin does not tie to a link: it is on the one that its topic is named after."""
+    topic = node.text("topicName") or node.text("topic")
+    stem = scope.stem(topic, "range_bearing", instead="sensors/pingers/pinger")
+    own = stem.rpartition("/")[2]
+    frame = scope.local(node.text("frameId") or node.text("frame_id") or "pinger", hard_coded=True)
+    link = _first_link(scope, own, f"{own}_link", frame)
+    values = {
+        "name": scope.name(node, link or "", own),
+        "link": scope.local(link or scope.urdf.root),
+        "frame": frame,
+        "pose": scope.pose(link) if link else ZERO,
+        "topic": stem,
+        "rate": scope.rate(node, "updateRate" if node.child("updateRate") else "update_rate", 1.0),
+        "range_noise": _stddev(node, "rangeNoise", "range_noise"),
+        "bearing_noise": _stddev(node, "bearingNoise", "bearing_noise"),
+        "elevation_noise": _stddev(node, "elevationNoise", "elevation_noise"),
+    }
+    scope.add(node, PingerConfig, values)
+
+
+def _stddev(node: Node, *tags: str) -> float:
+    noise = next(filter(None, (node.child(tag, "noise") for tag in tags)), None)
+    return noise.value("stddev", 0.0, low=0) if noise else 0.0
+
+
+def _shooter(node: Node, scope: Scope) -> None:
+    """A launcher: by its topic's name, because VRX's files give every one the frame of the boat `wamv`."""
+    projectile = node.child("projectile")
+    stem = scope.stem(node.text("topic"), "fire", instead="shooters/ball_shooter")
+    own = stem.rpartition("/")[2]
+    frame = scope.local(projectile.text("frame") if projectile else "", hard_coded=True)
+    link = _first_link(scope, f"{own}_launcher_link", frame)
+    if link is None:
+        scope.warn(node, f"no link named '{own}_launcher_link' to launch from; the root link is used")
+    muzzle = projectile.values("pose", "x y z roll pitch yaw", ZERO) if projectile else ZERO
+    if any(muzzle[3:]):
+        scope.warn(node, "the angles of the projectile's pose are ignored")
+    values = {
+        "name": scope.name(node, "", own),
+        "link": scope.local(link or scope.urdf.root),
+        "frame": scope.local(link or scope.urdf.root),
+        "pose": scope.pose(link or scope.urdf.root),
+        "topic": stem,
+        "shots": round(node.value("num_shots", 1000.0, low=0, high=1000)),
+        "impulse": node.value("shot_force", SHOT_FORCE, low=0) * STEPS[plugin_kind(node)],
+        "muzzle": muzzle[:3],
+    }
+    scope.add(node, BallShooterConfig, values)
+
+
+def _first_link(scope: Scope, *names: str) -> str | None:
+    """The first of these links that the robot has, with or without the namespace."""
+    prefix = f"{scope.urdf.namespace}/" if scope.urdf.namespace else ""
+    return next((f"{start}{name}" for name in names for start in (prefix, "")
+                 if f"{start}{name}" in scope.urdf.links), None)  # fmt: skip
+
+
+INSTRUMENTS = {
+    "hector_gazebo_ros_gps": _gps_plugin,
+    "hector_gazebo_ros_imu": _imu_plugin,
+    "gazebo_ros_imu": _plain_imu,
+    "gazebo_ros_p3d": _p3d,
+    "gz-sim-odometry-publisher-system": _odometry,
+    "usv_gazebo_acoustic_pinger_plugin": _pinger,
+    "usv_gazebo_pinger_plugin": _pinger,
+    "acoustic_pinger_plugin": _pinger,
+    "AcousticPingerPlugin": _pinger,
+    "ball_shooter_plugin": _shooter,
+    "BallShooterPlugin": _shooter,
+}
+"""Readers by the kind of plugin."""
+
 
 QUIET_SENSORS = ("contact", "force_torque")
 """What VRX measures for its scores, or for nothing; contacts are found without them."""

@@ -1,25 +1,77 @@
-"""Links of a URDF: mass properties, and what collides and is seen."""
+"""Links and joints of a URDF; VRX's meshes, which are not ours to ship, have stand-ins."""
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import PurePosixPath
 from typing import Any
 
 from vrx_mj.config.base import COLORS
+from vrx_mj.config.poses import Pose, compose, facing, inverse
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.urdf.elements import Findings, Node
-from vrx_mj.config.urdf.mesh_paths import MeshFiles, MissingMeshError
-from vrx_mj.config.urdf.meshes import check_mesh
-from vrx_mj.config.urdf.model import Inertial, Link, Pose
-from vrx_mj.config.urdf.stand_ins import stand_in
+from vrx_mj.config.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
+from vrx_mj.config.urdf.model import Inertial, Joint, Limits, Link, chained
 from vrx_mj.config.wording import choice, one_of, shown
-from vrx_mj.errors import VrxError
+from vrx_mj.errors import Problem, UnknownNameError, VrxError
 from vrx_mj.resources import root
 
-__all__ = ["Surroundings", "material_colors", "read_link", "read_pose"]
+__all__ = ["Surroundings", "material_colors", "read_joint", "read_link", "read_pose", "root_of", "stand_in"]
 
 Color = tuple[float, float, float, float]
+Scale = tuple[float, float, float]
+
+IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+STAND_INS: dict[str, tuple[Pose, dict[str, Color]]] = {
+    "WAM-V-Base.dae": (
+        IDENTITY,
+        {
+            "hulls": (0.74, 0.75, 0.76, 1.0),
+            "trim": (0.23, 0.25, 0.28, 1.0),
+            "arches": (0.11, 0.12, 0.13, 1.0),
+            "deck": (0.60, 0.62, 0.64, 1.0),
+        },
+    ),
+    "engine.dae": (IDENTITY, {"engine": (0.16, 0.17, 0.19, 1.0)}),
+    "propeller.dae": (IDENTITY, {"propeller": (0.78, 0.33, 0.12, 1.0)}),
+    "battery.dae": ((0, -1.03, -0.45, 0, 0, 0), {"battery": (0.36, 0.38, 0.41, 1.0)}),
+    "cpu_cases.dae": (
+        (0.073, 0, -1.53, 0, 0, 0),
+        {"cpu_cases": (0.17, 0.18, 0.19, 1.0), "cpu_fittings": (0.62, 0.64, 0.66, 1.0)},
+    ),
+    "gps.dae": (IDENTITY, {"gps": (0.86, 0.87, 0.85, 1.0)}),
+    "3d_lidar.dae": ((0, 0, -0.035, 0, 0, 0), {"lidar": (0.27, 0.28, 0.30, 1.0)}),
+    "mono_camera.dae": ((-0.033, 0, 0, 0, 0, math.pi / 2), {"camera": (0.13, 0.14, 0.15, 1.0)}),
+    "sensor_post_arm.dae": (
+        (-0.038, 0, -0.003, math.radians(-60), 0, -math.pi / 2),
+        {"post_arm": (0.06, 0.06, 0.07, 1.0)},
+    ),
+    "ball_shooter_base.dae": (IDENTITY, {"shooter_base": (0.35, 0.37, 0.40, 1.0)}),
+    "ball_shooter_launcher.dae": ((0, 0, 0, 0, 0.261799, 0), {"shooter_launcher": (0.85, 0.48, 0.10, 1.0)}),
+}
+"""By the name of VRX's file: where VRX draws it in its link, and our meshes with their colours."""
+
+
+def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
+    """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
+
+    `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
+    A scale that is not the same along all axes is only right for a mesh that VRX draws unturned.
+    """
+    file = PurePosixPath(name).name
+    if file not in STAND_INS:
+        return ()
+    drawn, meshes = STAND_INS[file]
+    x, y, z, *turn = inverse(drawn)
+    place = chained(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
+    folder = root() / "assets" / "robots" / "wamv"
+    return tuple(
+        Visual(folder=folder, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or own)
+        for mesh, own in meshes.items()
+    )
+
 
 GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
 POST = "_post_link"
@@ -255,3 +307,113 @@ def _mesh(geometry: Node, values: Mapping[str, Any], around: Surroundings, *, co
     else:
         return {"folder": folder, "file": path} | ({} if collides else {"own": mesh.color})
     return None
+
+
+TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
+BOUNDED = ("revolute", "prismatic")
+
+
+def read_joint(node: Node, links: Collection[str]) -> Joint:
+    """A `<joint>` between two of these links. Problems and oddities are noted, not raised."""
+    name, kind = node.name(), node.attribute("type") or ""
+    if kind not in TYPES:
+        node.fault(choice(kind, TYPES) if kind else f"required, but missing; one of {', '.join(TYPES)}", "type")
+    parent, child = (_end(node, tag, links) for tag in ("parent", "child"))
+    if parent and parent == child:
+        node.fault(f"joins the link '{parent}' to itself")
+    if node.child("mimic"):
+        node.findings.note("mimic", name)
+    axis, limits = _axis(node, kind), _limits(node, kind)
+    rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
+    return Joint(
+        name=name,
+        type=kind,
+        parent=parent,
+        child=child,
+        pose=_at_rest(read_pose(node), kind, axis, rest),
+        axis=axis,
+        limits=limits,
+        line=node.line,
+        rest=rest,
+    )
+
+
+def _at_rest(pose: Pose, kind: str, axis: Sequence[float], rest: float) -> Pose:
+    """The pose of the child in the parent with the joint at `rest` [rad or m]."""
+    if rest == 0.0:
+        return pose
+    if kind == "prismatic":
+        x, y, z = (rest * value for value in axis)
+        return compose(pose, (x, y, z, 0.0, 0.0, 0.0))
+    turn = facing(axis)
+    return compose(pose, compose(compose(turn, (0.0, 0.0, 0.0, 0.0, 0.0, rest)), inverse(turn)))
+
+
+def root_of(links: Mapping[str, Link] | Mapping[str, Node], joints: Mapping[str, Joint], findings: Findings) -> str:
+    """The one link that is no joint's child, if the links hang together as a tree under it."""
+    above: dict[str, Joint] = {}
+    for joint in joints.values():
+        if joint.child in above:
+            other = above[joint.child].name
+            message = f"the link '{joint.child}' is already the child of the joint '{other}'; it has one parent"
+            findings.problems.append(Problem(findings.file, joint.line, None, f"joint '{joint.name}'", message))
+        above.setdefault(joint.child, joint)
+    roots = [name for name in links if name not in above]
+    if len(roots) > 1:
+        names = ", ".join(f"'{name}'" for name in roots[:8]) + (f" and {len(roots) - 8} more" if len(roots) > 8 else "")
+        message = f"{len(roots)} links are not a joint's child: {names}; there must be one, the root"
+        findings.problems.append(Problem(findings.file, links[roots[1]].line, None, f"link '{roots[1]}'", message))
+    loop = _loop(links, above)
+    if loop:
+        line = above[loop[0]].line
+        message = "the joints form a loop: " + " > ".join(f"'{name}'" for name in (*loop, loop[0]))
+        findings.problems.append(Problem(findings.file, line, None, f"joint '{above[loop[0]].name}'", message))
+    return roots[0] if roots else ""
+
+
+def _loop(links: Collection[str], above: Mapping[str, Joint]) -> list[str]:
+    """Links, parents first, that are each other's ancestors; empty if there are none."""
+    safe: set[str] = set()
+    for start in links:
+        link, path = start, dict[str, None]()
+        while link in above and link not in safe and link not in path:
+            path[link] = None
+            link = above[link].parent
+        if link in path:
+            names = list(path)
+            return names[names.index(link) :][::-1]
+        safe.update(path)
+    return []
+
+
+def _end(node: Node, tag: str, links: Collection[str]) -> str:
+    end = node.needed(tag)
+    name = end.required("link") if end else ""
+    if end and name and name not in links:
+        end.fault(str(UnknownNameError("link", name, links)), "link")
+    return name
+
+
+def _axis(node: Node, kind: str) -> tuple[float, float, float]:
+    """Direction of the joint's axis, of length 1."""
+    axis = node.child("axis")
+    x, y, z = axis.numbers("xyz", "x y z", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
+    length = math.hypot(x, y, z)
+    if length == 0:
+        if axis and kind not in {"fixed", "floating"}:
+            axis.fault("must have a length, got '0 0 0'", "xyz")
+        return (1.0, 0.0, 0.0)
+    return (x / length, y / length, z / length) if abs(length - 1) > 1e-9 else (x, y, z)
+
+
+def _limits(node: Node, kind: str) -> Limits | None:
+    limit = node.child("limit")
+    if limit is None:
+        if kind in BOUNDED:
+            node.fault(f"required, but missing: a {kind} joint has limits", "limit")
+        return None
+    lower, upper = (limit.number(key, 0.0) for key in ("lower", "upper"))
+    effort, velocity = (limit.number(key, 0.0, low=0) for key in ("effort", "velocity"))
+    if kind in BOUNDED and lower > upper:
+        limit.fault(f"lower {lower:g} is above upper {upper:g}")
+    return Limits(lower, upper, effort, velocity)

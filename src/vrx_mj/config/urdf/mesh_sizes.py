@@ -1,13 +1,10 @@
-"""How large a mesh file makes a mesh, from its headers: looked at before any library reads it.
+"""How much a mesh file (OBJ, STL, COLLADA, glTF) would come to, counted before it is loaded."""
 
-What a file says of itself is compared with the bytes that it has, and what it would become with the limits. What is
-handed on is the part of a file that is a mesh.
-"""
-
+import json
 import re
 import struct
-from collections.abc import Mapping
-from typing import NoReturn
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NoReturn
 
 from vrx_mj.errors import VrxError
 
@@ -19,6 +16,8 @@ __all__ = [
     "checked_text",
     "is_binary_stl",
     "refuse",
+    "sized_dae",
+    "sized_glb",
     "sized_obj",
     "sized_ply",
     "sized_stl",
@@ -144,3 +143,307 @@ def _ply_elements(name: str, head: list[str]) -> tuple[Mapping[str, int], Mappin
         if count and not sizes[element]:
             refuse(name, f"cannot be read: its element '{element[:60]}' has no properties")
     return counts, sizes
+
+
+MAX_TAGS = 200_000
+"""Most tags and, apart from them, attributes of a file; each takes some 200 bytes."""
+MAX_NODES = 20_000
+"""Most nodes, and things in them, each place of one that is repeated counted."""
+DEEPEST = 60
+"""Levels of nodes in nodes, those that they refer to included."""
+
+_ENCODING = re.compile(rb"^\s*<\?xml[^>]*?encoding\s*=\s*[\"']([^\"']*)[\"']")
+_KNOWN_ENCODINGS = {"utf-8", "us-ascii", "ascii", "iso-8859-1", "latin1", "windows-1252"}
+_COLLADA_USED = {"asset", "library_effects", "library_images", "library_materials", "library_geometries",
+                 "library_nodes", "library_visual_scenes", "scene"}  # fmt: skip
+"""What is handed on: the shape and its colours; no animations, controllers or cameras. Pictures are never opened."""
+_NEEDED_OF_ASSET = {"unit", "up_axis"}
+_FACES = {"triangles", "tristrips", "trifans", "polylist", "polygons"}
+
+
+class _OddError(Exception):
+    """What is wrong with a file."""
+
+
+def sized_dae(name: str, content: bytes) -> bytes:
+    """A Collada file whose shapes are few enough, each place of one counted, without what is no shape."""
+    from lxml import etree
+
+    try:
+        _check_text(content)
+        root = etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True))
+        _strip(root)
+        shapes = _shapes(root)
+        places = [place for scene in root.iterfind(".//{*}visual_scene") for place in _collada_placed(root, scene)]
+    except _OddError as error:
+        refuse(name, str(error))
+    except (etree.XMLSyntaxError, ValueError, LookupError):
+        refuse(name, "cannot be read: it is not a DAE file, or is damaged")
+    for counts in (list(shapes.values()), [shapes[place] for place in places if place in shapes]):
+        check_counts(name, *map(sum, zip(*counts, strict=True)))
+    plain: bytes = etree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return plain
+
+
+def _check_text(content: bytes) -> None:
+    """Collada is XML, in which a short text can stand for a huge one."""
+    encoding = _ENCODING.match(content)
+    known = encoding is None or encoding[1].decode("ascii", "replace").lower() in _KNOWN_ENCODINGS
+    if not known or not content.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<"):
+        raise ValueError
+    if re.search(rb"<!(DOCTYPE|ENTITY)", content, re.IGNORECASE):
+        raise _OddError("has a document type or entities, which are not allowed")
+    for mark, words in ((b"<", "tags"), (b"=", "attributes")):
+        if content.count(mark) > MAX_TAGS:
+            raise _OddError(f"has {content.count(mark):,} {words}; at most {MAX_TAGS:,} are read")
+
+
+def _strip(root: Any) -> None:
+    """Remove what is no shape and no colour of one."""
+    for part in list(root):
+        if _tag(part) not in _COLLADA_USED:
+            root.remove(part)
+    for part in list(root.iterfind("{*}asset/*")):
+        if _tag(part) not in _NEEDED_OF_ASSET:
+            part.getparent().remove(part)
+
+
+def _tag(element: Any) -> str:
+    """An element's name without its namespace; empty for comments and the like."""
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def _shapes(root: Any) -> dict[str, tuple[int, int, int]]:
+    """Points, triangles and parts of each geometry, of several of one id those of the largest."""
+    found: dict[str, tuple[int, int, int]] = {}
+    for shape in root.iterfind(".//{*}geometry"):
+        name = shape.get("id", "")
+        found[name] = max(found.get(name, (0, 0, 0)), _collada_counts(shape))
+    return found
+
+
+def _collada_counts(shape: Any) -> tuple[int, int, int]:
+    """Points, triangles and parts of a geometry, from the lengths of its texts: numbers in them have blanks between."""
+    parts = [part for part in shape.iter() if _tag(part) in _FACES]
+    points = triangles = 0
+    for part in parts:
+        offsets = [int(one.get("offset", "0")) for one in part if _tag(one) == "input"]
+        each = max(offsets, default=0) + 1
+        corners = sum(len((index.text or "").split()) for index in part if _tag(index) == "p") // max(each, 1)
+        points += corners
+        triangles += corners // 3 if _tag(part) == "triangles" else corners
+    return points, triangles, len(parts)
+
+
+def _collada_placed(root: Any, scene: Any) -> Iterator[str]:
+    """The ids of the geometries in a scene, each as often as it is drawn."""
+    nodes: dict[str, list[Any]] = {}
+    for node in root.iterfind(".//{*}node"):
+        nodes.setdefault(node.get("id", ""), []).append(node)
+    waiting = [(child, 1) for child in scene]
+    seen = 0
+    while waiting:
+        element, depth = waiting.pop()
+        seen += 1
+        if depth > DEEPEST:
+            raise _OddError(f"has nodes nested deeper than {DEEPEST} levels, or inside themselves")
+        if seen > MAX_NODES:
+            raise _OddError(f"has more than {MAX_NODES:,} nodes, those that are repeated counted each time")
+        if _tag(element) == "instance_geometry":
+            yield element.get("url", "").removeprefix("#")
+        elif _tag(element) == "instance_node":
+            waiting += [(other, depth + 1) for other in nodes.get(element.get("url", "").removeprefix("#"), ())]
+        elif _tag(element) == "node":
+            waiting += [(child, depth + 1) for child in element]
+
+
+MAX_JSON = 8_000_000
+"""Bytes of the JSON in a file."""
+MAX_ITEMS = 20_000
+"""Most accessors, and most of anything else that is listed in it."""
+
+_HEAD, _CHUNK = struct.Struct("<4sII"), struct.Struct("<II")
+_JSON, _BINARY = 0x4E4F534A, 0x004E4942
+_SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+"""Bytes of a number, by glTF's `componentType`."""
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_HARMLESS = re.compile(r"KHR_(materials|texture|lights)_\w+|KHR_mesh_quantization|EXT_texture_\w+")
+"""Extensions without which a mesh has the same shape, or that the reader knows."""
+_GLTF_USED = {
+    "accessors": ("bufferView", "byteOffset", "componentType", "count", "type", "normalized"),
+    "buffers": ("byteLength",),
+    "bufferViews": ("buffer", "byteOffset", "byteLength", "byteStride"),
+    "materials": ("name", "pbrMetallicRoughness"),
+    "meshes": ("name", "primitives"),
+    "nodes": ("name", "children", "mesh", "matrix", "translation", "rotation", "scale"),
+    "scenes": ("nodes",),
+}
+"""What is handed on: the shape and its colours; no pictures, cameras, animations, skins or extensions."""
+
+Tree = Mapping[str, Any]
+
+
+def sized_glb(name: str, content: bytes) -> bytes:
+    """A glTF file whose sizes are those of its data and few enough, without what is no mesh."""
+    try:
+        text, binary = _chunks(content)
+        tree = _plain(json.loads(text))
+        _check_accessors(tree, len(binary))
+        shapes = [_gltf_counts(tree, mesh) for mesh in tree["meshes"]]
+        used = [shapes[node["mesh"]] for node in _gltf_placed(tree) if "mesh" in node]
+    except _OddError as error:
+        refuse(name, f"cannot be read: {error}")
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError, struct.error):
+        refuse(name, "cannot be read: it is not a GLB file, or is damaged")
+    for counts in (shapes, used):
+        check_counts(name, *map(sum, zip(*counts, strict=True)))
+    return _packed(tree, binary)
+
+
+def _chunks(content: bytes) -> tuple[bytes, bytes]:
+    """The JSON and the binary data of a file."""
+    mark, version, _ = _HEAD.unpack_from(content)
+    found = dict[int, bytes]()
+    start = _HEAD.size
+    while start + _CHUNK.size <= len(content):
+        length, kind = _CHUNK.unpack_from(content, start)
+        start += _CHUNK.size
+        if length > len(content) - start:
+            raise _OddError(f"a chunk of {length:,} bytes begins where {len(content) - start:,} are left")
+        found.setdefault(kind, content[start : start + length])
+        start += length
+    if mark != b"glTF" or _JSON not in found:
+        raise ValueError
+    if version != 2:
+        raise _OddError(f"it is glTF {version}; only glTF 2 is read")
+    if len(found[_JSON]) > MAX_JSON:
+        raise _OddError(f"its JSON has {len(found[_JSON]):,} bytes; at most {MAX_JSON:,} are read")
+    return found[_JSON], found.get(_BINARY, b"")
+
+
+def _plain(tree: Tree) -> dict[str, Any]:
+    """The parts of a file's JSON that are handed on."""
+    for extension in tree.get("extensionsRequired", ()):
+        if not _HARMLESS.fullmatch(extension):
+            raise _OddError(f"it needs the extension '{extension[:60]}'; export it without compression")
+    for buffer in tree.get("buffers", ()):
+        if "uri" in buffer:
+            raise _OddError("it refers to another file, or holds one as text; export it with its data inside")
+    plain: dict[str, Any] = {"asset": {"version": "2.0"}}
+    for part, keys in _GLTF_USED.items():
+        items = tree.get(part, ())
+        if len(items) > MAX_ITEMS:
+            raise _OddError(f"it has {len(items):,} {part}; at most {MAX_ITEMS:,} are allowed")
+        plain[part] = [{key: item[key] for key in keys if key in item} for item in items]
+    for material in plain["materials"]:
+        shading = material.pop("pbrMetallicRoughness", {})
+        color = {"baseColorFactor": shading["baseColorFactor"]} if "baseColorFactor" in shading else {}
+        material["pbrMetallicRoughness"] = color
+    for mesh in plain["meshes"]:
+        mesh["primitives"] = [_plain_primitive(each) for each in mesh["primitives"]]
+    plain["buffers"] = plain["buffers"][:1]
+    plain["accessors"] = _used_accessors(tree, plain)
+    scene = plain["scenes"][_index(tree.get("scene", 0), plain["scenes"])] if plain["scenes"] else {"nodes": []}
+    return plain | {"scenes": [scene], "scene": 0}
+
+
+def _used_accessors(tree: Tree, plain: Tree) -> list[Tree]:
+    """The accessors of shapes and colours, named by their numbers; the primitives refer to those in this list."""
+    numbers: dict[int, int] = {}
+    for primitive in (each for mesh in plain["meshes"] for each in mesh["primitives"]):
+        for owner in (primitive, primitive["attributes"]):
+            for key in [key for key in ("POSITION", "COLOR_0", "indices") if key in owner]:
+                number = _index(owner[key], plain["accessors"])
+                owner[key] = numbers.setdefault(number, len(numbers))
+    if any("sparse" in tree["accessors"][number] for number in numbers):
+        raise _OddError("it has sparse accessors, which are not read")
+    return [plain["accessors"][number] | {"name": str(number)} for number in numbers]
+
+
+def _plain_primitive(primitive: Tree) -> dict[str, Any]:
+    kept = {key: primitive[key] for key in ("indices", "material", "mode") if key in primitive}
+    attributes = primitive["attributes"]
+    return kept | {"attributes": {key: attributes[key] for key in ("POSITION", "COLOR_0") if key in attributes}}
+
+
+def _index(value: Any, items: Sequence[Any]) -> int:
+    """A reference to an item, which must be there."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < len(items):
+        raise ValueError
+    return value
+
+
+def _whole(value: Any) -> int:
+    """A number of bytes or of things."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise ValueError
+    return value
+
+
+def _check_accessors(tree: Tree, size: int) -> None:
+    """Refuse arrays that reach beyond the data, and such that would take much more memory than it."""
+    views, total = tree["bufferViews"], 0
+    for view in views:
+        _index(view["buffer"], tree["buffers"])
+        end = _whole(view.get("byteOffset", 0)) + _whole(view["byteLength"])
+        if end > size:
+            raise _OddError(f"a part of its data ends at byte {end:,}; it has {size:,}")
+    for accessor in tree["accessors"]:
+        number, item = accessor["name"], _SIZES[accessor["componentType"]] * _WIDTHS[accessor["type"]]
+        count = _whole(accessor["count"])
+        total += count * item
+        if count == 0 or "bufferView" not in accessor:
+            raise _OddError(f"its accessor {number} says {count:,} items and has no data")
+        view = views[_index(accessor["bufferView"], views)]
+        stride = _whole(view.get("byteStride", item))
+        needed = _whole(accessor.get("byteOffset", 0)) + stride * (count - 1) + item
+        if stride < item or needed > view["byteLength"]:
+            raise _OddError(f"its accessor {number} says {count:,} items of {item} bytes, which take {needed:,} bytes; "
+                            f"there are {view['byteLength']:,}")  # fmt: skip
+    if total > 4 * size:
+        raise _OddError(f"its accessors say {total:,} bytes altogether; it has {size:,}")
+
+
+def _gltf_counts(tree: Tree, mesh: Tree) -> tuple[int, int, int]:
+    """Points, triangles and parts of one mesh."""
+    points = triangles = 0
+    for primitive in mesh["primitives"]:
+        at = primitive["attributes"].get("POSITION")
+        mode = _whole(primitive.get("mode", 4))
+        if at is None or mode < 4:
+            continue
+        here = tree["accessors"][_index(at, tree["accessors"])]["count"]
+        corners = here
+        if "indices" in primitive:
+            corners = tree["accessors"][_index(primitive["indices"], tree["accessors"])]["count"]
+        points += here
+        triangles += corners // 3 if mode == 4 else corners
+    return points, triangles, len(mesh["primitives"])
+
+
+def _gltf_placed(tree: Tree) -> list[Tree]:
+    """The nodes of the scene, each once: what has two parents, or is inside itself, is refused."""
+    nodes = tree["nodes"]
+    found: dict[int, Tree] = {}
+    waiting = [(root, 1) for root in tree["scenes"][0].get("nodes", [])]
+    while waiting:
+        number, depth = waiting.pop()
+        node = nodes[_index(number, nodes)]
+        if number in found:
+            raise _OddError(f"its node {number} is in two places, or inside itself")
+        if depth > DEEPEST:
+            raise _OddError(f"its nodes are nested deeper than {DEEPEST} levels")
+        if "mesh" in node:
+            _index(node["mesh"], tree["meshes"])
+        found[number] = node
+        waiting += [(child, depth + 1) for child in node.get("children", ())]
+    return list(found.values())
+
+
+def _packed(tree: Tree, binary: bytes) -> bytes:
+    """A file of these parts."""
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    body = _CHUNK.pack(len(text), _JSON) + text + _CHUNK.pack(len(binary), _BINARY) + binary
+    return _HEAD.pack(b"glTF", 2, _HEAD.size + len(body)) + body

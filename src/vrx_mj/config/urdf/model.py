@@ -1,20 +1,17 @@
-"""A URDF in memory: links and joints with their places in the file, and Gazebo's tags as they stand.
-
-Names are as in the file, with the namespace that it has. Shapes are in their link's frame.
-"""
+"""A robot as its URDF describes it: links with masses, shapes and looks, and joints; poses along them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
+from vrx_mj.config.poses import Pose, compose
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
 
-__all__ = ["Gazebo", "Inertial", "Joint", "Limits", "Link", "Urdf", "UrdfThruster"]
-
-Pose = tuple[float, float, float, float, float, float]
+__all__ = ["Gazebo", "Inertial", "Joint", "Limits", "Link", "Urdf", "UrdfThruster", "chained", "link_pose"]
 
 
 @dataclass(frozen=True)
@@ -127,3 +124,21 @@ class Urdf:
     def local(self, name: str) -> str:
         """A link's or joint's name without the namespace."""
         return name.removeprefix(f"{self.namespace}/") if self.namespace else name
+
+
+ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def link_pose(urdf: Urdf, link: str) -> Pose:
+    """Pose of a link's frame in the root link's, every joint at zero [m, rad]. `link` is as the file calls it."""
+    above = {joint.child: joint for joint in urdf.joints.values()}
+    poses: list[Pose] = []
+    while link in above:
+        poses.append(above[link].pose)
+        link = above[link].parent
+    return chained(*reversed(poses))
+
+
+def chained(*poses: Pose) -> Pose:
+    """The pose of the last frame in the first one's parent; each pose is in the frame before it [m, rad]."""
+    return reduce(compose, poses, ZERO)

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from vrx_mj.config.search import display
 from vrx_mj.config.urdf.elements import Findings, Node
-from vrx_mj.config.urdf.joints import read_joint, root_of
-from vrx_mj.config.urdf.links import SLIGHT, Surroundings, material_colors, read_link
-from vrx_mj.config.urdf.mesh_paths import MeshFiles
+from vrx_mj.config.urdf.links import SLIGHT, Surroundings, material_colors, read_joint, read_link, root_of
+from vrx_mj.config.urdf.meshes import MeshFiles
 from vrx_mj.config.urdf.model import Joint, Link, Urdf
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.errors import VrxWarning, nearest

@@ -30,10 +30,8 @@ from vrx_mj.config.urdf.expression_values import (
     tokens,
 )
 from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, unknown
-from vrx_mj.config.urdf.xacro_document import Located, parse_document, place_of
-from vrx_mj.config.urdf.xacro_files import Files
-from vrx_mj.config.urdf.xacro_substitutions import Substitutions
-from vrx_mj.config.urdf.xacro_yaml import load_plain
+from vrx_mj.config.urdf.xacro_document import Located, load_plain, parse_document, place_of
+from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 
 __all__ = ["Engine"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.poses import quaternion
 from vrx_mj.config.urdf.elements import Findings, Node
-from vrx_mj.config.urdf.joints import read_joint, root_of
+from vrx_mj.config.urdf.links import read_joint, root_of
 from vrx_mj.config.urdf.model import Joint
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.errors import ConfigError, VrxError

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.parts.boxes import INSET, Box, assigned, nearest_box, nearest_place
-from vrx_mj.config.parts.rules import load_rules
+from vrx_mj.config.parts.compliance import INSET, Box, assigned, load_rules, nearest_box, nearest_place
 
 BOXES = {kind: load_rules("classic").of(kind).boxes for kind in ("components", "thrusters")}
 KINDS = st.sampled_from(sorted(BOXES))

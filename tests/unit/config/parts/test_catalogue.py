@@ -5,9 +5,8 @@ import re
 import pytest
 
 from vrx_mj.config.parts.catalogue import ELSEWHERE, FIXED, MISNAMED, TYPES
-from vrx_mj.config.parts.compliance import judge
+from vrx_mj.config.parts.compliance import judge, load_rules, rule_sets
 from vrx_mj.config.parts.read import load_parts
-from vrx_mj.config.parts.rules import load_rules, rule_sets
 from vrx_mj.resources import root
 
 START = root() / "assets" / "start"

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from vrx_mj.config.parts.files import Instance, PartsFile
+from vrx_mj.config.parts.catalogue import Instance, PartsFile
 from vrx_mj.config.parts.generate import ARGUMENTS, FLAGS, LAYOUTS, example_file, wamv_urdf, xacro_text
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.tree import File, Place

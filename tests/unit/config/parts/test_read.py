@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrx_mj.config.parts.files import PartsFile
-from vrx_mj.config.parts.mounts import name_of, place_of
-from vrx_mj.config.parts.read import load_parts
+from vrx_mj.config.parts.catalogue import PartsFile
+from vrx_mj.config.parts.read import load_parts, name_of, place_of
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.resources import root
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from axes_files import WORLDS
 from vrx_mj.config.series.axes import Series, read_series
-from vrx_mj.config.series.text import world_text
-from vrx_mj.config.series.worlds import SeriesWorld, series_world
+from vrx_mj.config.series.worlds import SeriesWorld, series_world, world_text
 from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import parse

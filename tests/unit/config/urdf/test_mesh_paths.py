@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrx_mj.config.urdf.mesh_paths import MeshFiles, with_file_uris
+from vrx_mj.config.urdf.meshes import MeshFiles, with_file_uris
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj.config.build import Order, boat_urdf
-from vrx_mj.config.urdf.namespaces import in_namespace, namespace_of
+from vrx_mj.config.urdf.xml_text import in_namespace, namespace_of
 
 TEXT = """<robot name="wamv">
   <link name="wamv/base_link"><visual><geometry><mesh filename="wamv/hull.dae"/></geometry></visual></link>

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.config.poses import inverse
 from vrx_mj.config.urdf.gazebo import read_gazebo
-from vrx_mj.config.urdf.model import Limits
-from vrx_mj.config.urdf.poses import chained, link_pose
+from vrx_mj.config.urdf.model import Limits, chained, link_pose
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError, VrxWarning
 

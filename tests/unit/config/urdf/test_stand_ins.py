@@ -7,8 +7,8 @@ import pytest
 
 from urdf_boats import link, robot
 from vrx_mj.config.poses import apply, compose, inverse, rotation
+from vrx_mj.config.urdf.links import STAND_INS
 from vrx_mj.config.urdf.reader import read_urdf
-from vrx_mj.config.urdf.stand_ins import STAND_INS
 from vrx_mj.errors import ConfigError
 
 POINT = (0.3, -0.2, 0.7)
