@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
 
-FULL = 10.0
-"""A largest command above this is in newtons, as in VRX 3; in VRX classic it is 1."""
 NO_SLOPE = 1e-9
 """A rudder whose moment per radian is less [N m] turns nothing."""
 TUNED = 0.2
@@ -127,7 +125,7 @@ def craft_of(boat: "BoatObservation") -> Craft:
 
 def wamv_of(thrusters: Mapping[str, Propeller]) -> Craft:
     """The WAM-V of VRX 3 where commands are newtons, else that of VRX classic."""
-    newtons = any(getattr(thruster, "max_command", 1.0) > FULL for thruster in thrusters.values())
+    newtons = any(getattr(thruster, "in_newtons", False) for thruster in thrusters.values())
     return WAMV_VRX3 if newtons else WAMV
 
 

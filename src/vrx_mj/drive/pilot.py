@@ -9,7 +9,7 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import NEWTONS, RUDDER
+from vrx_mj.physics.tables import RUDDER
 
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
@@ -167,9 +167,8 @@ class Engine:
 
 def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     """The thrusters and rudders of a boat that the keys drive."""
-    hull = world.boats.index(boat)
-    centre = world.parameters.hulls[hull].body_com
-    engines = (_engine(thruster, centre) for thruster in world.parameters.thrusters if thruster.hull == hull)
+    centre = world.parameters.hulls[world.boats.index(boat)].body_com
+    engines = (_engine(thruster, centre) for thruster in world.parameters.thrusters_of(boat))
     return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
 
 
@@ -178,8 +177,8 @@ def _engine(row: Thruster, centre: Sequence[float]) -> Engine:
     forward, left, _ = (sum(map(mul, line, row.direction)) for line in row.rotation)
     if row.mapping == RUDDER:
         return Engine(row.name, 0.0, 0.0, x < 0.0, row.max_angle, rudder=True)
-    full = (row.max_forward, abs(row.max_reverse)) if row.mapping == NEWTONS else (1.0, 1.0)
-    return Engine(row.name, forward, x * left - y * forward, x < 0.0, row.max_angle, False, *full)
+    astern, ahead = row.command_limits
+    return Engine(row.name, forward, x * left - y * forward, x < 0.0, row.max_angle, False, ahead, -astern)
 
 
 def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]:

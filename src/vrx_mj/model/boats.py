@@ -27,6 +27,10 @@ from vrx_mj.model.kinds import (
 __all__ = ["Boat", "Hull", "Sensor", "Spawn", "Station", "Thruster", "WindCoefficients"]
 
 
+NEWTONS = 3
+"""Value of `Thruster.mapping`, as in `physics.tables`."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Hull:
     """The hull of a boat, a free body; vectors are in body axes."""
@@ -138,6 +142,18 @@ class Thruster:
     """Area of that propeller's disc [m2]."""
     race_share: Share
     """Share of the blade that the race covers."""
+
+    @property
+    def in_newtons(self) -> bool:
+        """Whether a command is the force itself [N]; else it is a share of full power."""
+        return self.mapping == NEWTONS
+
+    @property
+    def command_limits(self) -> tuple[float, float]:
+        """Commands of full thrust astern, at most 0, and ahead: forces [N] or shares."""
+        if self.in_newtons:
+            return -abs(self.max_reverse), self.max_forward
+        return -self.max_command, self.max_command
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -103,6 +103,11 @@ class Parameters:
     lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
     """Number of boats that a name had before, for those that left."""
 
+    def thrusters_of(self, boat: str) -> tuple[Thruster, ...]:
+        """The thrusters and rudders of a boat."""
+        hull = next(index for index, own in enumerate(self.boats) if own.name == boat)
+        return tuple(thruster for thruster in self.thrusters if thruster.hull == hull)
+
 
 @cache
 def _adapter() -> TypeAdapter[Parameters]:

@@ -43,7 +43,7 @@ def staged(
     _check_size(name, kind, len(compiled.boats), boats, moving=moving)
     if name != SCORE:
         return compiled, Batch(compiled, n, threads=threads), PROBLEMS[name](n, len(compiled.boats))
-    if not compiled.tree.get("task"):
+    if not compiled.parameters.task:
         raise gymnasium.error.Error(f"{SCORE}: the world {compiled.name} has no task")
     row = RefereedRow(compiled)
     return compiled, row, Score(row)

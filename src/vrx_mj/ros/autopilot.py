@@ -196,9 +196,8 @@ class HeldThrust:
 
     def hold(self, boat: str, thruster: str, command: float) -> None:
         """Go on giving a command that the simulation has taken just now."""
-        hull = self._sim.boats.index(boat)
-        rows = self._sim.world.tree["thrusters"]
-        timeout = next(row["timeout"] for row in rows if row["hull"] == hull and row["name"] == thruster)
+        own = self._sim.world.parameters.thrusters_of(boat)
+        timeout = next(each.timeout for each in own if each.name == thruster)
         period = 0.5 * timeout if timeout > 0.0 else math.inf
         self._orders.setdefault(boat, {})[thruster] = _ThrustOrder(command, self._sim.time, period)
 

@@ -8,6 +8,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import nearest
+from vrx_mj.model import boats as model
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.thrusters import Thruster
 from vrx_mj.runtime.upsets import FASTEST_SPIN, is_capsized, spin
@@ -188,7 +189,7 @@ class Diagnosis:
     def changed(self) -> None:
         """Boats came or went: see whether they have receivers that cannot work here."""
         world = self._sim.world
-        if world.tree["georeference"] is not None:
+        if world.parameters.georeference is not None:
             return
         owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
         if owners:
@@ -237,15 +238,15 @@ class Diagnosis:
 
     def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
         """See whether commands are beyond what thrusters do, or the boat is held."""
-        rows = {row["name"]: row for row in self._rows(boat)}
+        own = {thruster.name: thruster for thruster in self._sim.world.parameters.thrusters_of(boat)}
         for name, value in commands.items():
             angle = name.endswith("_angle")
-            row = rows.get(name.removesuffix("_angle") if angle else name)
-            if row is None:
+            thruster = own.get(name.removesuffix("_angle") if angle else name)
+            if thruster is None:
                 continue
-            least, most = (-row["max_angle"], row["max_angle"]) if angle else _limits(row)
+            least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
             if not least - 1e-6 <= value <= most + 1e-6:
-                self._once(f"{boat} {name}", f"{name} of {boat} is {_clipped(value, least, most, row, angle=angle)}")
+                self._once(f"{boat} {name}", f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}")
         task = self._sim.task
         if task is not None and task["boat"] == boat and task["state"] == "initial" and any(commands.values()):
             free = f"t = {task['ready_time']:g} s"
@@ -288,14 +289,11 @@ class Diagnosis:
             self._told.add(key)
             self._tell("WARN", text)
 
-    def _rows(self, boat: str) -> Iterator[Mapping[str, Any]]:
-        hull = self._sim.boats.index(boat)
-        return (row for row in self._sim.world.tree["thrusters"] if row["hull"] == hull)
-
     def _timeout(self, boat: str, thruster: str) -> float:
         if boat not in self._sim.boats:
             return 0.0
-        return next((row["timeout"] for row in self._rows(boat) if row["name"] == thruster), 0.0)
+        own = self._sim.world.parameters.thrusters_of(boat)
+        return next((each.timeout for each in own if each.name == thruster), 0.0)
 
 
 def _counted(looks: int, holds: bool) -> int:
@@ -303,18 +301,13 @@ def _counted(looks: int, holds: bool) -> int:
     return max(looks, 0) + 1 if holds else min(looks, 0) - 1
 
 
-def _limits(row: Mapping[str, Any]) -> tuple[float, float]:
-    """Commands of full thrust astern and ahead."""
-    if row["max_command"] == 1.0:
-        return -1.0, 1.0
-    return -abs(row["max_reverse"]), row["max_forward"]
-
-
-def _clipped(value: float, least: float, most: float, row: Mapping[str, Any], *, angle: bool) -> str:
+def _clipped(value: float, thruster: model.Thruster, *, angle: bool) -> str:
     if angle:
-        return f"{value:.4g} rad: the angle is clamped to {min(max(value, least), most):.4g} rad"
-    ahead, astern = row["max_forward"], abs(row["max_reverse"])
-    unit = "" if most == 1.0 else " N"
+        largest = thruster.max_angle
+        return f"{value:.4g} rad: the angle is clamped to {min(max(value, -largest), largest):.4g} rad"
+    ahead, astern = thruster.max_forward, abs(thruster.max_reverse)
+    least, most = thruster.command_limits
+    unit = " N" if thruster.in_newtons else ""
     text = f"{value:.4g}{unit}, beyond {least:g} to {most:g}"
     return f"{text}: the force is limited to {ahead:g} N ahead, {astern:g} N astern"
 

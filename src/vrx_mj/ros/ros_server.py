@@ -106,7 +106,7 @@ class InitialPoses:
                 self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
 
     def _names(self) -> list[str]:
-        return [row["name"] for row in self._sim.world.tree["objects"] if row["kind"] != "static"]
+        return [item.name for item in self._sim.world.parameters.objects if item.kind != "static"]
 
     def _object(self, name: str) -> FloatArray | None:
         try:
@@ -304,12 +304,12 @@ class RosServer:
         """
         if not math.isfinite(force):
             raise CommandError(f"invalid thrust {force} N for {thruster} of {boat}: a finite number is needed")
-        newtons = self.sim.world.tree["profile"] == "vrx3"
-        command = force if newtons else self.seen[boat].thrusters[thruster].command(force)
+        own = self.seen[boat].thrusters[thruster]
+        command = force if own.in_newtons else own.command(force)
         self.command(boat, {thruster: command})
         self._held.hold(boat, thruster, command)
-        if not newtons:
-            self.diagnosis.pushed(boat, self.seen[boat].thrusters[thruster], force)
+        if not own.in_newtons:
+            self.diagnosis.pushed(boat, own, force)
 
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""

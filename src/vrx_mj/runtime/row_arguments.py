@@ -9,7 +9,7 @@ from vrx_mj.arguments import MOST_SEED
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.tables import RUDDER, Record, Table
+from vrx_mj.physics.tables import RUDDER, Table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE
 
@@ -52,20 +52,15 @@ class Channel(NamedTuple):
 
 def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
     """Return every command of a world with that table of thrusters: thrusts, then steering angles."""
-    newtons = world.parameters.profile == "vrx3"
     pushing, steering = [], []
     for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
         boat, name = world.boats[given.hull], given.name
         if given.mapping != RUDDER:
-            pushing.append(Channel(boat, name, number, "command", _thrusts(row) if newtons else (-1.0, 1.0)))
+            pushing.append(Channel(boat, name, number, "command", given.command_limits))
         if given.max_angle:
             angle = float(row["max_angle"])
             steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle)))
     return (*pushing, *steering)
-
-
-def _thrusts(thruster: Record) -> tuple[float, float]:
-    return -float(abs(thruster["max_reverse"])), float(thruster["max_forward"])
 
 
 def which_rows(n: int, rows: Rows) -> IntArray:

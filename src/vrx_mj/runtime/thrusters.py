@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.tables import RUDDER, THRUSTER, Record
+from vrx_mj.physics.tables import NEWTONS, RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, thrust_force
 from vrx_mj.runtime.rig import Rig
 
@@ -33,6 +33,8 @@ class Thruster:
     """Largest force ahead [N]."""
     max_reverse: float
     """Largest force astern [N], above 0."""
+    in_newtons: bool
+    """Whether a command is the force itself [N]; else it is a share of full power."""
     _commands: FloatArray = field(repr=False, compare=False)
     _forces: FloatArray = field(repr=False, compare=False)
 
@@ -69,6 +71,7 @@ def _thruster(name: str, row: Record) -> Thruster:
         float(row["max_angle"]),
         float(forces[-1]),
         float(-forces[0]),
+        bool(row["mapping"] == NEWTONS),
         commands,
         spread,
     )

@@ -18,7 +18,7 @@ class Engine:
     max_angle: float = math.pi / 2
     max_forward: float = 250.0
     max_reverse: float = 100.0
-    max_command: float = 1.0
+    in_newtons: bool = False
 
     def command(self, force):
         return force
@@ -119,9 +119,10 @@ def test_top_speed_is_where_drag_is_the_thrust():
 
 
 def test_the_unit_of_commands_tells_the_craft():
-    newtons = {name: Engine(engine.position, max_command=2353.5) for name, engine in PAIR.items()}
     assert wamv_of(PAIR) is WAMV
-    assert wamv_of(newtons) is WAMV_VRX3
+    for strongest in (2353.5, 8.0):  # however weak they are
+        newtons = {name: replace(engine, max_forward=strongest, in_newtons=True) for name, engine in PAIR.items()}
+        assert wamv_of(newtons) is WAMV_VRX3
 
 
 def test_linear_drag_alone_has_a_top_speed():

@@ -8,6 +8,8 @@ import pytest
 
 import vrx_mj
 from ros_scene import call, run, served
+from trees import partial
+from vrx_mj.physics.tables import NEWTONS
 from vrx_mj.ros import diagnosis
 from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.inbox import Command
@@ -99,12 +101,19 @@ def test_a_gps_in_a_world_without_georeference_is_told_once_and_not_published():
     assert len([line for line in scene.told if "GPS" in line]) == 1
 
 
+HERE = {"georeference": {}, "boats": [{"name": "a"}]}
+
+
 class Quiet:
     """A simulation of one boat, in which nothing touches anything."""
 
     boats, model = ("a",), None
     data = SimpleNamespace(contact=())
-    world = SimpleNamespace(tree={"georeference": {}, "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]})
+    world = SimpleNamespace(
+        parameters=partial(
+            {"georeference": {}, "boats": [{"name": "a"}], "thrusters": [{"hull": 0, "name": "left", "timeout": 1.0}]}
+        )
+    )
 
     def __init__(self):
         self.time = 0.0
@@ -148,3 +157,13 @@ def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, to
         sim.time = float(number + 1)
         watch.look()
     assert [line.partition(": ")[2] for line in lines] == ["a is aground"] * told
+
+
+def test_the_unit_of_a_command_is_the_thrusters_however_weak_it_is():
+    row = {"hull": 0, "name": "left", "mapping": NEWTONS, "max_command": 1.0, "max_forward": 1.0, "max_reverse": -0.5}
+    sim, lines = Quiet(), []
+    sim.world, sim.task = SimpleNamespace(parameters=partial({**HERE, "thrusters": [row]})), None
+    diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
+    diagnosis.commanded("a", {"left": 0.9})
+    diagnosis.commanded("a", {"left": -0.7})
+    assert lines == ["left of a is -0.7 N, beyond -0.5 to 1: the force is limited to 1 N ahead, 0.5 N astern"]

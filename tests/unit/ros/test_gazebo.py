@@ -8,6 +8,7 @@ import pytest
 
 from ros_scene import call as service
 from ros_scene import served
+from trees import partial
 from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import twist_commands
@@ -100,7 +101,7 @@ def test_a_place_relative_to_another_model_turns_with_it():
 @pytest.mark.parametrize("names", [("left", "right"), ("left_rear", "right_rear")])
 def test_a_twist_turns_to_port_by_more_to_starboard(names):
     """VRX's twist2thrust."""
-    world = SimpleNamespace(tree={"profile": "vrx"})
+    world = SimpleNamespace(parameters=partial({"boats": [{"name": "a"}], "thrusters": []}))
     host = SimpleNamespace(sim=SimpleNamespace(command_names=lambda _boat: names, world=world))
     left, right = names
     assert twist_commands(host, "a", 0.5, 0.2) == pytest.approx({left: 0.3, right: 0.7})

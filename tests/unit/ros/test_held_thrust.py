@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from trees import partial
 from vrx_mj.ros.autopilot import HeldThrust
 
 TIMEOUT = 1.0
@@ -15,7 +16,7 @@ class Sim:
 
     boats = ("a", "b")
     rows = ({"hull": 0, "name": "left", "timeout": TIMEOUT}, {"hull": 1, "name": "left", "timeout": 0.0})
-    world = SimpleNamespace(tree={"thrusters": rows})
+    world = SimpleNamespace(parameters=partial({"boats": [{"name": "a"}, {"name": "b"}], "thrusters": rows}))
 
     def __init__(self):
         self.time, self.given = 0.0, []

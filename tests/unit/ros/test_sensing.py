@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from trees import partial
 from vrx_mj.config.sensors import ErrorModel, GpsConfig, ImuConfig, LidarConfig, P3dConfig, PingerConfig
 from vrx_mj.config.world import Georeference
 from vrx_mj.physics.motion import rotation_matrix
@@ -21,7 +22,7 @@ from vrx_mj.sensors.truth import truth
 def made(config, tail, data):
     """The message that an output of a sensor makes of a reading."""
     sensor = SimpleNamespace(config=config, name=config.name, boat="a", frame=f"a/{config.link}")
-    world = SimpleNamespace(tree={"georeference": {}})
+    world = SimpleNamespace(parameters=partial({"georeference": {}}))
     host = SimpleNamespace(sim=SimpleNamespace(mounted=lambda _boat: [sensor], world=world))
     output = next(one for one in sensor_outputs(host, "a") if one.name.endswith(tail))
     return output.make(Reading(config.name, config.type, 1.5, 3, sensor.frame, data))

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from trees import partial
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
 from vrx_mj.ros.messages import new, stamp
@@ -68,7 +69,11 @@ def tasks():
         return new("vrx_gazebo/ColorSequenceResponse", success=len(said) == 1)
 
     sim = SimpleNamespace(
-        boats=(), time=42.5, world=SimpleNamespace(tree={"task": {"animals": [{}, {}]}}), placards=(), lights=()
+        boats=(),
+        time=42.5,
+        world=SimpleNamespace(parameters=partial({"task": {"type": "wildlife", "animals": [{}, {}]}})),
+        placards=(),
+        lights=(),
     )
     old = Table(
         {name: Output(name, "", lambda message=message: message, 1.0) for name, message in OLD.items()},

@@ -1,7 +1,6 @@
 """Docking: into a bay of a dock, and stay there."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.site import Dock
 from vrx_mj.rl.problem import Entry, Judged, Problem, Start, open_water
 from vrx_mj.rl.seen import Seen, folded
 
@@ -61,7 +61,7 @@ class Docking(Problem):
 
     def __init__(self, n: int, world: World) -> None:
         super().__init__(n, world)
-        self._bays = [_place_of(bay, dock) for dock in world.tree["docks"] for bay in find_bays(_cells(dock))]
+        self._bays = [_place_of(bay, dock) for dock in world.parameters.docks for bay in find_bays(dock.cells)]
         self._goal = np.zeros((n, 6))
         self._cost, self._inside, self._held = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n, np.int64)
         self._fastest = np.zeros(n)
@@ -117,21 +117,17 @@ class Docking(Problem):
         return cost
 
 
-def _place_of(bay: Bay, dock: Mapping[str, Any]) -> tuple[float, ...]:
+def _place_of(bay: Bay, dock: Dock) -> tuple[float, ...]:
     """A bay in the world.
 
     x, y of its zone's middle [m], the heading inward [rad], half the zone's depth and width [m], and how far before
     that middle the mouth is [m].
     """
-    inside, outside = bay_zones(bay, dock["block"])
-    dx, dy, _, _, _, turn = dock["pose"]
+    inside, outside = bay_zones(bay, dock.block)
+    dx, dy, _, _, _, turn = dock.pose
     x, y = inside.center[:2]
     cos, sin = math.cos(turn), math.sin(turn)
     depth, width = inside.size[:2] if bay.opens[0] else inside.size[1::-1]
     mouth = math.dist(outside.center, inside.center) - MOUTH_GAP
     inward = math.atan2(-bay.opens[1], -bay.opens[0]) + turn
     return dx + cos * x - sin * y, dy + sin * x + cos * y, inward, depth / 2, width / 2, mouth
-
-
-def _cells(dock: Mapping[str, Any]) -> list[tuple[int, int]]:
-    return [(int(i), int(j)) for i, j in dock["cells"]]

@@ -5,6 +5,7 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import WAVE, Table, table
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
@@ -23,10 +24,9 @@ class RefereedRow:
     def __init__(self, world: World) -> None:
         self.sim = Simulation(world)
         self.diverged: BoolArray = np.zeros(1, np.bool_)
-        rows = {(world.boats[row["hull"]], row["name"]): row for row in world.tree["thrusters"]}
-        newtons = world.tree["profile"] == "vrx3"
+        known = {(world.boats[each.hull], each.name): each for each in world.parameters.thrusters}
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
-        limits = {channel: _limits(rows, *channel, newtons=newtons) for channel in given}
+        limits = {channel: _limits(known, *channel) for channel in given}
         useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
         self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE)))
         self.largest = np.array([limits[channel] for channel in self.channels])
@@ -63,7 +63,7 @@ class RefereedRow:
 
     def waves(self, row: int) -> Table:
         """Waves of the world's sea, `tables.WAVE`."""
-        return table(WAVE, self.sim.world.tree["sea"]["waves"])
+        return table(WAVE, [vars(wave) for wave in self.sim.world.parameters.sea.waves])
 
     def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""
@@ -100,10 +100,10 @@ class RefereedRow:
             self.sim.set_boat(boat, pose=pose[0].tolist(), velocity=velocity[0].tolist())
 
 
-def _limits(rows: dict[tuple[str, str], dict[str, float]], boat: str, name: str, *, newtons: bool) -> list[float]:
+def _limits(known: dict[tuple[str, str], Thruster], boat: str, name: str) -> tuple[float, float]:
     """The least and the greatest command that changes anything."""
-    row = rows.get((boat, name))
-    if row is None:
-        greatest = float(rows[boat, name.removesuffix(ANGLE)]["max_angle"])
-        return [-greatest, greatest]
-    return [-abs(float(row["max_reverse"])), float(row["max_forward"])] if newtons else [-1.0, 1.0]
+    thruster = known.get((boat, name))
+    if thruster is None:
+        greatest = known[boat, name.removesuffix(ANGLE)].max_angle
+        return -greatest, greatest
+    return thruster.command_limits

@@ -45,7 +45,9 @@ class Score(TeamProblem):
     def __init__(self, row: RefereedRow) -> None:
         super().__init__(1, len(row.boats))
         self._row = row
-        self.duration = sum(row.sim.world.tree["task"]["durations"]) + 1.0  # the referee ends it before
+        task = row.sim.world.parameters.task
+        assert task is not None, "a world with a referee"
+        self.duration = sum(task.durations) + 1.0  # the referee ends it before
         self.anchor = row.boats.index(str(self._task["boat"]))
         better = TASK_KINDS[str(self._task["type"])].better
         self._sign = 1.0 if better == "higher" else -1.0

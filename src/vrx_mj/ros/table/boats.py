@@ -67,7 +67,7 @@ def twist_commands(host: Host, boat: str, ahead: float, around: float) -> dict[s
     Boats without VRX's engines get the same by the arms of those that they have, as `vrx-mj view` drives them.
     """
     names = host.sim.command_names(boat)
-    newtons = host.sim.world.tree["profile"] == "vrx3"
+    newtons = any(thruster.in_newtons for thruster in host.sim.world.parameters.thrusters_of(boat))
     for left, right in SIDES:
         if left in names and right in names and not newtons:
             return {left: ahead - around, right: ahead + around}
@@ -80,8 +80,8 @@ def description(world: World, boat: str) -> str:
     Raises:
         VrxError: the files that it was built of are not found from here.
     """
-    row = next(row for row in world.tree["boats"] if row["name"] == boat)
-    config = BoatConfig(**{key: row[key] for key in ORDERED})
+    own = next(own for own in world.parameters.boats if own.name == boat)
+    config = BoatConfig(**{key: getattr(own, key) for key in ORDERED})
     return _urdf(boat, config.order)
 
 

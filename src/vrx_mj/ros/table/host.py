@@ -51,12 +51,12 @@ class Bodies:
 
     def bind(self) -> None:
         """Boats came or went, or the simulation began anew."""
-        model, parameters = self._sim.model, self._sim.world.tree
+        model, parameters = self._sim.model, self._sim.world.parameters
         self._data = mujoco.MjData(model)  # what steps keeps frames that are one step old
         self._then = -1.0
-        boats = {name: str(hull["body"]) for name, hull in zip(self._sim.boats, parameters["hulls"], strict=True)}
-        objects = {row["name"]: row["body"] for row in parameters["objects"]}
-        docks = {row["name"].partition("/")[0]: row["bodies"][0] for row in parameters["docks"]}
+        boats = {name: hull.body for name, hull in zip(self._sim.boats, parameters.hulls, strict=True)}
+        objects = {item.name: item.body for item in parameters.objects}
+        docks = {dock.name.partition("/")[0]: dock.bodies[0] for dock in parameters.docks}
         known = {str(model.body(index).name): index for index in range(1, model.nbody)}
         named = {**boats, **objects, **docks}
         self._models = {name: known[body] for name, body in named.items() if body in known}

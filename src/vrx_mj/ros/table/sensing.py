@@ -85,7 +85,7 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
     """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
     for sensor, stem in _stems(host, boat):
         config, topics = sensor.config, TOPICS[sensor.config.type]
-        if config.type == "gps" and host.sim.world.tree["georeference"] is None:
+        if config.type == "gps" and host.sim.world.parameters.georeference is None:
             continue
         for topic in topics.of(config):
             yield Output(stem + topic.tail, topic.type, topic.make, config.rate, (boat, sensor.name))

@@ -15,6 +15,7 @@ from vrx_mj.config.urdf.links import read_joint, root_of
 from vrx_mj.config.urdf.model import Joint
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.errors import ConfigError, VrxError
+from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.offer import Output
@@ -207,9 +208,8 @@ class Skeleton:
     # Inside
 
     @cached_property
-    def _rows(self) -> Sequence[Mapping[str, Any]]:
-        hull = self._host.sim.boats.index(self._boat)
-        return [row for row in self._host.sim.world.tree["thrusters"] if row["hull"] == hull]
+    def _rows(self) -> Sequence[Thruster]:
+        return self._host.sim.world.parameters.thrusters_of(self._boat)
 
     @cached_property
     def _bones(self) -> Sequence[Bone]:
@@ -242,33 +242,33 @@ class Skeleton:
         return self._spins
 
 
-def _joints_of(row: Mapping[str, Any], moving: Sequence[Bone]) -> ThrusterJoints:
-    shaft = None if row["mapping"] == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
-    engine = _at(np.array(row["position"]), [bone for bone in moving if bone is not shaft])
-    return ThrusterJoints(row["name"], engine, shaft)
+def _joints_of(row: Thruster, moving: Sequence[Bone]) -> ThrusterJoints:
+    shaft = None if row.mapping == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
+    engine = _at(np.array(row.position), [bone for bone in moving if bone is not shaft])
+    return ThrusterJoints(row.name, engine, shaft)
 
 
 def _at(place: FloatArray, moving: Sequence[Bone]) -> Bone | None:
     return next((bone for bone in moving if np.abs(bone.place - place).max() < NEAR), None)
 
 
-def _propeller(row: Mapping[str, Any]) -> FloatArray:
+def _propeller(row: Thruster) -> FloatArray:
     """(3,): where a thruster pushes at zero steering [m], in the boat's frame."""
-    hinge, turn, propeller = (np.array(row[key], np.float64) for key in ("position", "rotation", "propeller"))
+    hinge, turn, propeller = (np.array(part, np.float64) for part in (row.position, row.rotation, row.propeller))
     return hinge + turn @ propeller
 
 
-def _stand_ins(row: Mapping[str, Any], boat: str) -> Iterator[Bone]:
+def _stand_ins(row: Thruster, boat: str) -> Iterator[Bone]:
     """The joints that a thruster has in VRX, for a boat whose description is not here."""
-    stem, hinge, turn = f"{boat}/{row['name']}", np.array(row["position"]), np.empty(4)
-    mujoco.mju_mat2Quat(turn, np.array(row["rotation"], np.float64).reshape(9))
+    stem, hinge, turn = f"{boat}/{row.name}", np.array(row.position), np.empty(4)
+    mujoco.mju_mat2Quat(turn, np.array(row.rotation, np.float64).reshape(9))
     yield Bone(
         f"{stem}_chasis_engine_joint", f"{boat}/{BASE}", f"{stem}_engine_link", hinge, turn,
         np.array([0.0, 0.0, 1.0]), True, hinge,
     )  # fmt: skip
     yield Bone(
-        f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row["propeller"]),
-        np.array([1.0, 0.0, 0.0, 0.0]), np.array(row["direction"]), True, _propeller(row),
+        f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row.propeller),
+        np.array([1.0, 0.0, 0.0, 0.0]), np.array(row.direction), True, _propeller(row),
     )  # fmt: skip
 
 

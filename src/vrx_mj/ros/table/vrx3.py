@@ -9,6 +9,7 @@ import numpy as np
 
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError
+from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.offer import Input, Output, Table
@@ -243,10 +244,10 @@ def _infos(host: Host, table: Table) -> Iterator[Output]:
 def _animals(host: Host, table: Table) -> Iterator[Output]:
     """A topic for each animal."""
     poses = table.outputs.get("/vrx/wildlife/animals/poses")
-    task = host.sim.world.tree.get("task")
-    if poses is None or task is None:
+    task = host.sim.world.parameters.task
+    if poses is None or not isinstance(task, Wildlife):
         return
-    for index in range(len(task["animals"])):
+    for index in range(len(task.animals)):
 
         def one(path: Message, index: int = index) -> Message | None:
             return _pose_stamped(path.poses[index])
