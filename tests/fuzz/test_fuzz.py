@@ -168,6 +168,6 @@ def test_a_part_of_a_page_is_replaced(tmp_path):
 
 
 def test_the_stack_of_an_ended_process_names_our_innermost_line():
-    ours = "/x/src/vrx_mj/runtime/rig.py"
+    ours = "/x/src/vrx_mj/runtime/loop_arrays.py"
     said = f'Fatal Python error: Aborted\n\n  File "/x/numba/a.py", line 3 in f\n  File "{ours}", line 41 in g\n'
-    assert told_place(said) == " at vrx_mj/runtime/rig.py:41 in g"
+    assert told_place(said) == " at vrx_mj/runtime/loop_arrays.py:41 in g"

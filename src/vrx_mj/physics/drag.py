@@ -6,15 +6,16 @@ adds no Coriolis term, and d(nu)/dt is that of the body components. VRX takes it
 here M_A goes into the inertia, to which VRX's scheme converges where it does not diverge.
 
 VRX 3 pushes at the link's origin instead, and its M_A acts on the world acceleration of that origin, resolved in body
-axes: `drag` is then about the origin, there is no `added_bias`, and `added_inertia` is exact.
+axes: `drag` is then about the origin, there is no `added_bias`, and `added_inertia` is exact. `drag_on_hull` and
+`bias_on_hull` choose by the profile of a hull's row.
 """
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate, rotated_wrench, unrotate
-from vrx_mj.physics.tables import Record
+from vrx_mj.physics.motion import Motion, Vector, Wrench, from_origin, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.tables import VRX3, Record
 
-__all__ = ["added_bias", "added_inertia", "added_moment", "drag"]
+__all__ = ["added_bias", "added_inertia", "added_moment", "bias_on_hull", "drag", "drag_on_hull"]
 
 
 @kernel
@@ -84,3 +85,20 @@ def added_moment(hull: Record, motion: Motion, acceleration: Vector) -> Vector:
     ax, ay, az = unrotate(motion, acceleration[0], acceleration[1], acceleration[2])
     x, y, z = a[0] * ax, a[1] * ay, a[2] * az
     return rotate(motion, c[2] * y - c[1] * z, c[0] * z - c[2] * x, c[1] * x - c[0] * y)
+
+
+@kernel
+def drag_on_hull(hull: Record, motion: Motion) -> Wrench:
+    """Return `drag`: world axes, about `hull.link_com`."""
+    wrench = drag(hull, motion)
+    if hull.profile == VRX3:
+        return from_origin(wrench, motion, hull.link_com)
+    return wrench
+
+
+@kernel
+def bias_on_hull(hull: Record, motion: Motion) -> Wrench:
+    """Return the added mass' force at zero acceleration: world axes, about `hull.link_com`."""
+    if hull.profile == VRX3:
+        return zero_wrench()
+    return added_bias(hull, motion)

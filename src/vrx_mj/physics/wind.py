@@ -6,11 +6,11 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench
+from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench
 from vrx_mj.physics.noise import normal
-from vrx_mj.physics.tables import Record
+from vrx_mj.physics.tables import VRX3, Record
 
-__all__ = ["apparent_wind_load", "gust_step", "wind_load", "wind_velocity"]
+__all__ = ["apparent_wind_load", "gust_step", "wind_load", "wind_on_float", "wind_on_hull", "wind_velocity"]
 
 
 @kernel
@@ -69,3 +69,19 @@ def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tu
     fx = coefficients[0] * rx * abs(rx)
     fy = coefficients[1] * ry * abs(ry)
     return Wrench(fx, fy, 0.0, 0.0, 0.0, -2.0 * coefficients[2] * rx * ry)
+
+
+@kernel
+def wind_on_hull(hull: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+    """Return what the wind does to a hull by the profile of its row: world axes, about `hull.link_com`."""
+    if hull.profile == VRX3:
+        return from_origin(apparent_wind_load(hull.wind, motion, wind_vector), motion, hull.link_com)
+    return wind_load(hull.wind, motion, wind_vector)
+
+
+@kernel
+def wind_on_float(item: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+    """Return the same for a floating object: world axes, about its centre of mass."""
+    if item.profile == VRX3:
+        return from_origin(apparent_wind_load(item.wind, motion, wind_vector), motion, item.com)
+    return wind_load(item.wind, motion, wind_vector)

@@ -17,21 +17,21 @@ from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.divergence import rows_divergence_message
 from vrx_mj.runtime.limits import thread_count
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import stepping_models
-from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
 from vrx_mj.runtime.row_memory import allocating, check_memory
-from vrx_mj.runtime.row_tables import STACKED
+from vrx_mj.runtime.row_tables import SEPARATE
 from vrx_mj.runtime.row_water import RowWater
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.runtime.thread_pool import ThreadPool
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
+from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import announced
 
 __all__ = ["Batch"]
@@ -82,11 +82,9 @@ class Batch(RowWater):
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
         self.world, self.n = world, int(n)
         self._world_id = world.sha256
-        self._model, quiet = stepping_models(world)
-        self._rig = Rig(world, self._model, quiet, mujoco.MjData(self._model))
+        self._model, contact_free = stepping_models(world)
+        self._rig = LoopArrays(world, self._model, contact_free, mujoco.MjData(self._model))
         self._rig.reset(0)
-        self._waves: Table
-        self._thrusters: Table
         self._pool = ThreadPool(int(threads or thread_count()))
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
@@ -161,7 +159,7 @@ class Batch(RowWater):
     def wind(self) -> FloatArray:
         """Wind velocity east and north in each row, (n, 2) [m/s], in the direction of the air's motion."""
         speed: FloatArray = self._stacks["wind_state"]["speed"]
-        velocity: FloatArray = speed * self._wind["direction"][:, 0]
+        velocity: FloatArray = speed * self._stacks["wind"]["direction"][:, 0]
         return velocity
 
     # Running
@@ -179,14 +177,13 @@ class Batch(RowWater):
         """
         which = which_rows(self.n, rows)
         self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
-        for name in STACKED:
+        for name in SEPARATE:
             self._stacks[name][which] = getattr(self._rig, name)
-        self._movers[which] = self._rig.movers
-        self._look[which] = self._rig.look
-        self._wind["key"][which, 0] = [stream_key(int(s), "wind", str(self._rig.wind_seed)) for s in self._seeds[which]]
-        self._stacks["wind_state"]["speed"][which, 0] = self._wind["mean"][which, 0]
+        wind, wind_seed = self._stacks["wind"], str(self._rig.wind_seed)
+        wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
+        self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
         self._time[which], self._done[which] = 0.0, 0
-        reset_rows(which, self._rows, self._qpos, self._qvel)
+        reset_rows(which, self._runs, self._qpos, self._qvel)
         self._observe()
 
     @in_turn
@@ -280,7 +277,7 @@ class Batch(RowWater):
             except CommandError:
                 self._qpos[which] = before
                 raise
-        write_rows(which, self._rows, self._qpos, self._qvel)
+        write_rows(which, self._runs, self._qpos, self._qvel)
         self._observe()
 
     @in_turn
@@ -333,12 +330,10 @@ class Batch(RowWater):
         if wave_phases is not None or any(name.startswith("wave") for name in given):
             own = self._seas.change(which, given, wave_phases)
             self._varied["wave_phases"][which] = np.abs(own["phase"]).max(axis=1, initial=0.0)
-            self._waves = self._spread(self._waves)
-            self._waves[which] = own
+            self._separate("waves")[which] = own
         self._vary_wind(which, given)
         if "thrust" in given:
-            self._thrusters = self._spread(self._thrusters)
-            self._thrusters["gain"][which] = given["thrust"][:, None]
+            self._separate("thrusters")["gain"][which] = given["thrust"][:, None]
         if "mass" in given:
             self._weigh(which, given["mass"])
 
@@ -352,8 +347,8 @@ class Batch(RowWater):
             CommandError: the row does not exist.
         """
         row = whole("row", row, 0, self.n - 1)
-        moving = b"".join(self._stacks[name][row].tobytes() for name in STACKED) + self._rig.touches.tobytes()
-        ours, seed = moving + self._rig.moments.pack(), int(self._seeds[row])
+        moving = b"".join(self._stacks[name][row].tobytes() for name, array in ARRAYS.items() if array.use == STATE)
+        ours, seed = moving + self._rig.sample_clocks.pack(), int(self._seeds[row])
         return State(
             STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving,
             varied=self._differences(row),
@@ -362,20 +357,13 @@ class Batch(RowWater):
     # Inside
 
     def _advance(self, first: int, last: int, steps: int) -> None:
-        rig, state = self._rig, self._stacks
         advance_rows(
-            first, last, self._rows, self._model.nbody, len(rig.data.M), self._model.M_rowadr, self._qpos, self._qvel,
-            self._time, self._done, self._going,
-            rig.sea, self._waves, self._wind, state["wind_state"], self._hulls, rig.stations, self._thrusters,
-            state["thruster_state"], rig.floats, rig.elements, state["float_state"], state["element_state"],
-            rig.followers, rig.waypoints, state["follower_state"], rig.blocks, state["block_state"], self._raft_work,
-            rig.moorings, self._movers, rig.obstacles, self._look, rig.moments.clocks, rig.moments.caught,
-            rig.moments.marks, rig.touches, *self._idle, self.timestep, steps,
-        )  # fmt: skip
-        observe_rows(first, last, self._hulls, self._qpos, self._qvel, self._features)
+            first, last, self._runs, self._qpos, self._qvel, self._time, self._done, self._going, self.timestep, steps
+        )
+        observe_rows(first, last, self._stacks["hulls"], self._qpos, self._qvel, self._features)
 
     def _observe(self) -> None:
-        observe_rows(0, self.n, self._hulls, self._qpos, self._qvel, self._features)
+        observe_rows(0, self.n, self._stacks["hulls"], self._qpos, self._qvel, self._features)
 
     def _give(self, which: IntArray, values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""

@@ -12,14 +12,14 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.runtime.hull import Hull, hull_of
 from vrx_mj.runtime.loop import HUGE
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.observation import BoatObservation
-from vrx_mj.runtime.rig import Rig
 
 
 class FreeBodies:
     """Everything in a world that has a free joint."""
 
-    def __init__(self, world: World, rig: Rig) -> None:
+    def __init__(self, world: World, rig: LoopArrays) -> None:
         self._data, self._rig = rig.data, rig
         self._boats, self._thrusters = world.boats, world.parameters.thrusters
         self._hulls: dict[str, Hull] = {}

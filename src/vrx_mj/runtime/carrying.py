@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.rig import MODEL_ARRAYS, OPTIONS, Rig
+from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays
 
 __all__ = ["carry"]
 
@@ -29,14 +29,14 @@ class Staying:
     floats: BoolArray
     elements: BoolArray
     touches: BoolArray
-    marks: BoolArray
+    device_state: BoolArray
     bodies: BoolArray
     joints: BoolArray
     dofs: BoolArray
     qpos: BoolArray
 
     @staticmethod
-    def of(world: World, rig: Rig, name: str | None) -> "Staying":
+    def of(world: World, rig: LoopArrays, name: str | None) -> "Staying":
         """All rows but those of the boat called `name`; None: all of them."""
         model, parameters = rig.model, world.parameters
         bodies = np.array([name is None or not _is_part(model.body(i).name, name) for i in range(model.nbody)])
@@ -45,9 +45,9 @@ class Staying:
         elements = np.ones(len(rig.elements), np.bool_)
         for row in rig.floats[~floats]:
             elements[row["element_start"] : row["element_start"] + row["element_count"]] = False
-        marks = np.ones(len(rig.moments.marks), np.bool_)
+        devices = np.ones(len(rig.sample_clocks.device_state), np.bool_)
         for sensor in rig.sensors:
-            marks[sensor.marks] = sensor.boat != name
+            devices[sensor.marks] = sensor.boat != name
         rivals = parameters.task.rivals if parameters.task else ()
         joints = bodies[model.jnt_bodyid]
         widths = np.array([_width(kind) for kind in model.jnt_type], np.int64)
@@ -56,7 +56,7 @@ class Staying:
             floats=floats,
             elements=elements,
             touches=np.array([rival != name for rival in rivals], np.bool_),
-            marks=marks,
+            device_state=devices,
             bodies=bodies,
             joints=joints,
             dofs=bodies[model.dof_bodyid],
@@ -64,7 +64,7 @@ class Staying:
         )
 
 
-def carry(world: World, old: Rig, new: Rig, *, left: str | None = None) -> None:
+def carry(world: World, old: LoopArrays, new: LoopArrays, *, left: str | None = None) -> None:
     """Fill a new rig, which was reset, with what moves in the old one, whose world this is; `left` is who leaves."""
     stay = Staying.of(world, old, left)
     _model(old, new, stay)
@@ -73,7 +73,7 @@ def carry(world: World, old: Rig, new: Rig, *, left: str | None = None) -> None:
     _moments(old, new, stay)
 
 
-def _model(old: Rig, new: Rig, stay: Staying) -> None:
+def _model(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
     """What a user set on the model."""
     for name in OPTIONS:
         setattr(new.model.opt, name, getattr(old.model.opt, name))
@@ -94,7 +94,7 @@ def _data(old: mujoco.MjData, new: mujoco.MjData, stay: Staying) -> None:
     _fill(new.eq_active, old.eq_active, np.ones(len(old.eq_active), np.bool_))
 
 
-def _tables(old: Rig, new: Rig, stay: Staying) -> None:
+def _tables(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
     new.wind_state[:] = old.wind_state
     _fill(new.thruster_state, old.thruster_state, stay.thrusters)
     _fill(new.float_state, old.float_state, stay.floats)
@@ -104,27 +104,27 @@ def _tables(old: Rig, new: Rig, stay: Staying) -> None:
     _fill(new.touches, old.touches, stay.touches)
 
 
-def _moments(old: Rig, new: Rig, stay: Staying) -> None:
-    """The marks, and what the clocks caught; until a clock's next moment a newcomer is where it starts."""
+def _moments(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
+    """The devices, and what the clocks latched; until a clock's next moment a newcomer is where it starts."""
     shown = len(old.display_marks)
-    sensed, now = len(old.moments.marks) - shown, new.moments
-    count = len(now.marks) - shown
+    sensed, now = len(old.sample_clocks.device_state) - shown, new.sample_clocks
+    count = len(now.device_state) - shown
 
-    def marks(target: FloatArray, source: FloatArray) -> None:
-        _fill_columns(target[..., :count], source[..., :sensed], stay.marks[:sensed])
+    def devices(target: FloatArray, source: FloatArray) -> None:
+        _fill_columns(target[..., :count], source[..., :sensed], stay.device_state[:sensed])
         target[..., count:] = source[..., sensed:]
 
-    marks(now.marks, old.moments.marks)
-    start = np.concatenate((new.data.qpos, new.data.qvel, now.marks))
-    clocks = old.moments.clocks
-    now.clocks, now.caught = clocks.copy(), np.tile(start, (len(clocks), 2, 1))
+    devices(now.device_state, old.sample_clocks.device_state)
+    start = np.concatenate((new.data.qpos, new.data.qvel, now.device_state))
+    clocks = old.sample_clocks.clocks
+    now.clocks, now.latched = clocks.copy(), np.tile(start, (len(clocks), 2, 1))
     (before, moves), (after, change) = _ends(old), _ends(new)
-    _fill_columns(now.caught[..., :after], old.moments.caught[..., :before], stay.qpos)
-    _fill_columns(now.caught[..., after:change], old.moments.caught[..., before:moves], stay.dofs)
-    marks(now.caught[..., change:], old.moments.caught[..., moves:])
+    _fill_columns(now.latched[..., :after], old.sample_clocks.latched[..., :before], stay.qpos)
+    _fill_columns(now.latched[..., after:change], old.sample_clocks.latched[..., before:moves], stay.dofs)
+    devices(now.latched[..., change:], old.sample_clocks.latched[..., moves:])
 
 
-def _ends(rig: Rig) -> tuple[int, int]:
+def _ends(rig: LoopArrays) -> tuple[int, int]:
     """Where in a moment the positions end, and where the velocities do."""
     return rig.model.nq, rig.model.nq + rig.model.nv
 

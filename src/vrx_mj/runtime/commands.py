@@ -7,7 +7,7 @@ from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 Commands = Mapping[str, Mapping[str, float]]
 """Boat -> {thruster: command, or thruster_angle: rad}."""
@@ -52,7 +52,7 @@ class Helm:
             f"{', '.join(names) or 'none'}"
         )
 
-    def give(self, rig: Rig, commands: Commands, time: float, hold: float) -> None:
+    def give(self, rig: LoopArrays, commands: Commands, time: float, hold: float) -> None:
         """Set commands at `time` [s]; a thrust lasts for its thruster's timeout, and at least `hold` [s].
 
         All of them are checked before any is set.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["ContactWatch", "Touch", "forces_of_pairs"]
 
@@ -48,7 +48,7 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(
-        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], Rig], tell: Callable[[Touch], None]
+        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], LoopArrays], tell: Callable[[Touch], None]
     ) -> None:
         """Watch these boats; `rig` returns the present arrays, and `tell` is called with every touch."""
         self._boats, self._rig, self._tell = boats, rig, tell
@@ -72,10 +72,10 @@ class ContactWatch:
         """Sample the contacts of the last step, if a sample is due at `time` [s]."""
         rig = self._rig()
         step = round(time / rig.timestep)
-        stopped = self._armed and not rig.look["armed"][0]
+        stopped = self._armed and not rig.broadphase["armed"][0]
         if step < self._due and not stopped:
             return
-        look = rig.look[0]
+        look = rig.broadphase[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
         found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
         for pair, force in found.items():
@@ -105,7 +105,7 @@ class ContactWatch:
             self._tell(self._touches[pair])
 
 
-def forces_of_pairs(rig: Rig, boats: frozenset[str]) -> Mapping[Pair, float]:
+def forces_of_pairs(rig: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
     """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first says nothing.

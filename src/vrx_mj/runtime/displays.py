@@ -8,7 +8,7 @@ import mujoco
 from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.sights import painted
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
@@ -19,12 +19,12 @@ __all__ = ["Displays"]
 class Displays:
     """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
 
-    def __init__(self, rig: Rig, sensing: Sensing) -> None:
+    def __init__(self, rig: LoopArrays, sensing: Sensing) -> None:
         """Displays of a rig; `sensing` sees what they are made to show."""
         self._sensing = sensing
         self.bind(rig)
 
-    def bind(self, rig: Rig) -> None:
+    def bind(self, rig: LoopArrays) -> None:
         """Go on in a rig in which boats have come or gone."""
         self._rig = rig
 

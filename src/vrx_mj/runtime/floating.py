@@ -7,7 +7,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.equilibrium import greatest_lift, settle
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Afloat"]
 
@@ -22,7 +22,7 @@ HALVINGS = 20
 class Afloat:
     """Weights and centres of mass of a world's boats, engines included, as its file has them."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: LoopArrays) -> None:
         model, data = rig.model, mujoco.MjData(rig.model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)

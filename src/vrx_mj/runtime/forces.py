@@ -8,14 +8,12 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotation_matrix, shift, zero_wrench
-from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_hull
 from vrx_mj.physics.tables import RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_velocity
-from vrx_mj.runtime.loop import update_force
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop import hull_loads, update_force
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 
 class Forces(dict[str, FloatArray]):
@@ -33,7 +31,7 @@ class Forces(dict[str, FloatArray]):
         return total
 
 
-def boat_forces(rig: Rig, index: int, time: float) -> Forces:
+def boat_forces(rig: LoopArrays, index: int, time: float) -> Forces:
     """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
     hull, body = rig.hulls[index], motion(rig.data.qpos, rig.data.qvel, *_address(rig, index))
     then = time + rig.timestep
@@ -46,18 +44,17 @@ def boat_forces(rig: Rig, index: int, time: float) -> Forces:
     gusts = rig.wind_state.copy()
     gust_step(rig.wind[0], gusts[0], rig.timestep)
     air = wind_velocity(rig.wind[0], gusts[0])
+    loads = hull_loads(hull, rig.stations, rig.waves, rig.sea[0], air, body, then)
     outside = {
         "gravity": mass * np.array([*rig.model.opt.gravity, 0.0, 0.0, 0.0]),
-        "hydrostatics": about_center(hydrostatics(hull, rig.stations, rig.waves, rig.sea[0], body, then)),
-        "drag": about_center(drag_on_hull(hull, body)),
-        "wind": about_center(wind_on_hull(hull, body, air)),
+        **{name: about_center(wrench) for name, wrench in loads._asdict().items() if name != "added_mass_bias"},
         **{name: about_center(wrench) for name, wrench in _thrusts(rig, hull, body, then).items()},
         "contact": _contacts(rig, int(hull["body"]), center + np.array(body[:3])),
     }
-    return Forces(outside, {"added_mass": about_center(_added_mass(rig, hull, body))})
+    return Forces(outside, {"added_mass": about_center(_added_mass(rig, hull, body, loads.added_mass_bias))})
 
 
-def _address(rig: Rig, index: int) -> tuple[int, int]:
+def _address(rig: LoopArrays, index: int) -> tuple[int, int]:
     return int(rig.hulls["qpos"][index]), int(rig.hulls["dof"][index])
 
 
@@ -67,7 +64,7 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(rig: Rig, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
+def _thrusts(rig: LoopArrays, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
     """What the thrusters do, and the rudders if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
     states = rig.thruster_state.copy()
@@ -86,7 +83,7 @@ def _thrusts(rig: Rig, hull: Record, body: Motion, time: float) -> dict[str, Wre
     return wrenches
 
 
-def _boat_center(rig: Rig, hull: Record, body: Motion) -> tuple[float, FloatArray]:
+def _boat_center(rig: LoopArrays, hull: Record, body: Motion) -> tuple[float, FloatArray]:
     """Mass [kg] of the whole boat, and the way [m] from its link's origin to its centre of mass, world axes."""
     mass = float(rig.model.body_mass[hull["body"]])
     moment = mass * np.asarray(hull["body_com"])
@@ -103,18 +100,17 @@ def _boat_center(rig: Rig, hull: Record, body: Motion) -> tuple[float, FloatArra
     return total, _turned(body, moment / total)
 
 
-def _added_mass(rig: Rig, hull: Record, body: Motion) -> Wrench:
+def _added_mass(rig: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
     """Reaction of the added mass to the acceleration of the last step, about `link_com`."""
     matrix = np.zeros((6, 6))
     added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ rig.data.qacc[dof : dof + 6])
-    bias = bias_on_hull(hull, body)
     wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
     return from_origin(wrench, body, hull["link_com"]) if hull["profile"] == VRX3 else wrench
 
 
-def _contacts(rig: Rig, root: int, center: FloatArray) -> FloatArray:
+def _contacts(rig: LoopArrays, root: int, center: FloatArray) -> FloatArray:
     """Sum of the contact forces of the last step on the boat's bodies, about `center` [m, world]."""
     total = np.zeros(6)
     model, data = rig.model, rig.data

@@ -9,7 +9,7 @@ import numpy as np
 from vrx_mj.physics.rudder import race_speed
 from vrx_mj.physics.tables import RUDDER, Record
 from vrx_mj.physics.thrust import force_point
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Hull", "Rudder", "hull_of"]
 
@@ -61,7 +61,7 @@ class Hull:
     """Rudders by name."""
 
 
-def hull_of(rig: Rig, row: Record, names: Mapping[str, int]) -> Hull:
+def hull_of(rig: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
     """The figures of the hull in a row of the rig's table; `names` are the rows of its thrusters and rudders."""
     mass, inertia, centre = _masses(rig.model, int(row["body"]))
     stations = rig.stations[row["station_start"] : row["station_start"] + row["station_count"]]

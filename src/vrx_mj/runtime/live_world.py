@@ -20,8 +20,8 @@ from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
 from vrx_mj.runtime.loop import advance
+from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
 from vrx_mj.runtime.physics_models import PhysicsModels
-from vrx_mj.runtime.rig import Rig, drawing_model
 from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.state import STATE_VERSION, State, integration_state, set_integration_state
@@ -42,17 +42,17 @@ SLICE = 0.05
 DRAIN = 0.5
 """Wall time [s] after which sampled rows go to the recorders."""
 LOOP: Callable[..., int] = advance
-"""The compiled loop; its many arguments are the rig's."""
+"""The compiled loop."""
 AT_REST = (0.0,) * 6
 """Velocity of an object that a task has placed."""
 
 Six = Sequence[float] | None
 
 
-def rig_of(world: World, physics_models: PhysicsModels, known: Rig | None = None) -> Rig:
+def rig_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None = None) -> LoopArrays:
     """The tables of a world, with models and data of its own; `known` is the rig of one that differs by boats alone."""
-    model, quiet = physics_models.models(world)
-    return Rig(world, model, quiet, mujoco.MjData(model), known=known)
+    model, contact_free = physics_models.models(world)
+    return LoopArrays(world, model, contact_free, mujoco.MjData(model), known=known)
 
 
 class LiveWorld:
@@ -84,7 +84,7 @@ class LiveWorld:
 
     # Worlds
 
-    def _take(self, world: World, rig: Rig) -> None:
+    def _take(self, world: World, rig: LoopArrays) -> None:
         """Make a world and its rig the present ones."""
         self.world, self.rig, self._data = world, rig, rig.data
         self._most_contacts = most_contacts(rig.model)
@@ -94,7 +94,7 @@ class LiveWorld:
         self.bodies = FreeBodies(world, rig)
         self.drawing = cache(partial(drawing_model, world))
 
-    def bind(self, world: World, rig: Rig) -> None:
+    def bind(self, world: World, rig: LoopArrays) -> None:
         """Go over to a world that has other boats, with everything that users may hold."""
         with self.turn.crew:
             self._take(world, rig)
@@ -106,7 +106,7 @@ class LiveWorld:
             self.task_runner.bind(world, rig, self.bodies.stand)
             self.sampler.resize(rig.columns)
 
-    def enter(self, world: World, rig: Rig, line: str) -> None:
+    def enter(self, world: World, rig: LoopArrays, line: str) -> None:
         """Go on in a world that has other boats, from the moment that its rig is at; `line` goes into the log."""
         self.bind(world, rig)
         self.renew_arguments()
@@ -130,7 +130,7 @@ class LiveWorld:
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
         with announced(advance):
-            LOOP(*self._arguments, self.time, self.rig.timestep, 0)
+            LOOP(self._run.table, self.time, self.rig.timestep, 0)
 
     def advance(self, left: int) -> None:
         """Advance by a number of steps, and stop where a reading, a frame of the task or a kept state is due.
@@ -147,7 +147,7 @@ class LiveWorld:
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             with untimed():
-                done = int(LOOP(*self._arguments, self.time, timestep, count))
+                done = int(LOOP(self._run.table, self.time, timestep, count))
             if done < 0:
                 self._diverged()
             if self._data.ncon > self._most_contacts:
@@ -165,7 +165,7 @@ class LiveWorld:
 
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""
-        self._arguments = self.rig.arguments(self.sampler.table, self.sampler.buffer)
+        self._run = self.rig.run(self.sampler.table, self.sampler.buffer)
 
     def _diverged(self) -> None:
         self.sampler.drain()

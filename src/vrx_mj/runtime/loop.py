@@ -5,10 +5,14 @@ writes `xfrc_applied`, and has MuJoCo step. As in VRX the clock is advanced firs
 velocity that the last step left, and to the time at which this one ends.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.physics.drag import added_inertia
+from vrx_mj.libmujoco import c_function
+from vrx_mj.physics.drag import added_inertia, bias_on_hull, drag_on_hull
 from vrx_mj.physics.flotation import (
     add_flotation_drag,
     flotation,
@@ -20,7 +24,6 @@ from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
-from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_float, wind_on_hull
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.rudder import rudder_force
 from vrx_mj.physics.tables import RUDDER, VRX3, Record, Table
@@ -34,126 +37,133 @@ from vrx_mj.physics.thrust import (
     thruster_wrench,
 )
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.physics.wind import gust_step, wind_velocity
-from vrx_mj.runtime import engine
-from vrx_mj.runtime.moments import capture
-from vrx_mj.runtime.proximity import apart, touch_begins
-from vrx_mj.runtime.without_refcount import without_refcount
+from vrx_mj.physics.wind import gust_step, wind_on_float, wind_on_hull, wind_velocity
+from vrx_mj.runtime.proximity import contact_free, touch_begins
+from vrx_mj.runtime.sample_clocks import latch
+from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance"]
+__all__ = ["HUGE", "advance", "advance_run"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
 
 _STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
 
-mj_fwd_kinematics, mj_make_m, mj_factor_m = engine.mj_fwd_kinematics, engine.mj_make_m, engine.mj_factor_m
-mj_collision, mj_make_constraint, mj_island = engine.mj_collision, engine.mj_make_constraint, engine.mj_island
-mj_project_constraint, mj_transmission = engine.mj_project_constraint, engine.mj_transmission
-mj_sensor_pos, mj_sensor_vel, mj_sensor_acc = engine.mj_sensor_pos, engine.mj_sensor_vel, engine.mj_sensor_acc
-mj_fwd_velocity, mj_fwd_actuation = engine.mj_fwd_velocity, engine.mj_fwd_actuation
-mj_fwd_acceleration, mj_fwd_constraint = engine.mj_fwd_acceleration, engine.mj_fwd_constraint
-mj_euler, mj_kinematics = engine.mj_euler, engine.mj_kinematics
+
+def _stage(name: str) -> types.ExternalFunction:
+    """A stage of MuJoCo's step, a function of the addresses of a model and its data."""
+    return c_function(name, types.void, types.uintp, types.uintp)
+
+
+mj_kinematics = _stage("mj_kinematics")
+mj_fwd_kinematics = _stage("mj_fwdKinematics")
+mj_make_m = _stage("mj_makeM")
+mj_collision = _stage("mj_collision")
+mj_make_constraint = _stage("mj_makeConstraint")
+mj_island = _stage("mj_island")
+mj_project_constraint = _stage("mj_projectConstraint")
+mj_transmission = _stage("mj_transmission")
+mj_factor_m = _stage("mj_factorM")
+mj_sensor_pos = _stage("mj_sensorPos")
+mj_sensor_vel = _stage("mj_sensorVel")
+mj_sensor_acc = _stage("mj_sensorAcc")
+mj_fwd_velocity = _stage("mj_fwdVelocity")
+mj_fwd_actuation = _stage("mj_fwdActuation")
+mj_fwd_acceleration = _stage("mj_fwdAcceleration")
+mj_fwd_constraint = _stage("mj_fwdConstraint")
+mj_euler = _stage("mj_Euler")
 
 Address = int
+Air = tuple[float, float]
 
 
-# fmt: off
+class HullLoads(NamedTuple):
+    """What water and wind do to a hull: world axes, about `hull.link_com`."""
+
+    hydrostatics: Wrench
+    drag: Wrench
+    added_mass_bias: Wrench
+    wind: Wrench
+
+
+@kernel
+def advance(runs: Table, time: float, dt: float, steps: int) -> int:
+    """Advance the run of a table of one; the rest is as in `advance_run`."""
+    return advance_run(runs[0], time, dt, steps)
+
+
 @allocating_kernel
-def advance(
-    model: Address, quiet: Address, data: Address, qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray,
-    qfrc_applied: FloatArray, qfrc_constraint: FloatArray, inertia: FloatArray, inertia_row: IntArray, sea: Table,
-    waves: Table, wind: Table, wind_state: Table, hulls: Table, stations: Table, thrusters: Table,
-    thruster_state: Table, floats: Table, elements: Table, float_state: Table, element_state: Table, followers: Table,
-    waypoints: Table, follower_state: Table, blocks: Table, block_state: Table, raft_work: Table, moorings: Table,
-    movers: Table, obstacles: Table, look: Table, clocks: Table, moments: FloatArray, marks: FloatArray,
-    contacts: FloatArray, touches: FloatArray, sampling: IntArray, samples: FloatArray, time: float, dt: float,
-    steps: int,
-) -> int:
-    """Advance `steps` physics steps of `dt` [s] from simulated `time` [s].
+def advance_run(run: Record, time: float, dt: float, steps: int) -> int:
+    """Advance a run, a row of `RUN`, by `steps` physics steps of `dt` [s] from simulated `time` [s].
 
-    `quiet` is the model without shapes, which steps while nothing can touch anything. Returns the number of steps
-    done: fewer when the sample buffer is full or a touch has begun, -1 when the state has diverged.
+    The model without collision shapes steps while nothing can touch anything. Returns the number of steps done: fewer
+    when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
-    (qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint, inertia, inertia_row, sea, waves, wind, wind_state, hulls,
-     stations, thrusters, thruster_state, floats, elements, float_state, element_state, followers, waypoints,
-     follower_state, blocks, block_state, raft_work, moorings, movers, obstacles, look, clocks, moments, marks,
-     contacts, touches, sampling, samples) = without_refcount((qpos, qvel, xfrc_applied, qfrc_applied, qfrc_constraint,
-     inertia, inertia_row, sea, waves, wind, wind_state, hulls, stations, thrusters, thruster_state, floats, elements,
-     float_state, element_state, followers, waypoints, follower_state, blocks, block_state, raft_work, moorings, movers,
-     obstacles, look, clocks, moments, marks, contacts, touches, sampling, samples))
-    added, damping, done, quiet_before, touched = np.empty((6, 6)), np.empty((floats.size, 3)), 0, False, False
-    while done < steps and not touched and not full(sampling, samples) and not diverged(qpos, qvel):
-        sample(qpos, qvel, marks, wind_state, thruster_state, sampling, samples, time)
-        capture(clocks, moments, qpos, qvel, marks, time)
+    a = views(run)
+    flags = a.broadphase[0]
+    added, damping = np.empty((6, 6)), np.empty((a.floats.size, 3))
+    done, free_before, touched = 0, False, False
+    while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
+        sample(a, time)
+        latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
-        gust_step(wind[0], wind_state[0], dt)
-        air = wind_velocity(wind[0], wind_state[0])
-        push_hulls(hulls, stations, thrusters, thruster_state, waves, sea[0], air,
-                   qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
-        push_floats(floats, elements, float_state, element_state, followers, waypoints, follower_state,
-                    waves, sea[0], air, qpos, qvel, xfrc_applied, damping, time, dt)
-        push_docks(blocks, block_state, raft_work, moorings, elements, element_state, waves, sea[0], air,
-                   qpos, qvel, xfrc_applied, time, dt)
-        alone = apart(movers, obstacles, qpos, look[0])
-        idle = alone and quiet_before and look[0].unbound != 0  # the step before found nothing, nor would this one
-        move(quiet if alone else model, data, qpos, qvel, inertia, inertia_row, hulls, added, floats, damping, blocks,
-             raft_work, idle)
-        quiet_before = alone
-        note_touches(contacts, touches, time - dt)
-        touched = touch_begins(look[0], alone, hulls, qfrc_constraint)
+        gust_step(a.wind[0], a.wind_state[0], dt)
+        air = wind_velocity(a.wind[0], a.wind_state[0])
+        push_hulls(a, air, time, dt)
+        push_floats(a, air, damping, time, dt)
+        push_docks(a, air, time, dt)
+        free = contact_free(a.movers, a.obstacles, a.qpos, flags)
+        idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
+        move(run.contact_free if free else run.model, run.data, a, added, damping, idle)
+        free_before = free
+        note_touches(a.sensordata, a.touches, time - dt)
+        touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
         done += 1
-    mj_kinematics(model, data)
-    return -1 if diverged(qpos, qvel) else done
-# fmt: on
+    mj_kinematics(run.model, run.data)
+    return -1 if diverged(a.qpos, a.qvel) else done
 
 
 @kernel
-def push_hulls(
-    hulls: Table, stations: Table, thrusters: Table, thruster_state: Table,
-    waves: Table, sea: Record, air: tuple[float, float],
-    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, qfrc_applied: FloatArray, time: float, dt: float,
-) -> None:  # fmt: skip
+def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
-    for i in range(hulls.size):
-        hull = hulls[i]
-        body = motion(qpos, qvel, hull.qpos, hull.dof)
-        wrench = load_on_hull(hull, stations, waves, sea, air, body, time)
-        push = thrust(hull, body, thrusters, thruster_state, qpos, qvel, xfrc_applied, qfrc_applied, time, dt)
-        apply(xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+    for i in range(a.hulls.size):
+        hull = a.hulls[i]
+        body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
+        loads = hull_loads(hull, a.stations, a.waves, a.sea[0], air, body, time)
+        wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
+        push = thrust(hull, body, a, time, dt)
+        apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
 @kernel
-def load_on_hull(
-    hull: Record, stations: Table, waves: Table, sea: Record, air: tuple[float, float], body: Motion, time: float
-) -> Wrench:
-    """Wrench of water and wind on a hull, about `link_com`; with `thrust` all that acts on it from outside."""
-    wrench = hydrostatics(hull, stations, waves, sea, body, time)
-    wrench = add(wrench, drag_on_hull(hull, body))
-    wrench = add(wrench, bias_on_hull(hull, body))
-    return add(wrench, wind_on_hull(hull, body, air))
+def hull_loads(
+    hull: Record, stations: Table, waves: Table, sea: Record, air: Air, body: Motion, time: float
+) -> HullLoads:
+    """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside."""
+    return HullLoads(
+        hydrostatics(hull, stations, waves, sea, body, time),
+        drag_on_hull(hull, body),
+        bias_on_hull(hull, body),
+        wind_on_hull(hull, body, air),
+    )
 
 
 @kernel
-def move(
-    model: Address, data: Address,
-    qpos: FloatArray, qvel: FloatArray, inertia: FloatArray, inertia_row: IntArray, hulls: Table, added: FloatArray,
-    floats: Table, damping: FloatArray, blocks: Table, raft_work: Table, idle: bool,
-) -> None:  # fmt: skip
+def move(model: Address, data: Address, a: Views, added: FloatArray, damping: FloatArray, idle: bool) -> None:
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
-    Its checks are left out: they write warnings to a file, and `diverged` tells more. So are, while they are `idle`,
+    Its checks are left out: they write warnings to a file, and `diverged` finds more. So are, while they are `idle`,
     the stages about constraints, actuators and sensors, an eighth of a boat's step.
     """
     mj_fwd_kinematics(model, data)
     mj_make_m(model, data)
-    for i in range(hulls.size):
-        hull = hulls[i]
-        added_inertia(hull, motion(qpos, qvel, hull.qpos, hull.dof), added)
-        add_to_inertia(inertia, inertia_row, hull.dof, added)
-    for i in range(floats.size):
-        add_flotation_drag(inertia, inertia_row, floats[i].dof, damping[i])
-    raft_drag(blocks, raft_work, inertia, inertia_row)
+    for i in range(a.hulls.size):
+        hull = a.hulls[i]
+        added_inertia(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), added)
+        add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
+    for i in range(a.floats.size):
+        add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])
+    raft_drag(a.blocks, a.raft_work, a.inertia, a.inertia_row)
     mj_factor_m(model, data)
     if not idle:
         mj_collision(model, data)
@@ -174,26 +184,23 @@ def move(
 
 
 @kernel
-def thrust(
-    hull: Record, body: Motion, thrusters: Table, state: Table,
-    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, qfrc_applied: FloatArray, time: float, dt: float,
-) -> Wrench:  # fmt: skip
+def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wrench:
     """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
     """
     wrench = zero_wrench()
     for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
-        thruster, own = thrusters[k], state[k]
+        thruster, own = a.thrusters[k], a.thruster_state[k]
         target = steering_target(thruster, own.angle_target)
         if thruster.dof >= 0:
-            own.angle, own.rate = qpos[thruster.qpos], qvel[thruster.dof]
-            qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
+            own.angle, own.rate = a.qpos[thruster.qpos], a.qvel[thruster.dof]
+            a.qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
         elif own.angle != target or own.rate != 0.0:
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-        update_force(thruster, own, state, body, time)
+        update_force(thruster, own, a.thruster_state, body, time)
         if thruster.dof >= 0:
-            apply(xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
+            apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle))
         else:
             wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle))
     return wrench
@@ -212,60 +219,45 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
 
 
 @kernel
-def push_floats(
-    floats: Table, elements: Table, float_state: Table, element_state: Table,
-    followers: Table, waypoints: Table, follower_state: Table,
-    waves: Table, sea: Record, air: tuple[float, float],
-    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, damping: FloatArray, time: float, dt: float,
-) -> None:  # fmt: skip
+def push_floats(a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water, wind and their own strength push all floating objects."""
-    for i in range(floats.size):
-        wrench = floating(
-            floats[i], elements, float_state[i], element_state, followers, waypoints, follower_state,
-            waves, sea, air, qpos, qvel, damping[i], time, dt,
-        )  # fmt: skip
-        apply(xfrc_applied, floats[i].body, wrench)
+    for i in range(a.floats.size):
+        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, air, damping[i], time, dt))
 
 
 @kernel
-def push_docks(
-    blocks: Table, block_state: Table, raft_work: Table, moorings: Table, elements: Table, element_state: Table,
-    waves: Table, sea: Record, air: tuple[float, float],
-    qpos: FloatArray, qvel: FloatArray, xfrc_applied: FloatArray, time: float, dt: float,
-) -> None:  # fmt: skip
+def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
-    for i in range(blocks.size):
+    for i in range(a.blocks.size):
         wrench = block_load(
-            i, blocks, raft_work, elements, element_state, block_state, waves, sea, air, qpos, qvel, time, dt
-        )
-        apply(xfrc_applied, blocks[i].body, wrench)
-    for i in range(moorings.size):
-        line = moorings[i]
-        apply_more(xfrc_applied, blocks[line.block].body, moor(line, blocks, raft_work, dt))
+            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, a.waves, a.sea[0], air,
+            a.qpos, a.qvel, time, dt,
+        )  # fmt: skip
+        apply(a.xfrc_applied, a.blocks[i].body, wrench)
+    for i in range(a.moorings.size):
+        line = a.moorings[i]
+        apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
 
 
 @kernel
-def floating(
-    item: Record, elements: Table, state: Record, water: Table,
-    followers: Table, waypoints: Table, follower_state: Table,
-    waves: Table, sea: Record, air: tuple[float, float],
-    qpos: FloatArray, qvel: FloatArray, damping: FloatArray, time: float, dt: float,
-) -> Wrench:  # fmt: skip
-    """Wrench of water, wind and its own strength on what floats, about its centre of mass; none on what is held."""
+def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> Wrench:
+    """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
+    item, state, water = a.floats[index], a.float_state[index], a.element_state
     if state.held != 0:
         damping[:] = 0.0
         return zero_wrench()
-    body = motion(qpos, qvel, item.qpos, item.dof)
+    body = motion(a.qpos, a.qvel, item.qpos, item.dof)
     load = wind_on_float(item, body, air)
     if item.follower >= 0:
-        load = add(load, follow(followers[item.follower], waypoints, follower_state[item.follower], item.com, body))
+        follower = a.followers[item.follower]
+        load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
     if item.profile == VRX3:
-        water_at_elements(item, elements, water, body, waves, sea, time, dt)
-        found = flotation(item, elements, water, body, 0.0, 0.0, dt, load)
+        water_at_elements(item, a.elements, water, body, a.waves, a.sea[0], time, dt)
+        found = flotation(item, a.elements, water, body, 0.0, 0.0, dt, load)
     else:
-        height = surface_height(waves, sea, body.x, body.y, time)
+        height = surface_height(a.waves, a.sea[0], body.x, body.y, time)
         rise = water_rise(state, height, dt)
-        found = flotation(item, elements, None, body, height, rise, dt, load)
+        found = flotation(item, a.elements, None, body, height, rise, dt, load)
     return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
@@ -298,10 +290,10 @@ def add_to_inertia(inertia: FloatArray, inertia_row: IntArray, dof: int, added: 
 
 
 @kernel
-def note_touches(contacts: FloatArray, touches: FloatArray, time: float) -> None:
+def note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> None:
     """Keep in `touches` the time [s] of the last contact that each of MuJoCo's contact sensors found."""
     for i in range(touches.size):
-        if contacts[i] > 0.0:
+        if sensordata[i] > 0.0:
             touches[i] = time
 
 
@@ -323,31 +315,29 @@ def full(sampling: IntArray, samples: FloatArray) -> bool:
 
 
 @kernel
-def sample(
-    qpos: FloatArray, qvel: FloatArray, marks: FloatArray, wind_state: Table, thruster_state: Table,
-    sampling: IntArray, samples: FloatArray, time: float,
-) -> None:  # fmt: skip
-    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, marks] if one is due.
+def sample(a: Views, time: float) -> None:
+    """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, device state] if one is due.
 
-    Of the marks it has the last, as many as there is room for: those of lights and placards.
+    Of the device state it has the last numbers, as many as there is room for: those of lights and placards.
     """
+    sampling = a.sampling
     if sampling[_STRIDE] == 0:
         return
     if sampling[_COUNTDOWN] > 0:
         sampling[_COUNTDOWN] -= 1
         return
     sampling[_COUNTDOWN] = sampling[_STRIDE] - 1
-    row = samples[sampling[_FILLED]]
+    row = a.samples[sampling[_FILLED]]
     sampling[_FILLED] += 1
-    row[0], row[1] = time, wind_state[0].speed
-    count = thruster_state.size
+    row[0], row[1] = time, a.wind_state[0].speed
+    count = a.thruster_state.size
     for k in range(count):
-        row[2 + k], row[2 + count + k] = thruster_state[k].thrust, thruster_state[k].angle
+        row[2 + k], row[2 + count + k] = a.thruster_state[k].thrust, a.thruster_state[k].angle
     start = 2 + 2 * count
-    for k in range(qpos.size):
-        row[start + k] = qpos[k]
-    for k in range(qvel.size):
-        row[start + qpos.size + k] = qvel[k]
-    end = start + qpos.size + qvel.size
+    for k in range(a.qpos.size):
+        row[start + k] = a.qpos[k]
+    for k in range(a.qvel.size):
+        row[start + a.qpos.size + k] = a.qvel[k]
+    end = start + a.qpos.size + a.qvel.size
     for k in range(row.size - end):
-        row[end + k] = marks[marks.size - row.size + end + k]
+        row[end + k] = a.device_state[a.device_state.size - row.size + end + k]

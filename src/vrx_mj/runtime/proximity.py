@@ -15,7 +15,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["LOOK", "MOVER", "OBSTACLE", "apart", "movers", "obstacles", "touch_begins", "unbound"]
+__all__ = ["BROADPHASE", "MOVER", "OBSTACLE", "contact_free", "movers", "obstacles", "touch_begins", "unconstrained"]
 
 
 SLACK = 0.05
@@ -32,9 +32,11 @@ OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
 """A box around a static shape: centre and half edges [m], and its axes in the world, a row each."""
-LOOK = np.dtype([("clearance", np.float64), ("wait", np.int64), ("unbound", np.int64), ("armed", np.int64)], align=True)
+BROADPHASE = np.dtype(
+    [("clearance", np.float64), ("wait", np.int64), ("unconstrained", np.int64), ("armed", np.int64)], align=True
+)
 """What the last look found: the least distance [m], and how many steps to wait for another if that was none; whether
-the model without shapes is `unbound`; and whether the loop is to return at the next touch of a boat."""
+the model without shapes is `unconstrained`; and whether the loop is to return at the next touch of a boat."""
 WAIT = 25
 """Steps between looks while something is near."""
 
@@ -61,15 +63,15 @@ def movers(model: mujoco.MjModel) -> Table:
     return table
 
 
-def unbound(quiet: mujoco.MjModel) -> bool:
+def unconstrained(free: mujoco.MjModel) -> bool:
     """Tell whether the model without shapes has nothing that binds, drives or senses.
 
     Then all that MuJoCo does about constraints, actuators and sensors comes to nothing in every step. A sensor of
     contacts finds none.
     """
-    limited = quiet.jnt_limited.any() or quiet.dof_frictionloss.any()
-    feels = (quiet.sensor_type != mujoco.mjtSensor.mjSENS_CONTACT).any()
-    return not (quiet.neq or quiet.ntendon or quiet.nflex or quiet.nu or limited or feels)
+    limited = free.jnt_limited.any() or free.dof_frictionloss.any()
+    feels = (free.sensor_type != mujoco.mjtSensor.mjSENS_CONTACT).any()
+    return not (free.neq or free.ntendon or free.nflex or free.nu or limited or feels)
 
 
 def _length(model: mujoco.MjModel, body: int) -> float:
@@ -107,23 +109,23 @@ def _colliding(model: mujoco.MjModel) -> IntArray:
 
 
 @kernel
-def apart(movers: Table, obstacles: Table, qpos: FloatArray, look: Record) -> bool:
-    """Tell whether nothing can touch anything at `qpos`; `look`, a row of LOOK, is kept between calls."""
-    if look.wait > 0:
-        look.wait -= 1
+def contact_free(movers: Table, obstacles: Table, qpos: FloatArray, broadphase: Record) -> bool:
+    """Tell whether nothing can touch anything at `qpos`; `broadphase`, a row of BROADPHASE, is kept between calls."""
+    if broadphase.wait > 0:
+        broadphase.wait -= 1
         return False
     moved = 0.0
     for mover in movers:
         x, y, z = _middle(mover, qpos)
         dx, dy, dz = x - mover.seen[0], y - mover.seen[1], z - mover.seen[2]
         moved = max(moved, dx * dx + dy * dy + dz * dz)
-    if look.clearance > 0.0 and 4.0 * moved < look.clearance * look.clearance:
+    if broadphase.clearance > 0.0 and 4.0 * moved < broadphase.clearance * broadphase.clearance:
         return True
     for mover in movers:
         mover.seen[0], mover.seen[1], mover.seen[2] = _middle(mover, qpos)
-    look.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
-    look.wait = 0 if look.clearance > 0.0 else WAIT
-    return bool(look.clearance > 0.0)
+    broadphase.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
+    broadphase.wait = 0 if broadphase.clearance > 0.0 else WAIT
+    return bool(broadphase.clearance > 0.0)
 
 
 @kernel
@@ -190,16 +192,16 @@ def _from_obstacles(movers: Table, obstacles: Table) -> float:
 
 
 @kernel
-def touch_begins(look: Record, alone: bool, hulls: Table, qfrc_constraint: FloatArray) -> bool:
-    """Tell whether a constraint pushes a boat, a contact or what holds it, if `look` is armed; disarm it then.
+def touch_begins(broadphase: Record, free: bool, hulls: Table, qfrc_constraint: FloatArray) -> bool:
+    """Tell whether a constraint pushes a boat, a contact or what holds it, if `broadphase` is armed; disarm it then.
 
     `qfrc_constraint` is MuJoCo's, of the step that was just made.
     """
-    if look.armed == 0 or alone:
+    if broadphase.armed == 0 or free:
         return False
     for i in range(hulls.size):
         for k in range(hulls[i].dof, hulls[i].dof + 6):
             if qfrc_constraint[k] != 0.0:
-                look.armed = 0
+                broadphase.armed = 0
                 return True
     return False

@@ -14,21 +14,21 @@ from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.ballast import with_scaled_mass
 from vrx_mj.runtime.floating import Afloat
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
 from vrx_mj.runtime.row_arguments import channels_of
 from vrx_mj.runtime.row_memory import allocating
 from vrx_mj.runtime.row_seas import RowSeas
-from vrx_mj.runtime.rows import FEATURES, ROW
+from vrx_mj.runtime.rows import FEATURES
 from vrx_mj.runtime.state import integration_state, set_integration_state
+from vrx_mj.runtime.views import ARRAYS, OWN, RUN, STATE, point, point_rows
 
-__all__ = ["STACKED", "RowTables"]
+__all__ = ["SEPARATE", "RowTables"]
 
-STACKED = ("wind_state", "thruster_state", "float_state", "element_state", "follower_state", "block_state")
-"""Tables that change from step to step, in the order in which a state has them."""
-CARRIED = (
-    "_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_movers", "_look", "_wind", "_waves", "_seas",
-    "_hulls", "_thrusters", "_varied",
-)  # fmt: skip
+SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
+"""Tables of which every row has its own part."""
+STACKED = (*SEPARATE, "wind", "waves", "hulls", "thrusters")
+"""Tables of which rows may have their own part."""
+CARRIED = ("_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_seas", "_varied")
 """What a copy of a batch has besides its world and MuJoCo's states."""
 VARIED: dict[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
@@ -50,7 +50,7 @@ class RowTables:
     n: int
     """Number of rows."""
     _model: mujoco.MjModel
-    _rig: Rig
+    _rig: LoopArrays
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
     _masses: FloatArray
     _varied: dict[str, FloatArray]
@@ -84,6 +84,7 @@ class RowTables:
         self._weigh(heavy, state["masses"][heavy])
         for name in CARRIED:
             setattr(self, name, state[name])
+        point_rows(self._runs, **self._stacks)
         for row, flat in enumerate(state["mujoco"]):
             set_integration_state(self._model_of(row), self._data[row], flat)
         self._observe()
@@ -109,33 +110,34 @@ class RowTables:
         """Data and stacks of all rows."""
         rig, model = self._rig, self._model
         self._data = [mujoco.MjData(model) for _ in range(self.n)]
-        self._rows = np.zeros(self.n, ROW)
-        for row, data in zip(self._rows, self._data, strict=True):
-            row["model"], row["quiet"], row["data"] = model._address, rig.quiet._address, data._address
-            for name, array in (("qpos", data.qpos), ("qvel", data.qvel), ("xfrc_applied", data.xfrc_applied),
-                                ("qfrc_applied", data.qfrc_applied),
-                                ("qfrc_constraint", data.qfrc_constraint), ("inertia", data.M)):  # fmt: skip
-                row[name] = array.ctypes.data
+        self._runs = np.zeros(self.n, RUN)
+        shared = rig.by_name(np.zeros(3, np.int64), np.zeros((0, rig.columns)))
+        self._shared = {name: array[None] for name, array in shared.items()}
+        point_rows(self._runs, **self._shared)
+        for row, data in enumerate(self._data):
+            run = self._runs[row : row + 1]
+            point_models(run, model, rig.contact_free, data)
+            point(run, **mujoco_arrays(data))
         self._seeds = np.zeros(self.n, np.int64)
         self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
         self._going = np.ones(self.n, np.bool_)
         self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
         self._features = np.zeros((self.n, len(self.boats), FEATURES))
-        self._stacks = {name: self._spread(getattr(rig, name)[None]) for name in STACKED}
-        self._raft_work, self._movers, self._look = (
-            self._spread(table[None]) for table in (rig.raft_work, rig.movers, rig.look)
-        )
-        self._wind = self._spread(rig.wind[None])
-        self._waves, self._hulls, self._thrusters = rig.waves[None], rig.hulls[None], rig.thrusters[None]
+        self._stacks = {name: self._shared[name] for name in STACKED}
+        for name in (*SEPARATE, "wind"):
+            self._separate(name)
         self._seas = RowSeas(rig.waves, self.world.parameters.sea, self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
         self._afloat = Afloat(rig)
-        self._idle = np.zeros(3, np.int64), np.zeros((0, rig.columns))
         self._channels = channels_of(self.world, rig.thrusters)
 
-    def _spread(self, stack: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """A stack with a part for every row, from one that all have in common."""
-        return stack if len(stack) == self.n > 1 else np.repeat(stack, self.n, axis=0)
+    def _separate(self, name: str) -> npt.NDArray[Any]:
+        """The stack of a table in which every row has its own part."""
+        stack = self._stacks[name]
+        if not len(stack) == self.n > 1:
+            stack = self._stacks[name] = np.repeat(stack, self.n, axis=0)
+            point_rows(self._runs, **{name: stack})
+        return stack
 
     def _usual(self) -> dict[str, float]:
         """The world's own values of what `vary` changes."""
@@ -149,7 +151,7 @@ class RowTables:
         """Parameters in which a row differs from its world, as a state has them."""
         usual, found = self._usual(), {}
         for name, (table, column) in VARIED.items():
-            stack = getattr(self, f"_{table}")
+            stack = self._stacks[table]
             own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._rig, table)[column]
             value = float(self._varied[name][row])
             if own.tobytes() != common.tobytes() and (name not in SHARED or value != usual[name]):
@@ -160,19 +162,19 @@ class RowTables:
         """Give rows winds of their own."""
         for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
             if name in given:
-                self._wind[column][which, 0] = given[name]
+                self._stacks["wind"][column][which, 0] = given[name]
         if "wind_direction" in given:
             toward = given["wind_direction"]
-            self._wind["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
+            self._stacks["wind"]["direction"][which, 0] = np.stack((np.cos(toward), np.sin(toward)), axis=1)
 
     def _weigh(self, which: IntArray, factors: FloatArray) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
-        self._hulls = self._spread(self._hulls)
+        hulls = self._separate("hulls")
         self._masses[which] = factors
         boats = self._rig.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
             with allocating(self.n, self._rig.data):
-                pair = with_scaled_mass(self._model, boats, factor), with_scaled_mass(self._rig.quiet, boats, factor)
-            self._own_models[row] = pair
-            self._rows[row]["model"], self._rows[row]["quiet"] = pair[0]._address, pair[1]._address
-            self._hulls["mass"][row] = self._rig.hulls["mass"] * factor
+                pair = tuple(with_scaled_mass(model, boats, factor) for model in (self._model, self._rig.contact_free))
+            self._own_models[row] = pair[0], pair[1]
+            point_models(self._runs[row], *self._own_models[row], self._data[row])
+            hulls["mass"][row] = self._rig.hulls["mass"] * factor

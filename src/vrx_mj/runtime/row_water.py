@@ -43,7 +43,7 @@ class RowWater(RowTables):
             text = f"({self.n}, points) of both is needed"
             raise CommandError(f"invalid x and y of shapes {east.shape} and {north.shape}: {text}")
         out = np.empty(east.shape)
-        row_heights(self._waves, self._rig.sea, east, north, self._time, out)
+        row_heights(self._stacks["waves"], self._rig.sea, east, north, self._time, out)
         return out
 
     @in_turn
@@ -74,5 +74,6 @@ class RowWater(RowTables):
         return poses, velocities
 
     def _waves_of(self, row: int) -> Table:
-        own: Table = self._waves[row if len(self._waves) > 1 else 0].copy()
+        waves = self._stacks["waves"]
+        own: Table = waves[row if len(waves) > 1 else 0].copy()
         return own

@@ -17,9 +17,9 @@ from vrx_mj.config.world import Georeference
 from vrx_mj.errors import SensorError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop import HUGE
-from vrx_mj.runtime.moments import Moment
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.sample_clocks import Moment
 from vrx_mj.runtime.sights import Sights
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.sensors.errors import Draw
@@ -87,7 +87,7 @@ class Sensing:
     def __init__(
         self,
         world: World,
-        rig: Rig,
+        rig: LoopArrays,
         drawing: Callable[[], mujoco.MjModel],
         rebound: Callable[[], None],
         turn: Turn,
@@ -106,7 +106,7 @@ class Sensing:
         self._kept: dict[tuple[str, str], Reading] = {}
         self.bind(world, rig, drawing)
 
-    def bind(self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def bind(self, world: World, rig: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
         self.world, self.rig = world, rig
         self.sights = Sights(world, rig, drawing)
@@ -137,7 +137,7 @@ class Sensing:
 
     def renew(self) -> None:
         """Something was moved by hand: moments of the present time are caught again."""
-        self.rig.moments.renew(self.rig.data.qpos, self.rig.data.qvel, self.rig.data.time)
+        self.rig.sample_clocks.renew(self.rig.data.qpos, self.rig.data.qvel, self.rig.data.time)
         self._kept.clear()
 
     def readings(self, boat: str) -> Readings:
@@ -159,7 +159,7 @@ class Sensing:
 
     def compile(self) -> None:
         """Have the kernels compiled that the boats' cameras and lidars need; nothing is measured."""
-        data, marks = self.rig.data, self.rig.moments.marks
+        data, marks = self.rig.data, self.rig.sample_clocks.device_state
         self.sights.compile(self.rig.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
 
     def read(self, boat: str, name: str) -> Reading:
@@ -196,7 +196,7 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        x, y, z = self.rig.moments.marks[sensor.marks]
+        x, y, z = self.rig.sample_clocks.device_state[sensor.marks]
         return float(x), float(y), float(z)
 
     def set_beacon(self, boat: str, name: str, position: Sequence[float]) -> None:
@@ -208,7 +208,7 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        self.rig.moments.marks[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
+        self.rig.sample_clocks.device_state[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
         self.renew()
 
     @property
@@ -224,9 +224,9 @@ class Sensing:
 
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
-        moments, data = self.rig.moments, self.rig.data
+        moments, data = self.rig.sample_clocks, self.rig.data
         if moments.runs(rate):
-            moments.catch(data.qpos, data.qvel, data.time)
+            moments.latch_due(data.qpos, data.qvel, data.time)
         else:
             moments.start(rate, data.qpos, data.qvel, data.time)
             self._rebound()
@@ -277,7 +277,7 @@ class _Measurement:
 
     @property
     def marks(self) -> Floats:
-        return self._now.marks[self._sensor.marks]
+        return self._now.device_state[self._sensor.marks]
 
     def picture(self) -> Image:
         return self._sensing.sights.image(self._sensor, self._now, self.draw)

@@ -2,8 +2,8 @@
 
 from vrx_mj.arguments import check_name
 from vrx_mj.errors import CommandError, SensorError
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.runtime.rig import Rig
 from vrx_mj.runtime.sensing import Sensing
 from vrx_mj.runtime.weather import Sea
 from vrx_mj.sensors.places import Mount
@@ -11,7 +11,7 @@ from vrx_mj.sensors.places import Mount
 __all__ = ["fire"]
 
 
-def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> bool:
+def fire(sensing: Sensing, rig: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:
     """Shoot; tells whether there was a shot left. The recoil on the boat is neglected, as in VRX.
 
     Raises:
@@ -22,7 +22,7 @@ def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> b
     sensor = _chosen(sensing.of_kind(boat, "ball_shooter"), boat, name)
     if sensor.ball is None:
         raise SensorError(f"{sensor.name} of {boat} has no ball: the world was compiled without one")
-    shots = rig.moments.marks[sensor.marks]
+    shots = rig.sample_clocks.device_state[sensor.marks]
     if shots[0] < 1.0:
         return False
     shots[0] -= 1.0
@@ -30,7 +30,7 @@ def fire(sensing: Sensing, rig: Rig, sea: Sea, boat: str, name: str | None) -> b
     return True
 
 
-def _launch(rig: Rig, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
+def _launch(rig: LoopArrays, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
     """Put the ball to the muzzle, with the launcher's axes, and let it go along their x.
 
     It starts with the speed that gravity takes in half a step more: a step takes gravity off before it moves, and so

@@ -9,9 +9,9 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.kernel import cached
 from vrx_mj.physics.surface import draw_surface
-from vrx_mj.runtime.moments import Moment
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.sample_clocks import Moment
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import Display
@@ -30,7 +30,7 @@ SEA = ("the sea's pictures", 8)
 class Sights:
     """The cameras and lidars of a run; the drawing model is made for the first that is used."""
 
-    def __init__(self, world: World, rig: Rig, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def __init__(self, world: World, rig: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
         self._world, self._rig, self._drawing = world, rig, drawing
         self._data: mujoco.MjData | None = None
         self._cameras: Cameras | None = None
@@ -44,7 +44,7 @@ class Sights:
         place = sensor.place(now.qpos, now.qvel)
         data = self._scene(model, now)
         if self._rig.displays:
-            self._cameras.paint(painted(model, self._rig.displays, self._rig.shown(now.marks), now.time))
+            self._cameras.paint(painted(model, self._rig.displays, self._rig.shown(now.device_state), now.time))
         at = place.position, place.rotation, now.time
         with announced(draw_surface, *SEA):
             return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)

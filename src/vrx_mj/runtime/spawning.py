@@ -14,7 +14,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.live_world import LiveWorld, rig_of
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Spawning"]
 
@@ -47,7 +47,7 @@ class Spawning:
         world = without_boat(self._live.world, name)
         self._live.enter(world, self._moved(world, left=name), f"{name} leaves")
 
-    def _moved(self, world: World, left: str | None = None) -> Rig:
+    def _moved(self, world: World, left: str | None = None) -> LoopArrays:
         """The present moment in another world, without the boat that left."""
         live = self._live
         rig = rig_of(world, live.physics_models, known=live.rig)
@@ -58,7 +58,7 @@ class Spawning:
         return rig
 
 
-def _check_place(rig: Rig, world: World, name: str) -> None:
+def _check_place(rig: LoopArrays, world: World, name: str) -> None:
     """Refuse a boat that stands in something."""
     model, data = rig.model, rig.data
     depth, other = 0.0, -1
@@ -76,6 +76,6 @@ def _check_place(rig: Rig, world: World, name: str) -> None:
     raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would be {-depth:.2f} m inside {what}{where}")
 
 
-def _start(rig: Rig, world: World, name: str) -> slice:
+def _start(rig: LoopArrays, world: World, name: str) -> slice:
     start = int(rig.hulls["qpos"][world.boats.index(name)])
     return slice(start, start + 3)

@@ -1,8 +1,8 @@
 """Readings handed over as they fall due: to a recorder, to ROS, to a live view.
 
-A subscribed sensor is read at the steps at which its clock catches a moment (`runtime.moments`), by the same rule, so
-that there is one reading for every measurement and no drift. `Simulation.advance` stops at these steps: the motion is
-the same to the last bit, whoever listens.
+A subscribed sensor is read at the steps at which its clock latches a moment (`runtime.sample_clocks`), by the same
+rule, so that there is one reading for every measurement and no drift. `Simulation.advance` stops at these steps: the
+motion is the same to the last bit, whoever listens.
 """
 
 import math

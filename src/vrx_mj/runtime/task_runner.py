@@ -17,7 +17,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.timing import steps_to_multiple
 from vrx_mj.tasks.frame import FrameLayout, Message, frame_stride
 from vrx_mj.tasks.referee import Referee, parsed_dump
@@ -63,7 +63,7 @@ class TaskActions(Protocol):
 class TaskRunner:
     """Runs the task of a world: frames for its referee, and what that decides; without a task it does nothing."""
 
-    def __init__(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
+    def __init__(self, world: World, rig: LoopArrays, stand: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
         task = world.parameters.task
         self.referee: Referee | None = None
@@ -75,7 +75,7 @@ class TaskRunner:
         self._stride = frame_stride(rig.timestep)
         self.reset()
 
-    def bind(self, world: World, rig: Rig, stand: Callable[[str], FloatArray]) -> None:
+    def bind(self, world: World, rig: LoopArrays, stand: Callable[[str], FloatArray]) -> None:
         """Go on in a world in which boats have come or gone: others can be touched now."""
         self._rig, self._stand = rig, stand
         self.layout = FrameLayout((), ())

@@ -8,7 +8,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.tables import NEWTONS, RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, thrust_force
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Thruster", "thrusters"]
 
@@ -50,12 +50,12 @@ class Thruster:
         return float(np.interp(force, self._forces, self._commands))
 
 
-def thrusters(rig: Rig, rows: dict[str, int]) -> dict[str, Thruster]:
+def thrusters(rig: LoopArrays, rows: dict[str, int]) -> dict[str, Thruster]:
     """A boat's propellers by name; `rows` are those of its thrusters and rudders in the rig's table."""
     return {name: _thruster(name, rig.thrusters[row]) for name, row in rows.items() if not _is_rudder(rig, row)}
 
 
-def _is_rudder(rig: Rig, row: int) -> bool:
+def _is_rudder(rig: LoopArrays, row: int) -> bool:
     return bool(rig.thrusters["mapping"][row] == RUDDER)
 
 

@@ -10,7 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import gust_step
-from vrx_mj.runtime.rig import Rig
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.row_arguments import as_numbers
 
 FORESEEN = 1e5
@@ -20,10 +20,10 @@ FORESEEN = 1e5
 class Sea:
     """The surface of the sea."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: LoopArrays) -> None:
         self.bind(rig)
 
-    def bind(self, rig: Rig) -> None:
+    def bind(self, rig: LoopArrays) -> None:
         """Go on in a rig in which boats have come or gone."""
         self._rig = rig
 
@@ -51,13 +51,13 @@ class Sea:
 class Wind:
     """The wind, gusts included."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: LoopArrays) -> None:
         self.bind(rig)
         self._lock = threading.Lock()
         self._replayed = np.zeros(0)
         self._replay = np.zeros(1, rig.wind_state.dtype)
 
-    def bind(self, rig: Rig) -> None:
+    def bind(self, rig: LoopArrays) -> None:
         """Go on in a rig in which boats have come or gone."""
         self._rig = rig
 

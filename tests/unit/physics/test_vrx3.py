@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import element, floating, hull, in_body_axes, matrix, moving, sea_of, thruster
-from vrx_mj.physics.drag import added_bias, added_inertia, drag
+from vrx_mj.physics.drag import added_bias, added_inertia, bias_on_hull, drag, drag_on_hull
 from vrx_mj.physics.flotation import flotation, water_at_elements
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.profiles import bias_on_hull, drag_on_hull, wind_on_float, wind_on_hull
 from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, SEA, STATION, VRX, VRX3, WAVE, WIND, WIND_STATE, table
 from vrx_mj.physics.thrust import thrust_force
 from vrx_mj.physics.waves import pms_components, surface_height
-from vrx_mj.physics.wind import apparent_wind_load, gust_step, wind_load
+from vrx_mj.physics.wind import apparent_wind_load, gust_step, wind_load, wind_on_float, wind_on_hull
 
 NINE_DIGITS = 6e-9
 MOST, LEAST = 2353.53383668, -1000.0

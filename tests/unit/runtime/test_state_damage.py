@@ -12,8 +12,8 @@ from integration.sailing import CALM, boats, water
 from integration.sensing import GPS, GUN, sailing
 from vrx_mj.errors import StateError
 from vrx_mj.physics.tables import THRUSTER_STATE
-from vrx_mj.runtime.moments import CLOCK
-from vrx_mj.runtime.rig import sound
+from vrx_mj.runtime.loop_arrays import sound
+from vrx_mj.runtime.sample_clocks import CLOCK
 
 BUOY = {"name": "buoy", "model": "robotx_light_buoy", "pose": [9.0, 1.0, 0.0, 0.0, 0.0, 0.0]}
 TASK = {"type": "stationkeeping", "goal_cart": [3.0, 0.0, 0.0], "initial_state_duration": 0.5}
@@ -151,7 +151,11 @@ def changed(state, at, value):
 @pytest.mark.parametrize("value", [-1.0, 0.5, 500.0, 1e300, np.nan])
 def test_shots_and_what_lights_show_are_in_their_ranges(sim, state, value):
     """They are indices of colours, and numbers of balls."""
-    marks, shots, shown = moments_at(sim), sim._live.rig.sensors[1].mark, len(sim._live.rig.moments.marks) - 7
+    marks, shots, shown = (
+        moments_at(sim),
+        sim._live.rig.sensors[1].mark,
+        len(sim._live.rig.sample_clocks.device_state) - 7,
+    )
     assert sim.set_state(state)
     for at, wanted in ((shots, ".*"), (shown, ".*"), (shown + 6, ".*")):
         with pytest.raises(StateError, match=wanted):
@@ -173,7 +177,7 @@ def test_shots_and_what_lights_show_are_in_their_ranges(sim, state, value):
 )
 def test_a_sensors_clock_that_cannot_be_is_refused(sim, state, field, value):
     """A slot is an index of the compiled loop."""
-    at = moments_at(sim) + sim._live.rig.moments.marks.nbytes + 8 + CLOCK.fields[field][1]
+    at = moments_at(sim) + sim._live.rig.sample_clocks.device_state.nbytes + 8 + CLOCK.fields[field][1]
     with pytest.raises(StateError, match=r"^the state has a sensors' clock "):
         sim.set_state(changed(state, at, value))
 

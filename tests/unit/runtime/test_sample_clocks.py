@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from vrx_mj.errors import StateError
-from vrx_mj.runtime.moments import Moments
+from vrx_mj.runtime.sample_clocks import SampleClocks
 
 QPOS, QVEL = np.arange(7.0), np.arange(6.0)
 
 
 def run(rate, timestep, steps, marks=()):
     """(index, time) of every moment that a clock catches in a run from time 0."""
-    moments, time, caught = Moments(7, 6, marks), 0.0, []
+    moments, time, caught = SampleClocks(7, 6, marks), 0.0, []
     moments.start(rate, QPOS, QVEL, 0.0)
     for _ in range(steps):
-        moments.catch(QPOS, QVEL, time)
+        moments.latch_due(QPOS, QVEL, time)
         now = moments.last(rate)[0]
         if not caught or now.index != caught[-1][0]:
             caught.append((now.index, now.time))
@@ -46,19 +46,19 @@ def test_above_the_steps_rate_there_is_one_at_every_step():
 
 
 def test_a_clock_starts_with_the_present_moment_and_has_none_before_it():
-    moments = Moments(7, 6, (5.0,))
+    moments = SampleClocks(7, 6, (5.0,))
     assert not moments.runs(10.0)
     moments.start(10.0, QPOS, QVEL, 0.37)
     now, before = moments.last(10.0)
     assert (now.index, now.time, before) == (3, 0.37, None)
-    assert (now.qpos.tolist(), now.qvel.tolist(), now.marks.tolist()) == (QPOS.tolist(), QVEL.tolist(), [5.0])
+    assert (now.qpos.tolist(), now.qvel.tolist(), now.device_state.tolist()) == (QPOS.tolist(), QVEL.tolist(), [5.0])
 
 
 def test_a_clock_keeps_the_moment_before_the_last():
-    moments = Moments(7, 6, ())
+    moments = SampleClocks(7, 6, ())
     moments.start(10.0, QPOS, QVEL, 0.0)
     for k in range(1, 4):
-        moments.catch(QPOS + k, QVEL - k, k / 10.0)
+        moments.latch_due(QPOS + k, QVEL - k, k / 10.0)
     now, before = moments.last(10.0)
     assert (now.index, now.time, before.time) == (3, 0.3, 0.2)
     assert (now.qpos.tolist(), before.qpos.tolist()) == ((QPOS + 3).tolist(), (QPOS + 2).tolist())
@@ -66,10 +66,10 @@ def test_a_clock_keeps_the_moment_before_the_last():
 
 
 def test_what_was_moved_by_hand_is_caught_again_at_this_very_time_only():
-    moments = Moments(7, 6, ())
+    moments = SampleClocks(7, 6, ())
     moments.start(10.0, QPOS, QVEL, 0.0)
     moments.start(15.0, QPOS, QVEL, 0.0)
-    moments.catch(QPOS + 1, QVEL, 0.1)
+    moments.latch_due(QPOS + 1, QVEL, 0.1)
     moments.renew(QPOS + 2, QVEL, 0.1)
     assert moments.last(10.0)[0].qpos[0] == 2.0
     assert moments.last(15.0)[0].qpos[0] == 2.0
@@ -79,26 +79,26 @@ def test_what_was_moved_by_hand_is_caught_again_at_this_very_time_only():
 
 
 def test_packed_moments_are_read_back():
-    moments = Moments(7, 6, (1.0, 2.0))
+    moments = SampleClocks(7, 6, (1.0, 2.0))
     moments.start(10.0, QPOS, QVEL, 0.0)
     moments.start(15.0, QPOS, QVEL, 0.05)
-    moments.catch(QPOS + 1, QVEL, 0.1)
-    moments.marks[1] = 7.0
-    twin = Moments(7, 6, (0.0, 0.0))
+    moments.latch_due(QPOS + 1, QVEL, 0.1)
+    moments.device_state[1] = 7.0
+    twin = SampleClocks(7, 6, (0.0, 0.0))
     twin.check(moments.pack())
     twin.unpack(moments.pack())
     assert twin.pack() == moments.pack()
-    assert twin.marks.tolist() == [1.0, 7.0]
+    assert twin.device_state.tolist() == [1.0, 7.0]
     assert twin.last(15.0)[1].time == 0.05
     moments.reset()
-    assert moments.pack() == Moments(7, 6, (1.0, 2.0)).pack()
+    assert moments.pack() == SampleClocks(7, 6, (1.0, 2.0)).pack()
 
 
 @pytest.mark.parametrize(
     "damage", [lambda block: block[:-1], lambda block: block + b"x", lambda block: b"", lambda block: b"\xff" * 16]
 )
 def test_bytes_that_are_no_moments_are_refused(damage):
-    moments = Moments(7, 6, (1.0,))
+    moments = SampleClocks(7, 6, (1.0,))
     moments.start(10.0, QPOS, QVEL, 0.0)
     block = damage(moments.pack())
     with pytest.raises(StateError, match=rf"^the state has {len(block)} bytes of sensors' moments instead of \d+$"):
@@ -110,6 +110,6 @@ def test_after_hours_no_moment_comes_a_step_late(rate, timestep):
     """Time is a sum of rounded steps: after two hours it is off by more than a millionth of an interval."""
     steps = 7_200 * round(1 / timestep)
     time = float(np.cumsum(np.full(steps, timestep))[-1])
-    moments = Moments(7, 6, ())
+    moments = SampleClocks(7, 6, ())
     moments.start(rate, QPOS, QVEL, time)
     assert moments.last(rate)[0].index == 7_200 * rate

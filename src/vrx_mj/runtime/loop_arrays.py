@@ -16,12 +16,13 @@ from vrx_mj.physics import tables
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.runtime.loop import HUGE
-from vrx_mj.runtime.moments import Moments
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
-from vrx_mj.runtime.proximity import LOOK, movers, obstacles, unbound
+from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
+from vrx_mj.runtime.sample_clocks import SampleClocks
+from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
 
-__all__ = ["Rig", "drawing_model"]
+__all__ = ["LoopArrays", "drawing_model"]
 
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
@@ -56,28 +57,55 @@ def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
-class Rig:
-    """Arrays for `advance`, in the order in which it takes them.
+def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
+    """The arrays of MuJoCo's data that the loop reads and writes."""
+    names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "sensordata")
+    return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
 
-    The views belong to one model and data: whoever makes new ones makes a new rig.
+
+class Run:
+    """A table of one run, and the arrays to which it leads."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        contact_free: mujoco.MjModel,
+        data: mujoco.MjData,
+        arrays: dict[str, npt.NDArray[Any]],
+    ) -> None:
+        self.table = np.zeros(1, RUN)
+        self._held = model, contact_free, data, arrays
+        point_models(self.table, model, contact_free, data)
+        point(self.table, **arrays)
+
+
+def point_models(run: tables.Table, model: mujoco.MjModel, contact_free: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Write where MuJoCo's objects are into a row of `RUN`, or into a table of one."""
+    run["model"], run["contact_free"], run["data"] = model._address, contact_free._address, data._address
+
+
+class LoopArrays:
+    """The arrays of one run of the compiled loop: tables of a world, state, and views of MuJoCo's arrays.
+
+    The views belong to one model and data: whoever makes new ones makes new arrays.
     """
 
     def __init__(
         self,
         world: World,
         model: mujoco.MjModel,
-        quiet: mujoco.MjModel,
+        contact_free: mujoco.MjModel,
         data: mujoco.MjData,
         *,
-        known: "Rig | None" = None,
+        known: "LoopArrays | None" = None,
     ) -> None:
-        """Tables of a world; `known` is the rig of one that differs by boats alone."""
+        """Tables of a world; `known` are those of one that differs by boats alone."""
         parameters = world.parameters
         sea, wind = parameters.sea, parameters.wind
-        self.model, self.data, self.quiet = model, data, quiet
+        self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
         self.waves = tables.table(tables.WAVE, [vars(row) for row in sea.waves])
-        self.sea = tables.table(tables.SEA, [{"tau": sea.tau, "level": sea.level}])
+        self.sea = tables.table(tables.SEA, [{name: getattr(sea, name) for name in tables.SEA.names or ()}])
         self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])
@@ -96,41 +124,43 @@ class Rig:
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
-        self.movers, self.look = movers(model), np.array([(0.0, 0, unbound(quiet), 0)], LOOK)
+        self.movers = movers(model)
+        self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
         self.obstacles: tables.Table = known.obstacles if known else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self.sensors: tuple[Mounted, ...] = mounted(world, model, known.sensors if known else ())
         self.displays = displays_of(parameters)
-        self.moments = Moments(model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)])
+        self.sample_clocks = SampleClocks(
+            model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)]
+        )
 
     @property
     def state_tables(self) -> Sequence[npt.NDArray[Any]]:
         """The tables that change from step to step."""
-        afloat = self.float_state, self.element_state, self.follower_state, self.block_state
-        return self.wind_state, self.thruster_state, *afloat, self.touches
+        return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
 
     def reset(self, seed: int) -> None:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""
         for table in self.state_tables:
             table[:] = np.zeros(1, table.dtype)
         self.touches[:] = NEVER
-        self.look["clearance"], self.look["wait"] = 0.0, 0
+        self.broadphase["clearance"], self.broadphase["wait"] = 0.0, 0
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
         self.thruster_state["expires"] = -np.inf
         for sensor in self.sensors:
             if sensor.ball is not None:
                 self.float_state["held"][sensor.ball] = 1
-        self.moments.reset()
+        self.sample_clocks.reset()
 
     @property
     def display_marks(self) -> FloatArray:
         """What lights and placards show now."""
-        return self.shown(self.moments.marks)
+        return self.shown(self.sample_clocks.device_state)
 
-    def shown(self, marks: FloatArray) -> FloatArray:
-        """Of all marks those of lights and placards: a view of the last ones."""
-        return marks[len(marks) - sum(len(display.start) for display in self.displays) :]
+    def shown(self, device_state: FloatArray) -> FloatArray:
+        """The part of a device state that is lights and placards: a view of the last numbers."""
+        return device_state[len(device_state) - sum(len(display.start) for display in self.displays) :]
 
     @property
     def columns(self) -> int:
@@ -160,23 +190,23 @@ class Rig:
     def refresh(self) -> None:
         """Carry what was changed in the model over to its twin without shapes."""
         for name in OPTIONS:
-            setattr(self.quiet.opt, name, getattr(self.model.opt, name))
+            setattr(self.contact_free.opt, name, getattr(self.model.opt, name))
         for name in MODEL_ARRAYS:
-            getattr(self.quiet, name)[:] = getattr(self.model, name)
-        self.look["unbound"] = unbound(self.quiet)
+            getattr(self.contact_free, name)[:] = getattr(self.model, name)
+        self.broadphase["unconstrained"] = unconstrained(self.contact_free)
 
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams; the wind's own seed is part of its key."""
         self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
 
     def pack(self) -> bytes:
-        """The state tables and what the sensors' clocks caught, as bytes."""
-        return b"".join(table.tobytes() for table in self.state_tables) + self.moments.pack()
+        """The state tables and what the sensors' clocks latched, as bytes."""
+        return b"".join(table.tobytes() for table in self.state_tables) + self.sample_clocks.pack()
 
     @property
     def moving(self) -> int:
         """How many of the bytes that `pack` gives bear on the motion; the rest are what sensors saw of it."""
-        return sum(table.nbytes for table in self.state_tables) + self.moments.marks.nbytes
+        return sum(table.nbytes for table in self.state_tables) + self.sample_clocks.device_state.nbytes
 
     def check(self, flat: FloatArray, block: bytes) -> None:
         """Tell whether MuJoCo can take the numbers of a state, and `unpack` its bytes: kernels trust them.
@@ -194,7 +224,7 @@ class Rig:
         if len(block) < size:
             raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
         self._check_tables(block)
-        self.moments.check(block[size:])
+        self.sample_clocks.check(block[size:])
         self._check_moments(block[size:])
 
     def _check_tables(self, block: bytes) -> None:
@@ -210,13 +240,13 @@ class Rig:
                 raise StateError("the state has a time of a touch that is not finite")
 
     def _check_moments(self, block: bytes) -> None:
-        """What sensors caught is not huge; what counts shots, or names what is shown, is in its range."""
-        marks, _, caught = self.moments.parts(block)
+        """What sensors latched is not huge; what counts shots, or names what is shown, is in its range."""
+        devices, _, latched = self.sample_clocks.parts(block)
         place = self.model.nq + self.model.nv
-        if (np.abs(caught[..., :place]) >= HUGE).any():
+        if (np.abs(latched[..., :place]) >= HUGE).any():
             raise StateError(f"the state has a sensors' moment beyond {HUGE:g}")
-        then = caught[..., place:].reshape(2 * len(caught), len(marks))  # a clock keeps two moments
-        rows = np.concatenate((marks[None], then))
+        then = latched[..., place:].reshape(2 * len(latched), len(devices))  # a clock keeps two moments
+        rows = np.concatenate((devices[None], then))
         for sensor in self.sensors:
             if isinstance(sensor.config, BallShooterConfig):
                 shots = rows[:, sensor.mark]
@@ -230,7 +260,7 @@ class Rig:
         for table in self.state_tables:
             table[:] = np.frombuffer(block, table.dtype, len(table), offset)
             offset += table.nbytes
-        self.moments.unpack(block[offset:])
+        self.sample_clocks.unpack(block[offset:])
 
     def row(self, time: float) -> FloatArray:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""
@@ -238,46 +268,18 @@ class Rig:
         moving = self.data.qpos, self.data.qvel
         return np.concatenate((now, engines["thrust"], engines["angle"], *moving, self.display_marks))
 
-    def arguments(self, sampling: IntArray, samples: FloatArray) -> tuple[Any, ...]:
-        """What `advance` takes before time and steps."""
-        model, data = self.model, self.data
-        afloat = self.floats, self.elements, self.float_state, self.element_state
-        rafts = self.blocks, self.block_state, self.raft_work, self.moorings
-        return (
-            model._address,
-            self.quiet._address,
-            data._address,
-            data.qpos,
-            data.qvel,
-            data.xfrc_applied,
-            data.qfrc_applied,
-            data.qfrc_constraint,
-            data.M,
-            model.M_rowadr,
-            self.sea,
-            self.waves,
-            self.wind,
-            self.wind_state,
-            self.hulls,
-            self.stations,
-            self.thrusters,
-            self.thruster_state,
-            *afloat,
-            self.followers,
-            self.waypoints,
-            self.follower_state,
-            *rafts,
-            self.movers,
-            self.obstacles,
-            self.look,
-            self.moments.clocks,
-            self.moments.caught,
-            self.moments.marks,
-            data.sensordata,
-            self.touches,
-            sampling,
-            samples,
-        )
+    def by_name(self, sampling: IntArray, samples: FloatArray) -> dict[str, npt.NDArray[Any]]:
+        """All arrays of a run, with those that a recorder has filled."""
+        clocks = self.sample_clocks
+        found = {
+            **mujoco_arrays(self.data), "inertia_row": self.model.M_rowadr, "clocks": clocks.clocks,
+            "latched": clocks.latched, "device_state": clocks.device_state, "sampling": sampling, "samples": samples,
+        }  # fmt: skip
+        return {name: found[name] if name in found else getattr(self, name) for name in ARRAYS}
+
+    def run(self, sampling: IntArray, samples: FloatArray) -> "Run":
+        """The run that `advance` takes."""
+        return Run(self.model, self.contact_free, self.data, self.by_name(sampling, samples))
 
     def _free_body(self, row: Row) -> Row:
         """Replace a body's name by its id and the addresses of its free joint."""

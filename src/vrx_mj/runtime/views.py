@@ -1,0 +1,144 @@
+"""The one list of all arrays that a run of the compiled loop reads and writes, and how the loop finds them.
+
+Python hands the loop one record for each run, with the address and the shape of every array; `views` turns it into a
+tuple of arrays. So a call costs the same whatever a run consists of, the rows of a batch are records of one table, and
+whatever only passes arrays on does not list them. Whoever makes a record keeps its arrays alive.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba import from_dtype, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
+
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.physics import tables
+from vrx_mj.physics.raft import RAFT_WORK
+from vrx_mj.physics.tables import Table
+from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
+from vrx_mj.runtime.sample_clocks import CLOCK
+
+__all__ = ["ARRAYS", "OWN", "RUN", "STATE", "Views", "point", "point_rows", "views"]
+
+PARAMETER, STATE, OWN = "parameter", "state", "own"
+"""What an array is: the same for all runs of a world; part of a saved state; or else a run's own."""
+
+
+class Array(NamedTuple):
+    """Type of an array of the loop."""
+
+    dtype: npt.DTypeLike = np.float64
+    ndim: int = 1
+    use: str = PARAMETER
+
+
+class Views(NamedTuple):
+    """The arrays of a run: MuJoCo's, then the tables of `physics.tables`, then what sensors and recorders keep."""
+
+    qpos: Annotated[FloatArray, Array()]
+    qvel: Annotated[FloatArray, Array()]
+    xfrc_applied: Annotated[FloatArray, Array(ndim=2)]
+    qfrc_applied: Annotated[FloatArray, Array()]
+    qfrc_constraint: Annotated[FloatArray, Array()]
+    inertia: Annotated[FloatArray, Array()]
+    """`mjData.M`, the sparse lower triangle."""
+    inertia_row: Annotated[IntArray, Array(np.int32)]
+    """`mjModel.M_rowadr`."""
+    sensordata: Annotated[FloatArray, Array()]
+    sea: Annotated[Table, Array(tables.SEA)]
+    waves: Annotated[Table, Array(tables.WAVE)]
+    wind: Annotated[Table, Array(tables.WIND)]
+    wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE)]
+    hulls: Annotated[Table, Array(tables.HULL)]
+    stations: Annotated[Table, Array(tables.STATION)]
+    thrusters: Annotated[Table, Array(tables.THRUSTER)]
+    thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]
+    floats: Annotated[Table, Array(tables.FLOAT)]
+    elements: Annotated[Table, Array(tables.ELEMENT)]
+    float_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    element_state: Annotated[Table, Array(tables.ELEMENT_STATE, use=STATE)]
+    followers: Annotated[Table, Array(tables.FOLLOWER)]
+    waypoints: Annotated[Table, Array(tables.WAYPOINT)]
+    follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE)]
+    blocks: Annotated[Table, Array(tables.BLOCK)]
+    block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
+    moorings: Annotated[Table, Array(tables.MOORING)]
+    touches: Annotated[FloatArray, Array(use=STATE)]
+    """Time [s] of the last contact that each of MuJoCo's contact sensors found."""
+    movers: Annotated[Table, Array(MOVER, use=OWN)]
+    obstacles: Annotated[Table, Array(OBSTACLE)]
+    broadphase: Annotated[Table, Array(BROADPHASE, use=OWN)]
+    clocks: Annotated[Table, Array(CLOCK)]
+    latched: Annotated[FloatArray, Array(ndim=3)]
+    device_state: Annotated[FloatArray, Array()]
+    sampling: Annotated[IntArray, Array(np.int64)]
+    samples: Annotated[FloatArray, Array(ndim=2)]
+
+
+ARRAYS: Mapping[str, Array] = {
+    name: hint.__metadata__[0] for name, hint in get_type_hints(Views, include_extras=True).items()
+}
+"""Types of the arrays of a run by name, in the order of `Views`."""
+
+RUN = np.dtype(
+    [(name, np.int64) for name in ("model", "contact_free", "data")]
+    + [(name, np.int64, (1 + array.ndim,)) for name, array in ARRAYS.items()]
+)
+"""A run: the addresses of its MuJoCo model, of the model without collision shapes and of its data; and of each array
+the address, then the shape."""
+
+
+def point(run: Table, **arrays: npt.NDArray[Any]) -> None:
+    """Write where these arrays are into a table of one run."""
+    for name, array in arrays.items():
+        _check(name, array, ARRAYS[name].ndim)
+        run[name][0] = (array.__array_interface__["data"][0], *array.shape)
+
+
+def point_rows(runs: Table, **stacks: npt.NDArray[Any]) -> None:
+    """Write where the parts of these stacks, (n, ...) or (1, ...) for all rows, are into a table of n runs."""
+    for name, stack in stacks.items():
+        _check(name, stack, 1 + ARRAYS[name].ndim)
+        steps = np.arange(len(runs)) * stack.strides[0] if len(stack) > 1 else 0
+        runs[name][:, 0] = stack.__array_interface__["data"][0] + steps
+        runs[name][:, 1:] = stack.shape[1:]
+
+
+def _check(name: str, array: npt.NDArray[Any], ndim: int) -> None:
+    assert array.dtype == ARRAYS[name].dtype, (name, array.dtype)
+    assert array.ndim == ndim, (name, array.shape)
+    assert array.flags.c_contiguous, name
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def views(_context: Any, run: Any) -> Any:
+    """The arrays of a run, a row of RUN, as `Views`."""
+    kinds = [types.Array(from_dtype(np.dtype(array.dtype)), array.ndim, "C") for array in ARRAYS.values()]
+    word = ir.IntType(64)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        found = []
+        for name, kind in zip(ARRAYS, kinds, strict=True):
+            start = run.offset(name)
+            address, *shape = (
+                builder.load(cgutils.get_record_member(builder, arguments[0], start + 8 * k, word))
+                for k in range(1 + kind.ndim)
+            )
+            array = context.make_array(kind)(context, builder)
+            size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+            strides = [ir.Constant(word, size)]
+            for length in reversed(shape[1:]):
+                strides.insert(0, builder.mul(strides[0], length))
+            data = builder.inttoptr(address, array.data.type)
+            itemsize = context.get_constant(types.intp, size)
+            populate_array(array, data=data, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+            found.append(array._getvalue())
+        return context.make_tuple(builder, signature.return_type, found)
+
+    return types.NamedTuple(kinds, Views)(run), generate
