@@ -14,13 +14,13 @@ from numba.core.registry import CPUDispatcher
 from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
 from vrx_mj.physics.kernel_folder import Choice, chosen_folder
 
-__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "kernel"]
+__all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "inlined_kernel", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
-_HOLDS_KERNELS = re.compile(rb"^@(allocating_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
+_HOLDS_KERNELS = re.compile(rb"^@(allocating_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
 _TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/tables.py")
 """Modules without kernels whose numbers, columns and settings are compiled into them."""
 
@@ -86,6 +86,11 @@ def kernel(function: F) -> F:
     return _compiled(function, counting=False)
 
 
+def inlined_kernel(function: F) -> F:
+    """Compile a kernel that becomes part of its callers: for one that takes many arrays, which a call would copy."""
+    return _compiled(function, counting=False, inlined=True)
+
+
 def allocating_kernel(function: F) -> F:
     """Compile a kernel that makes arrays."""
     return _compiled(function, counting=True)
@@ -116,12 +121,19 @@ def _cache_of(function: Callable[..., Any], form: str = "") -> KernelCache | Unc
     return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
 
 
-def _compiled(function: F, *, counting: bool) -> F:
+def _compiled(function: F, *, counting: bool, inlined: bool = False) -> F:
     """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
     Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
     """
-    options = {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": counting}
+    options = {
+        "nopython": True,
+        "nogil": True,
+        "error_model": "numpy",
+        "no_cfunc_wrapper": True,
+        "_nrt": counting,
+        "forceinline": inlined,
+    }
     compiled: Any = Kernel(function, None, options)
     result: F = compiled
     return result

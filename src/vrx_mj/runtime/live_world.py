@@ -130,7 +130,7 @@ class LiveWorld:
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
         with announced(advance):
-            LOOP(self._run.table, self.time, self.rig.timestep, 0)
+            LOOP(self._run.table, 0, self.time, self.rig.timestep, 0)
 
     def advance(self, left: int) -> None:
         """Advance by a number of steps, and stop where a reading, a frame of the task or a kept state is due.
@@ -147,7 +147,7 @@ class LiveWorld:
             count = min(left, second, max(1, int(SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             with untimed():
-                done = int(LOOP(self._run.table, self.time, timestep, count))
+                done = int(LOOP(self._run.table, 0, self.time, timestep, count))
             if done < 0:
                 self._diverged()
             if self._data.ncon > self._most_contacts:

@@ -22,7 +22,7 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.rudder import rudder_force
@@ -42,7 +42,7 @@ from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "advance_run"]
+__all__ = ["HUGE", "advance", "hull_loads", "update_force"]
 
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
@@ -86,19 +86,14 @@ class HullLoads(NamedTuple):
     wind: Wrench
 
 
-@kernel
-def advance(runs: Table, time: float, dt: float, steps: int) -> int:
-    """Advance the run of a table of one; the rest is as in `advance_run`."""
-    return advance_run(runs[0], time, dt, steps)
-
-
 @allocating_kernel
-def advance_run(run: Record, time: float, dt: float, steps: int) -> int:
-    """Advance a run, a row of `RUN`, by `steps` physics steps of `dt` [s] from simulated `time` [s].
+def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
+    """Advance the run of a row of `runs`, a table of `RUN`, by `steps` physics steps of `dt` [s] from `time` [s].
 
     The model without collision shapes steps while nothing can touch anything. Returns the number of steps done: fewer
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
+    run = runs[row]
     a = views(run)
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size, 3))
@@ -123,7 +118,7 @@ def advance_run(run: Record, time: float, dt: float, steps: int) -> int:
     return -1 if diverged(a.qpos, a.qvel) else done
 
 
-@kernel
+@inlined_kernel
 def push_hulls(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
     for i in range(a.hulls.size):
@@ -148,7 +143,7 @@ def hull_loads(
     )
 
 
-@kernel
+@inlined_kernel
 def move(model: Address, data: Address, a: Views, added: FloatArray, damping: FloatArray, idle: bool) -> None:
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
@@ -183,7 +178,7 @@ def move(model: Address, data: Address, a: Views, added: FloatArray, damping: Fl
     mj_euler(model, data)
 
 
-@kernel
+@inlined_kernel
 def thrust(hull: Record, body: Motion, a: Views, time: float, dt: float) -> Wrench:
     """Steer the hull's engines and rudders and push with them; returns the wrench on the hull about `link_com`.
 
@@ -218,14 +213,14 @@ def update_force(thruster: Record, own: Record, state: Table, body: Motion, time
         own.applied, own.thrust, own.fresh = command, thruster.gain * thrust_force(thruster, command), 1
 
 
-@kernel
+@inlined_kernel
 def push_floats(a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
         apply(a.xfrc_applied, a.floats[i].body, floating(i, a, air, damping[i], time, dt))
 
 
-@kernel
+@inlined_kernel
 def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     for i in range(a.blocks.size):
@@ -239,7 +234,7 @@ def push_docks(a: Views, air: Air, time: float, dt: float) -> None:
         apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
 
 
-@kernel
+@inlined_kernel
 def floating(index: int, a: Views, air: Air, damping: FloatArray, time: float, dt: float) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state, water = a.floats[index], a.float_state[index], a.element_state
@@ -314,7 +309,7 @@ def full(sampling: IntArray, samples: FloatArray) -> bool:
     return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
 
 
-@kernel
+@inlined_kernel
 def sample(a: Views, time: float) -> None:
     """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, device state] if one is due.
 

@@ -1,4 +1,4 @@
-"""Kernels over the rows of a batch: each row is a run of its own, advanced by the same `advance_run` as a `Simulation`.
+"""Kernels over the rows of a batch: each row is a run of its own, advanced by the same `advance` as a `Simulation`.
 
 A row has its `MjData` and its part of every table that changes.
 """
@@ -10,7 +10,7 @@ from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.runtime.loop import advance_run
+from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.views import views
 
 __all__ = ["FEATURES", "advance_rows", "observe_rows", "reset_rows", "write_rows"]
@@ -35,7 +35,7 @@ def advance_rows(
     for i in range(first, last):
         if done[i] < 0 or not going[i]:
             continue
-        done[i] = advance_run(runs[i], time[i], dt, steps)
+        done[i] = advance(runs, i, time[i], dt, steps)
         for _ in range(steps):  # as MuJoCo adds it up
             time[i] += dt
         own = views(runs[i])
