@@ -128,10 +128,14 @@ class LoopArrays:
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
         self.obstacles: tables.Table = known.obstacles if known else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
-        self.sensors: tuple[Mounted, ...] = mounted(world, model, known.sensors if known else ())
-        self.displays = displays_of(parameters)
+        self._mount(world, known)
+
+    def _mount(self, world: World, known: "LoopArrays | None") -> None:
+        """Sensors, lights and placards, and what the sensors' clocks keep."""
+        self.sensors: tuple[Mounted, ...] = mounted(world, self.model, known.sensors if known else ())
+        self.displays = displays_of(world.parameters)
         self.sample_clocks = SampleClocks(
-            model.nq, model.nv, [*start_marks(self.sensors), *display_marks(self.displays)]
+            self.model.nq, self.model.nv, [*start_marks(self.sensors), *display_marks(self.displays)]
         )
 
     @property
