@@ -7,10 +7,12 @@ import numpy as np
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import messages
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.ros.rosbridge import Rosbridge
+from vrx_mj.ros.wires import Wires
 
 COVARIANCE = [0.5, 0.0, float("nan"), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 PIXELS = np.arange(24, dtype=np.uint8)
@@ -83,7 +85,9 @@ class Bridged:
         self.table = table()
         self.inbox = Inbox()
         self.network = Network()
-        self.bridge = Rosbridge(self.network, self.inbox, port=port, host=host, origins=origins)
+        self.graph = Graph(self.network, self.inbox)
+        self.bridge = Rosbridge(self.graph, port=port, host=host, origins=origins)
+        self.wires = Wires(self.graph, [self.bridge])
         self.came, self.unknown_publishers = [], []
         self.silent = False
         self._changed = threading.Condition()
@@ -92,17 +96,17 @@ class Bridged:
 
     def __enter__(self):
         try:
-            self.lines = self.bridge.start()
+            self.lines = self.wires.start()
         except BaseException:
             self.network.close()
             raise
-        self.bridge.offer(self.table)
+        self.wires.offer(self.table)
         self._thread.start()
         return self
 
     def __exit__(self, *_):
         self._over.set()
-        self.bridge.close()
+        self.wires.close()
         self.network.close()
         self._thread.join(5.0)
 
@@ -111,7 +115,7 @@ class Bridged:
         return f"ws://127.0.0.1:{self.bridge.port}"
 
     def send(self, name, message, time=1.5):
-        self.bridge.publish([Sent(self.table.outputs[name], message, time)])
+        self.wires.publish([Sent(self.table.outputs[name], message, time)])
 
     def wait(self, what, seconds=5.0):
         """Wait until a condition holds."""
@@ -148,9 +152,9 @@ def publishing(bridged, make, rate=50.0):
         while not over.wait(1.0 / rate):
             step += 1
             time = step / rate
-            wanted = bridged.bridge.wanted
+            wanted = bridged.wires.wanted
             batch = [Sent(bridged.table.outputs[n], f(time), time) for n, f in make.items() if n in wanted]
-            bridged.bridge.publish(batch)
+            bridged.wires.publish(batch)
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()

@@ -13,11 +13,13 @@ from typing import Self
 
 from needs import ROS1_TOOLS, needs
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Command, Inbox, UnknownTopicPublisher
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.wires import Wires
 
 LEFT = "/wamv/thrusters/left_thrust_cmd"
 needs_tools = needs(ROS1_TOOLS)
@@ -81,7 +83,9 @@ class Served:
         self.port, self.table = port, table
         self.network, self.inbox = Network(), Inbox()
         self.uri = f"http://127.0.0.1:{port}"
-        self.ros = Ros1(self.network, self.inbox, master_uri=self.uri, **options)
+        self.graph = Graph(self.network, self.inbox, options.pop("node", "/gazebo"))
+        self.ros = Ros1(self.graph, master_uri=self.uri, **options)
+        self.wires = Wires(self.graph, [self.ros])
         self.commands: list[Command] = []
         self.unknown_publishers: list[UnknownTopicPublisher] = []
         self.called: list[tuple[str, str]] = []
@@ -95,24 +99,24 @@ class Served:
 
     def __enter__(self) -> Self:
         try:
-            self.lines = self.ros.start()
+            self.lines = self.wires.start()
         except BaseException:
             self.network.close()
             raise
         self.offer(self.table)
-        self.ros.publish([Sent(self.table.outputs["/course"], new("std_msgs/String", data="gate 3"), 0.0)])
+        self.wires.publish([Sent(self.table.outputs["/course"], new("std_msgs/String", data="gate 3"), 0.0)])
         self._thread.start()
         return self
 
     def __exit__(self, *_) -> None:
         self._stop.set()
         self._thread.join()
-        self.ros.close()
+        self.wires.close()
         self.network.close()
 
     def offer(self, table: Table) -> None:
         self.table = table
-        self.ros.offer(table)
+        self.wires.offer(table)
         self.ros.settle(10.0)
 
     def _end(self, reason: str) -> None:
@@ -123,7 +127,7 @@ class Served:
         tick = 0
         while not self._stop.wait(0.02):
             tick += 1
-            self.ros.publish(self._batch(tick * 0.02))
+            self.wires.publish(self._batch(tick * 0.02))
             commands, calls, unknown_publishers = self.inbox.drain()
             self.commands += commands
             self.unknown_publishers += unknown_publishers
@@ -135,7 +139,7 @@ class Served:
                     call.answer(None, str(error))
 
     def _batch(self, t: float) -> list[Sent]:
-        wanted = [output for name, output in self.table.outputs.items() if name in self.ros.wanted]
+        wanted = [output for name, output in self.table.outputs.items() if name in self.wires.wanted]
         batch = []
         for output in wanted:
             if output.type == "sensor_msgs/Imu":

@@ -48,8 +48,8 @@ def run(command):
             done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=TIME, check=False)
         assert done.returncode == 0, done.stderr[-3000:]
         assert done.stderr == ""
-        bridged.wait(lambda b: b.bridge.traffic.clients == 0)
-        assert bridged.bridge.wanted == frozenset()
+        bridged.wait(lambda b: b.wires.traffic.clients == 0)
+        assert bridged.wires.wanted == frozenset()
         return json.loads(done.stdout), bridged
 
 
@@ -61,7 +61,7 @@ def check_services(seen):
     assert seen["parameters"] == PARAMETERS
     assert [part["type"] for part in seen["request"]] == ["gazebo_msgs/DeleteModelRequest"]
     assert seen["response"][0]["fieldtypes"] == ["bool", "string"]
-    assert seen["nodes"][0] == "/vrx_mj"
+    assert seen["nodes"][0] == "/gazebo"
     assert len(seen["nodes"]) == 3
     assert seen["node"]["subscribing"] == ["/wamv/cmd_vel", "/wamv/thrusters/left_thrust_cmd"]
 

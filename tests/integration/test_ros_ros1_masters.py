@@ -14,6 +14,7 @@ from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros.access import announced, is_local
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros1 import Ros1
@@ -93,7 +94,7 @@ def refusal(uri, **options):
     network = Network()
     try:
         with pytest.raises(NetworkError) as caught:
-            Ros1(network, Inbox(), master_uri=uri, **options).start()
+            Ros1(Graph(network, Inbox()), master_uri=uri, **options).start()
     finally:
         network.close()
     return str(caught.value)
@@ -179,7 +180,7 @@ def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
 @pytest.mark.parametrize("name", ["localhost", GONE])
 def test_the_master_is_where_the_uri_says(name):
     network, port = Network(), free_port()
-    ros = Ros1(network, Inbox(), master_uri=f"http://{name}:{port}/")
+    ros = Ros1(Graph(network, Inbox()), master_uri=f"http://{name}:{port}/")
     try:
         assert ros.start()[0].startswith(f"ROS 1: own master at http://{name}:{port}, node /gazebo at http://127.0")
         with ServerProxy(f"http://{name}:{port}") as master:
@@ -241,7 +242,7 @@ def test_nobody_takes_the_name_of_the_node_whose_master_is_in_the_same_process()
             assert master.registerPublisher("/other", "/other", "std_msgs/Float32", uri)[0] == 1
         mute.settimeout(5.0)
         with ServerProxy(own) as node:
-            until(lambda: not served.ros._graph.master._notifier._tasks, "the master has told all")
+            until(lambda: not served.ros._access.master._notifier._tasks, "the master has told all")
             assert node.getPid("/test")[0] == 1
         assert not served.ended.is_set()
         assert "/clock" in dict(other_topics(served.uri))

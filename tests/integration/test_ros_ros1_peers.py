@@ -142,12 +142,12 @@ def test_a_subscriber_that_does_not_read_costs_neither_time_nor_memory():
             for number in range(count):
                 text = f"{number:06d}" + "x" * size
                 began = time.thread_time()
-                served.ros.publish([Sent(served.table.outputs["/course"], new("std_msgs/String", data=text), 0.0)])
+                served.wires.publish([Sent(served.table.outputs["/course"], new("std_msgs/String", data=text), 0.0)])
                 longest = max(longest, time.thread_time() - began)
                 assert frame_of(fast)[4:10] == b"%06d" % number  # it gets every one, in order
             readers = {reader.dropped: reader for reader in served.ros._node.publications["/course"].readers}
             kept = readers[max(readers)].waiting
-            assert max(readers) == served.ros.traffic.dropped > count / 2
+            assert max(readers) == served.wires.traffic.dropped > count / 2
             assert min(readers) == 0
             assert kept <= MOST_FRAME_BYTES
             assert longest < 0.01  # CPU time of the simulation's thread

@@ -161,7 +161,7 @@ def test_a_rospy_program_does_all_of_it(served, home):
             master.setParam("/other", "/cached", 6)
         end = time.monotonic() + 20.0
         while program.poll() is None and time.monotonic() < end:
-            served.ros.log("ERROR", "boat aground")
+            served.wires.log("ERROR", "boat aground")
             time.sleep(0.1)
         said = program.stdout.read()
     assert served.commands[0].message.data == 0.75
@@ -195,7 +195,7 @@ def test_roslaunch_starts_a_node_and_sets_parameters(served, home):
 def test_rosbag_records_what_is_published(served, home):
     command = ["rosbag", "record", "-O", "run.bag", "/wamv/imu", "/course", "/clock"]
     with running(command, served.port, home) as recorder:
-        until(lambda: {"/wamv/imu", "/course", "/clock"} <= served.ros.wanted, "rosbag's subscriptions")
+        until(lambda: {"/wamv/imu", "/course", "/clock"} <= served.wires.wanted, "rosbag's subscriptions")
         time.sleep(0.5)  # of recording
         recorder.send_signal(signal.SIGINT)
         recorder.wait(10.0)

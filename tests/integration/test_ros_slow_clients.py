@@ -110,11 +110,11 @@ def test_bodies_that_are_announced_and_do_not_come_keep_nobody_out(served):
 
 
 def test_bodies_that_come_but_for_their_end_hold_no_more_than_there_may_be(served, monkeypatch):
-    monkeypatch.setattr(served.ros._graph.server._intake, "most", 4 * BIG)
+    monkeypatch.setattr(served.ros._access.server._intake, "most", 4 * BIG)
     body = b"x" * (BIG - 1)
     with Crowd(place_of(served.uri), HEAD % BIG + body, HEAD % BIG + body[: BIG // 2], kept=40, pause=0.01):
         answered(served.uri)
-        assert served.ros._graph.server._intake.used <= 4 * BIG
+        assert served.ros._access.server._intake.used <= 4 * BIG
 
 
 def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypatch):
@@ -132,13 +132,13 @@ def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypat
 
 
 def test_answers_that_are_not_taken_hold_no_more_than_there_may_be(served, monkeypatch):
-    monkeypatch.setattr(served.ros._graph.server._intake, "most", 16 * BIG)
+    monkeypatch.setattr(served.ros._access.server._intake, "most", 16 * BIG)
     with ServerProxy(served.uri) as master:
         master.setParam(ME, "/large", "x" * BIG)
     call = dumps((ME, "/large"), "getParam").encode()
     with Crowd(place_of(served.uri), HEAD % len(call) + call, kept=40, pause=0.02):
         answered(served.uri)
-        assert served.ros._graph.server._intake.used <= 16 * BIG
+        assert served.ros._access.server._intake.used <= 16 * BIG
 
 
 def test_many_large_calls_do_not_hold_up_small_ones(served):

@@ -2,26 +2,31 @@
 
 import asyncio
 import contextlib
+import itertools
+import threading
 from collections import Counter, OrderedDict, deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Generic, TypeVar
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import is_loopback
+from vrx_mj.ros.offer import Sent
 
 __all__ = [
+    "MOST_FRAMES",
+    "MOST_FRAME_BYTES",
     "SMALL",
-    "Budget",
+    "Backlog",
     "CallsPace",
     "ClientPace",
     "ConnectionLimit",
     "Counts",
     "Intake",
-    "Outbox",
     "Outgoing",
     "Place",
     "Stall",
+    "TopicQueue",
 ]
 
 SMALL = 1 << 16
@@ -265,111 +270,118 @@ class ClientPace:
         self._flooding.discard(self)
 
 
+MOST_WAITING = 64
+"""Messages of a topic that wait for the network's thread, at most."""
 MOST_FRAMES = 256
 MOST_FRAME_BYTES = 1 << 24
-"""Of one connection; a single message may be larger."""
-ALL_BYTES = 1 << 28
-"""Of all connections together."""
-
-
-class Budget:
-    """Bytes that all share."""
-
-    def __init__(self, most: int = ALL_BYTES) -> None:
-        self.most = most
-        self.used = 0
-
-    @property
-    def is_spent(self) -> bool:
-        """Whether more is held than there is."""
-        return self.used > self.most
-
-
-class Outbox:
-    """Messages for one connection, in order. The newest is always kept, so that a latched one is not lost."""
-
-    def __init__(self, budget: Budget, most_messages: int = MOST_FRAMES, most_bytes: int = MOST_FRAME_BYTES) -> None:
-        self.dropped = 0
-        self.bytes = 0
-        self._budget = budget
-        self._limits = most_messages, most_bytes
-        self._waiting: deque[bytearray] = deque()
-
-    def __len__(self) -> int:
-        return len(self._waiting)
-
-    def push(self, frame: bytearray) -> int:
-        """Add the newest; returns how many older ones were thrown away for it."""
-        self._waiting.append(frame)
-        self._count(len(frame))
-        dropped = 0
-        while len(self._waiting) > 1 and self._is_over():
-            self._count(-len(self._waiting.popleft()))
-            dropped += 1
-        self.dropped += dropped
-        return dropped
-
-    def pop(self) -> bytearray | None:
-        """Take the oldest."""
-        if not self._waiting:
-            return None
-        frame = self._waiting.popleft()
-        self._count(-len(frame))
-        return frame
-
-    def clear(self) -> None:
-        """Throw all away, uncounted: nobody is there to get it."""
-        while self.pop() is not None:
-            pass
-
-    def _is_over(self) -> bool:
-        most_messages, most_bytes = self._limits
-        return len(self._waiting) > most_messages or self.bytes > most_bytes or self._budget.is_spent
-
-    def _count(self, size: int) -> None:
-        self.bytes += size
-        self._budget.used += size
-
-
+"""Of one subscriber of TCPROS; a single message may be larger."""
 MOST_MESSAGES = 1000
 MOST_BYTES = 16 << 20
 """Of a client's messages that wait, but for one that is larger."""
 MOST_BYTES_OF_ALL = 256 << 20
+"""Of all that wait on a wire."""
 MOST_REPLIES = 2000
 MOST_REPLY_BYTES = 8 << 20
+
+Item = TypeVar("Item")
+
+
+class TopicQueue:
+    """Messages on their way to another thread: of each topic the newest, in the order in which they came."""
+
+    def __init__(self, most: int = MOST_WAITING) -> None:
+        self._most = most
+        self._lock = threading.Lock()
+        self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
+        self._numbers = itertools.count()
+        self.dropped = 0
+
+    def put(self, batch: Sequence[Sent]) -> bool:
+        """Add messages; whether none waited before."""
+        with self._lock:
+            was_empty = not self._waiting
+            for sent in batch:
+                queue = self._waiting.setdefault(sent.output.name, deque(maxlen=self._most))
+                self.dropped += len(queue) == self._most
+                queue.append((next(self._numbers), sent))
+        return was_empty and bool(batch)
+
+    def take(self) -> list[Sent]:
+        """Take all that wait."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, {}
+        return [sent for _, sent in sorted(itertools.chain.from_iterable(waiting.values()), key=lambda pair: pair[0])]
 
 
 @dataclass(slots=True)
 class Counts:
-    """What went to all clients, and what is to go."""
+    """What has gone on a wire, and what is to go."""
 
     sent: int = 0
     """[bytes]"""
     dropped: int = 0
     """Messages thrown away because a client did not keep up."""
     waiting: int = 0
-    """Of messages [bytes]."""
+    """[bytes]"""
 
 
-class Bundle(NamedTuple):
-    """One message."""
+class Backlog(Generic[Item]):
+    """What waits for one that does not keep up: bounded, the oldest thrown away first; the newest is always kept."""
 
-    source: object
-    make: Callable[[], list[bytes]]
-    """Gives its frames: they are made when they can be sent, and not at all of what is thrown away."""
-    binary: bool
-    size: int
-    """About so many [bytes]."""
+    def __init__(self, counts: Counts, most_messages: int, most_bytes: int) -> None:
+        self._counts, self._limits = counts, (most_messages, most_bytes)
+        self._waiting: deque[tuple[Item, int, object]] = deque()
+        self.bytes = self.dropped = 0
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def push(self, item: Item, size: int, source: object = None, most: int = 0) -> None:
+        """Add the newest, of so many bytes; of its `source` at most so many wait, 0: as many as there is room for."""
+        if most and sum(other is source for _, _, other in self._waiting) >= most:
+            self._drop(next(index for index, (_, _, other) in enumerate(self._waiting) if other is source))
+        self._waiting.append((item, size, source))
+        self._add(size)
+        while len(self._waiting) > 1 and self._is_over():
+            self._drop(0)
+
+    def pop(self) -> Item | None:
+        """Take the oldest."""
+        if not self._waiting:
+            return None
+        item, size, _ = self._waiting.popleft()
+        self._add(-size)
+        return item
+
+    def forget(self, source: object) -> None:
+        """Throw away what waits of a source, uncounted: nobody is there to get it."""
+        self._waiting = deque(waiting for waiting in self._waiting if waiting[2] is not source)
+        self._add(sum(size for _, size, _ in self._waiting) - self.bytes)
+
+    def _is_over(self) -> bool:
+        most_messages, most_bytes = self._limits
+        crowded = self.bytes > most_bytes or self._counts.waiting > MOST_BYTES_OF_ALL
+        return crowded or len(self._waiting) > most_messages
+
+    def _add(self, size: int) -> None:
+        self.bytes += size
+        self._counts.waiting += size
+
+    def _drop(self, index: int) -> None:
+        self._add(-self._waiting[index][1])
+        del self._waiting[index]
+        self.dropped += 1
+        self._counts.dropped += 1
 
 
 class Outgoing:
-    """A client's queue: replies, which are never dropped, go before messages of topics."""
+    """The queue of a client of rosbridge: replies, which are never dropped, go before messages of topics."""
 
     def __init__(self, counts: Counts) -> None:
         self._counts = counts
-        self._replies: deque[Bundle] = deque()
-        self._messages: deque[Bundle] = deque()
-        self._reply_bytes = self._bytes = 0
+        self._replies: deque[tuple[list[bytes], bool]] = deque()
+        self._messages: Backlog[tuple[Callable[[], list[bytes]], bool]] = Backlog(counts, MOST_MESSAGES, MOST_BYTES)
+        self._reply_bytes = 0
         self._filled = asyncio.Event()
 
     def reply(self, frames: list[bytes], binary: bool = False) -> bool:
@@ -378,7 +390,7 @@ class Outgoing:
         full = len(self._replies) >= MOST_REPLIES or self._reply_bytes + size > MOST_REPLY_BYTES
         if full and self._replies:
             return False
-        self._replies.append(Bundle(None, lambda: frames, binary, size))
+        self._replies.append((frames, binary))
         self._reply_bytes += size
         self._filled.set()
         return True
@@ -386,58 +398,35 @@ class Outgoing:
     def message(
         self, source: object, make: Callable[[], list[bytes]], binary: bool, size: int, most: int = 0
     ) -> None:  # fmt: skip
-        """Send a topic's message of about so many bytes.
+        """Send a topic's message of about so many bytes, whose frames are made when they can be sent.
 
         At most so many of its `source` wait; 0: as many as there is room for.
         """
-        if most and sum(bundle.source is source for bundle in self._messages) >= most:
-            self._drop(next(index for index, bundle in enumerate(self._messages) if bundle.source is source))
-        self._messages.append(Bundle(source, make, binary, size))
-        self._add(size)
-        while len(self._messages) > MOST_MESSAGES or (self._crowded and len(self._messages) > 1):
-            self._drop(0)
+        self._messages.push((make, binary), size, source, most)
         self._filled.set()
 
     def forget(self, source: object) -> None:
         """Throw away what waits of a subscription that ended."""
-        self._messages = deque(bundle for bundle in self._messages if bundle.source is not source)
-        self._add(sum(bundle.size for bundle in self._messages) - self._bytes)
+        self._messages.forget(source)
 
     async def run(self, send: Callable[[bytes, bool], Awaitable[None]], trouble: Callable[[Exception], None]) -> None:
         """Send for ever: each frame, and whether it is binary; `trouble` is told of messages that cannot be written."""
         while True:
             await self._filled.wait()
-            while (bundle := self._next()) is not None:
+            while (following := self._next()) is not None:
                 try:
-                    frames = bundle.make()
+                    frames = following[0]()
                 except Exception as error:  # a message that is not of its type must not stop the others
                     trouble(error)
                     continue
                 for frame in frames:
-                    await send(frame, bundle.binary)
+                    await send(frame, following[1])
                     self._counts.sent += len(frame)
             self._filled.clear()
 
-    def _next(self) -> Bundle | None:
+    def _next(self) -> tuple[Callable[[], list[bytes]], bool] | None:
         if self._replies:
-            bundle = self._replies.popleft()
-            self._reply_bytes -= bundle.size
-            return bundle
-        if self._messages:
-            bundle = self._messages.popleft()
-            self._add(-bundle.size)
-            return bundle
-        return None
-
-    @property
-    def _crowded(self) -> bool:
-        return self._bytes > MOST_BYTES or self._counts.waiting > MOST_BYTES_OF_ALL
-
-    def _add(self, size: int) -> None:
-        self._bytes += size
-        self._counts.waiting += size
-
-    def _drop(self, index: int) -> None:
-        self._add(-self._messages[index].size)
-        del self._messages[index]
-        self._counts.dropped += 1
+            frames, binary = self._replies.popleft()
+            self._reply_bytes -= sum(map(len, frames))
+            return (lambda: frames), binary
+        return self._messages.pop()

@@ -11,11 +11,13 @@ from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import Pacer
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, RosServer, Tell
 from vrx_mj.ros.table.host import CmdVel
+from vrx_mj.ros.wires import Server, Wires
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
@@ -266,16 +268,20 @@ class _Loop:
 def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threading.Event) -> Iterator[Transport]:
     if not (wanted.ros1 or wanted.ros2 or wanted.rosbridge is not None):
         raise CommandError("no transport is given: --ros1, --rosbridge or --ros2 is needed")
+    graph = Graph(network, inbox)
+    servers: list[Server] = []
     if wanted.ros1:
         from vrx_mj.ros.ros1 import Ros1
 
-        ros1 = Ros1(network, inbox, host=wanted.host)
+        ros1 = Ros1(graph, host=wanted.host)
         ros1.on_shutdown = lambda _why: ending.set()
-        yield ros1
+        servers.append(ros1)
     if wanted.rosbridge is not None:
         from vrx_mj.ros.rosbridge import Rosbridge
 
-        yield Rosbridge(network, inbox, port=wanted.rosbridge, host=wanted.host, origins=wanted.origins)
+        servers.append(Rosbridge(graph, port=wanted.rosbridge, host=wanted.host, origins=wanted.origins))
+    if servers:
+        yield Wires(graph, servers)
     if wanted.ros2:
         from vrx_mj.ros.ros2 import Ros2
 

@@ -92,7 +92,7 @@ seen["request"] = ros.get_service_request_details("gazebo_msgs/DeleteModel")["ty
 seen["response"] = ros.get_service_response_details("std_srvs/Trigger")["typedefs"]
 seen["message"] = ros.get_message_details("sensor_msgs/Imu")["typedefs"]
 seen["nodes"] = ros.get_nodes()
-seen["node"] = ros.get_node_details("/vrx_mj")
+seen["node"] = ros.get_node_details("/gazebo")
 seen["time"] = dict(ros.get_time())
 servers = queue.Queue()
 ros.get_action_servers(servers.put)

@@ -61,7 +61,7 @@ class World(Bridged):
         """Have these boats from now on."""
         if boats:
             self.table = self.made(boats)
-            self.bridge.offer(self.table)
+            self.wires.offer(self.table)
         here = [topic.split("/")[1] for topic in self.table.inputs if topic.endswith("/cmd_vel")]
         told = {boat: {"engines": [asdict(engine) for engine in TWIN]} for boat in here}
         text = json.dumps({"name": "bay", "cmd_vel": self.cmd_vel, "boats": told})

@@ -10,7 +10,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import Names
 from vrx_mj.ros.limits import SMALL, CallsPace, ConnectionLimit, Intake, Place
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.ros1.master import value_size
+from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, Fault, answer_bytes, checked_size, fault_bytes, read, read_head
 
 __all__ = ["Answerer", "HttpServer"]

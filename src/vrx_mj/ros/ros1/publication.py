@@ -9,11 +9,21 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.inbox import Answer
-from vrx_mj.ros.limits import Budget, ConnectionLimit, Intake, Outbox, Place, Stall
-from vrx_mj.ros.messages import Message, decode, definition, encode, full_name, md5sum, service_md5sum, typestore
+from vrx_mj.ros.limits import MOST_FRAME_BYTES, MOST_FRAMES, Backlog, ConnectionLimit, Counts, Intake, Place, Stall
+from vrx_mj.ros.messages import (
+    Message,
+    decode,
+    definition,
+    encode,
+    full_name,
+    is_known,
+    md5sum,
+    service_md5sum,
+    typestore,
+)
 from vrx_mj.ros.network import Network, Notices
+from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
-from vrx_mj.ros.ros1.master import LONGEST
 
 __all__ = [
     "Caller",
@@ -43,11 +53,7 @@ class Stream:
 
     def __init__(self, node: str) -> None:
         self.node = node
-        self.budget = Budget()
-        self.sent = 0
-        """[bytes]"""
-        self.dropped = 0
-        """Messages."""
+        self.counts = Counts()
         self.last_number = 0
 
     def number(self) -> int:
@@ -59,12 +65,21 @@ class Stream:
 class Publication:
     """One topic."""
 
-    def __init__(self, stream: Stream, name: str, type_name: str, *, latched: bool) -> None:
+    def __init__(
+        self,
+        stream: Stream,
+        name: str,
+        type_name: str,
+        *,
+        latched: bool = False,
+        last: Callable[[], Sequence[Message]] = tuple,
+    ) -> None:
+        """`last`: gives the messages that new subscribers get."""
         self.stream, self.name, self.type, self.latched = stream, name, type_name, latched
+        self._latest = last
         self.readers: set[Reader] = set()
         self.met: set[str] = set()
         """Nodes that have ever connected."""
-        self._last: bytearray | None = None
         self._sequence = 0
         self._kind: Any = typestore().get_msgdef(full_name(type_name))
         self._numbered = definition(type_name).startswith(("Header header\n", "std_msgs/Header header\n"))
@@ -102,23 +117,17 @@ class Publication:
     def join(self, reader: "Reader") -> None:
         """Add a subscriber, to whom our header has been sent."""
         self.readers.add(reader)
-        if self._last is not None:
-            reader.send(self._last)
+        for message in self._latest():
+            with contextlib.suppress(Exception):  # whatever rosbags raises of one that is none of this type
+                reader.send(self._frame(message))
 
     def send(self, message: Message) -> None:
-        """Send a message to all who are there, and keep it if the topic is latched.
+        """Send a message to all who are there.
 
         Raises:
             Exception: whatever rosbags raises of a message that is none of this type.
         """
-        if not self.readers and not self.latched:
-            return
-        frame = self._written(message)
-        if self._numbered:  # as roscpp and rospy do: messages are numbered by who publishes them
-            _LENGTH.pack_into(frame, _LENGTH.size, self._sequence & 0xFFFFFFFF)
-            self._sequence += 1
-        if self.latched:
-            self._last = frame
+        frame = self._frame(message) if self.readers else bytearray()
         for reader in self.readers:
             reader.send(frame)
 
@@ -127,13 +136,16 @@ class Publication:
         for reader in list(self.readers):
             reader.transport.abort()
 
-    def _written(self, message: Message) -> bytearray:
+    def _frame(self, message: Message) -> bytearray:
         """A message with its length before it, written once and without copies: pictures have some MB."""
         size = self._kind.getsize_ros1(0, message, typestore())
         frame = bytearray(_LENGTH.size + size)
         _LENGTH.pack_into(frame, 0, size)
         end = self._kind.serialize_ros1(memoryview(frame), _LENGTH.size, message, typestore())
         assert end == len(frame)
+        if self._numbered:  # as roscpp and rospy do: messages are numbered by who publishes them
+            _LENGTH.pack_into(frame, _LENGTH.size, self._sequence & 0xFFFFFFFF)
+            self._sequence += 1
         return frame
 
 
@@ -145,7 +157,7 @@ class Reader:
         self.node = header["callerid"][:LONGEST]
         self.number = publication.stream.number()
         self.sent = self.messages = 0
-        self._outbox = Outbox(publication.stream.budget)
+        self._outbox: Backlog[bytearray] = Backlog(publication.stream.counts, MOST_FRAMES, MOST_FRAME_BYTES)
         self._rest = memoryview(b"")
         """What asyncio has not been given yet of the message that is being sent."""
         self._blocked = False
@@ -165,7 +177,7 @@ class Reader:
     def send(self, frame: bytearray) -> None:
         """Send a message now or later."""
         if self._blocked:
-            self.publication.stream.dropped += self._outbox.push(frame)
+            self._outbox.push(frame, len(frame))
         elif len(frame) > PIECE:
             self._begin(frame)
             self._write()
@@ -188,7 +200,7 @@ class Reader:
         """The connection is closed."""
         self._blocked = True
         self._rest = memoryview(b"")
-        self._outbox.clear()
+        self._outbox.forget(None)
         self.publication.readers.discard(self)
 
     def info(self) -> list[Any]:
@@ -205,7 +217,7 @@ class Reader:
     def _count(self, frame: bytearray) -> None:
         self.sent += len(frame)
         self.messages += 1
-        self.publication.stream.sent += len(frame)
+        self.publication.stream.counts.sent += len(frame)
 
     def _write(self) -> None:
         """Send what there is until the connection is blocked."""
@@ -240,6 +252,8 @@ class Provided:
         missing = [field for field in ("service", "md5sum", "callerid") if field not in header]
         if missing:
             return f"Missing required '{missing[0]}' field"
+        if not (is_known(f"{self.type}Request") and is_known(f"{self.type}Response")):
+            return f"[{self.name}] has the type [{self.type}], which only clients of rosbridge can call"
         wanted, own = header["md5sum"], service_md5sum(self.type)
         if wanted in {"*", own}:
             return None

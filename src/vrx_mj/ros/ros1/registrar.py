@@ -3,19 +3,20 @@
 import asyncio
 import contextlib
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import Names, addresses, announced, bound, is_local, is_loopback
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.limits import ConnectionLimit
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.master import Master
 from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
-__all__ = ["FarLink", "Graph", "Link", "NearLink", "Registrar", "State", "is_ours", "open_graph"]
+__all__ = ["Link", "MasterAccess", "Registrar", "State", "is_ours", "open_master"]
 
 MOST_AT_ONCE = 100
 """Calls that are sent together."""
@@ -98,7 +99,7 @@ PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
 
 
 @dataclass
-class Graph:
+class MasterAccess:
     """The master that we are on."""
 
     host: str
@@ -118,9 +119,9 @@ class Graph:
             await self.server.close()
 
 
-async def open_graph(
-    uri: str, host: str, node: str, connection_limit: ConnectionLimit, notices: Notices, names: Names
-) -> Graph:  # fmt: skip
+async def open_master(
+    graph: Graph, uri: str, host: str, connection_limit: ConnectionLimit, names: Names
+) -> MasterAccess:  # fmt: skip
     """Find the master at a URI; be it if there is none, and the URI is on this machine.
 
     Raises:
@@ -133,21 +134,23 @@ async def open_graph(
         raise NetworkError(f"ROS_MASTER_URI: {error}") from None
     proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        await proxy.ros("hasParam", node, "/rosdistro", patience=MASTER_TIMEOUT)  # a node would not know what that is
+        await proxy.ros(
+            "hasParam", graph.node, "/rosdistro", patience=MASTER_TIMEOUT
+        )  # a node would not know what that is
     except ConnectionRefusedError:
-        master, hosts = _own(uri, where, port, host, node)
-        server = HttpServer("master", master.answer, connection_limit, notices, names)
+        master, hosts = _own(graph, uri, where, port, host)
+        server = HttpServer("master", master.answer, connection_limit, graph.notices, names)
         await _listen(server, hosts, where, port)
         master.start()
-        return Graph(where, NearLink(master), names, master, server)
+        return MasterAccess(where, NearLink(master), names, master, server)
     except OSError as error:
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
     except (*BROKEN, Fault) as error:
         raise NetworkError(f"the server at {uri} is not a ROS master: {error}{_who(where, port)}") from None
     finally:
         proxy.close()
-    await _refuse_second(uri, node)
-    return Graph(where, FarLink(uri), names)
+    await _refuse_second(uri, graph.node)
+    return MasterAccess(where, FarLink(uri), names)
 
 
 def is_ours(host: str, listening: Sequence[str]) -> bool:
@@ -156,7 +159,7 @@ def is_ours(host: str, listening: Sequence[str]) -> bool:
     return not targets or listening == ["0.0.0.0"] or any(target in listening for target in targets)
 
 
-def _own(uri: str, where: str, port: int, host: str, node: str) -> tuple[Master, list[str]]:
+def _own(graph: Graph, uri: str, where: str, port: int, host: str) -> tuple[Master, list[str]]:
     """A master of our own, and the addresses at which it is to listen."""
     if not is_local(where):
         raise NetworkError(
@@ -172,10 +175,9 @@ def _own(uri: str, where: str, port: int, host: str, node: str) -> tuple[Master,
             f"give --host {where} or --host 0.0.0.0"
         )
     known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
-    master = Master(known, node)
     for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
-        master.parameters.set(name, value)
-    return master, hosts
+        graph.set_parameter(name, value, graph.node)
+    return Master(graph, known), hosts
 
 
 async def _listen(server: HttpServer, hosts: Sequence[str], where: str, port: int) -> None:
@@ -226,25 +228,26 @@ PORTION = 1 << 17
 METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
 State = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
-Key = tuple[str, str]
+Key = tuple[str, str, str]
 
 
 class Registrar:
-    """Keeps the master's knowledge equal to `wished` and `parameters`."""
+    """Keeps the master's knowledge equal to what is wished: nothing of our own master, which shows the graph itself."""
 
     def __init__(self, node: str, uri: str, link: Link, notices: Notices) -> None:
         self.node, self.uri = node, uri
         self.link, self.notices = link, notices
-        self.wished: dict[Key, list[str]] = {}
-        """Kind and name: the values of the call that registers it, after the node's name and its own."""
-        self.parameters: dict[str, Any] = {}
+        self.wished: Callable[[], dict[Key, list[str]]] = dict
+        """Gives by node, kind and name the values of the call that registers it, after the node's name and its own."""
+        self.parameters: Callable[[], Mapping[str, Any]] = dict
+        """Gives what is to be set, by absolute name."""
         self.wake = asyncio.Event()
         self.settled = asyncio.Event()
         """Set when all is as wished."""
         self.publishers: Callable[[str, Sequence[str]], None] = lambda topic, uris: None
         """Takes a topic that we listen to, and its publishers' URIs."""
-        self.seen: Callable[[State], None] = lambda state: None
-        """Takes what the master knows now and again."""
+        self.seen: Callable[[State, Mapping[str, str]], None] = lambda state, types: None
+        """Takes what the master knows now and again, and the types of topics."""
         self.api = ""
         """The node's own URI."""
         self.replaced: Callable[[str], None] = lambda reason: None
@@ -264,7 +267,7 @@ class Registrar:
                 await self._settle()
                 if loop.time() - looked >= SOONEST:
                     looked = loop.time()
-                    self._look(await self._state())
+                    self._look(*await self._state())
                     if await self._is_replaced():
                         return
                 else:
@@ -280,7 +283,7 @@ class Registrar:
         """Take all back, as far as the master answers in time."""
         calls = [self._call("unregister", key, values) for key, values in self._done.items()]
         calls += [("deleteParam", (self.node, name)) for name in self._set]
-        self.wished, self._done, self.parameters, self._set = {}, {}, {}, {}
+        self.wished, self._done, self.parameters, self._set = dict, {}, dict, {}
         try:
             async with asyncio.timeout(WITHDRAW_TIMEOUT):
                 await self.link.many(calls)
@@ -289,9 +292,12 @@ class Registrar:
         self.link.close()
 
     async def _settle(self) -> None:
-        while self._done != self.wished or self._set != self.parameters:
+        while True:
+            wished, parameters = self.wished(), dict(self.parameters())
+            if (wished, parameters) == (self._done, self._set):
+                self.settled.set()
+                return
             self.settled.clear()
-            wished, parameters = dict(self.wished), dict(self.parameters)
             gone = [key for key, values in self._done.items() if wished.get(key) != values]
             lost = [name for name in self._set if name not in parameters]
             await self.link.many(
@@ -305,9 +311,8 @@ class Registrar:
             keys = [key for key, values in wished.items() if self._done.get(key) != values]
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])
             self._done = wished
-            for (kind, name), reply in zip(keys, replies, strict=True):
+            for (_, kind, name), reply in zip(keys, replies, strict=True):
                 self._registered(kind, name, reply)
-        self.settled.set()
 
     def _registered(self, kind: str, name: str, reply: Any) -> None:
         if reply is None:
@@ -316,32 +321,33 @@ class Registrar:
             self.publishers(name, [uri for uri in reply if isinstance(uri, str)])
 
     def _call(self, verb: str, key: Key, values: list[str]) -> Request:
-        kind, name = key
+        node, kind, name = key
         if verb == "unregister":
             values = values[:1] if kind == "service" else values[-1:]
-        return f"{verb}{METHODS[kind]}", (self.node, name, *values)
+        return f"{verb}{METHODS[kind]}", (node, name, *values)
 
-    async def _state(self) -> State:
-        (raw,) = await self.link.many([("getSystemState", (self.node,))])
+    async def _state(self) -> tuple[State, dict[str, str]]:
+        raw, pairs = await self.link.many([("getSystemState", (self.node,)), ("getTopicTypes", (self.node,))])
         try:
-            return [{str(name): [str(node) for node in nodes] for name, nodes in part} for part in raw]
+            state = [{str(name): [str(node) for node in nodes] for name, nodes in part} for part in raw]
+            return state, {str(name): str(kind) for name, kind in pairs or ()}
         except (TypeError, ValueError):
             raise ConnectionError("the master does not report its state") from None
 
-    def _look(self, state: State) -> None:
+    def _look(self, state: State, types: Mapping[str, str]) -> None:
         """What of ours the master does not know any more has to be registered again."""
         known = dict(zip(METHODS, state, strict=False))
-        missing = [key for key in self._done if self.node not in known.get(key[0], {}).get(key[1], [])]
+        missing = [key for key in self._done if key[0] not in known.get(key[1], {}).get(key[2], [])]
         for key in missing:
             del self._done[key]
         if missing:
             self._set = {}  # a master that was started anew has no parameters either
             self.wake.set()
-        self.seen(state)
+        self.seen(state, types)
 
     async def _is_replaced(self) -> bool:
         """Whether the master has another node of our name: what is missing is then not to be registered again."""
-        if self._done == self.wished:
+        if self._done == self.wished():
             return False
         (api,) = await self.link.many([("lookupNode", (self.node, self.node))])
         if api is None or api == self.api:
@@ -352,7 +358,8 @@ class Registrar:
 
     def forget(self, topic: str) -> None:
         """Ask for the publishers of a topic again."""
-        if self._done.pop(("subscriber", topic), None) is not None:
+        for key in [key for key in self._done if key[1:] == ("subscriber", topic)]:
+            del self._done[key]
             self.wake.set()
 
     def _missed(self, error: Exception) -> None:

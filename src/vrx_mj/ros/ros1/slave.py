@@ -1,4 +1,4 @@
-"""What our node tells others: its slave API, its lines on `/rosout`, and what other nodes do wrong."""
+"""What our node tells others: its slave API, and what other nodes do wrong."""
 
 import asyncio
 import os
@@ -8,16 +8,16 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import is_local
-from vrx_mj.ros.inbox import Answer, Inbox
-from vrx_mj.ros.messages import Message, new, stamp
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.ros1.master import Reply, resolve
-from vrx_mj.ros.ros1.publication import Publication, Stream
+from vrx_mj.ros.parameters import resolve
+from vrx_mj.ros.ros1.master import Reply
+from vrx_mj.ros.ros1.publication import Publication
 from vrx_mj.ros.ros1.registrar import Link, State
 from vrx_mj.ros.ros1.subscription import Subscription
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
-__all__ = ["LEVELS", "Rosout", "Slave", "Watch"]
+__all__ = ["Slave", "Watch"]
 
 RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Only for programs on this machine and the master's."""
@@ -137,50 +137,6 @@ def _listed(topics: dict[str, Any]) -> list[list[str]]:
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
-TOPIC = "/rosout"
-LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
-LOGGER = "ros.vrx_mj"
-
-
-class Rosout:
-    """The topic, and the level below which nothing is told."""
-
-    def __init__(self, stream: Stream) -> None:
-        self.node = stream.node
-        self.publication = Publication(stream, TOPIC, "rosgraph_msgs/Log", latched=False)
-        self.level = "INFO"
-        self.time: float | None = None
-        """Simulated time [s], once there is one."""
-        self.services = {
-            f"{stream.node}/get_loggers": ("roscpp/GetLoggers", self.get_loggers),
-            f"{stream.node}/set_logger_level": ("roscpp/SetLoggerLevel", self.set_level),
-        }
-
-    def log(self, level: str, text: str) -> None:
-        """Tell a line."""
-        if LEVELS.get(level, 8) < LEVELS[self.level]:
-            return
-        moment = time.time() if self.time is None else self.time
-        header = {"stamp": stamp(moment)}
-        self.publication.send(
-            new("rosgraph_msgs/Log", header=header, level=LEVELS.get(level, 8), name=self.node, msg=text)
-        )
-
-    def get_loggers(self, _request: Message, _caller: str, answer: Answer) -> None:
-        """The one logger and its level."""
-        logger = new("roscpp/Logger", name=LOGGER, level=self.level.lower())
-        answer(new("roscpp/GetLoggersResponse", loggers=[logger]), "")
-
-    def set_level(self, request: Message, _caller: str, answer: Answer) -> None:
-        """Set its level."""
-        level = str(request.level).upper()
-        if level not in LEVELS:
-            answer(None, f"no level {request.level[:40]!r}; known: {', '.join(name.lower() for name in LEVELS)}")
-            return
-        self.level = level
-        answer(new("roscpp/SetLoggerLevelResponse"), "")
-
-
 PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
 """Topics on which anybody publishes."""
 CONNECT_TIMEOUT = 10.0
@@ -191,10 +147,8 @@ MOST_WAITING = 1000
 class Watch:
     """Looks at one state after the other."""
 
-    def __init__(
-        self, node: str, link: Link, inbox: Inbox, notices: Notices, publications: Mapping[str, Publication]
-    ) -> None:
-        self._node, self._link, self._inbox, self._notices = node, link, inbox, notices
+    def __init__(self, graph: Graph, link: Link, publications: Mapping[str, Publication]) -> None:
+        self._graph, self._link = graph, link
         self._publications = publications
         self.announced = ""
         """The address that others are told."""
@@ -210,9 +164,9 @@ class Watch:
             (topic, node)
             for topic, nodes in publishers.items()
             if topic not in PUBLIC and topic not in inputs and topic not in self._publications
-            if not set(subscribers.get(topic, [])) - {self._node}
+            if not set(subscribers.get(topic, [])) - {self._graph.node}
             for node in nodes
-            if node != self._node
+            if node not in self._graph.local
         }
         new, self._unknown_publishers = unknown_publishers - self._unknown_publishers, unknown_publishers
         if new:
@@ -235,12 +189,12 @@ class Watch:
 
     async def _report_unknown_publishers(self, new: set[tuple[str, str]]) -> None:
         try:
-            (pairs,) = await self._link.many([("getTopicTypes", (self._node,))])
+            (pairs,) = await self._link.many([("getTopicTypes", (self._graph.node,))])
             types = {str(topic): str(kind) for topic, kind in pairs or []}
         except (*BROKEN, Fault, TypeError, ValueError):
             types = {}
         for topic, node in sorted(new):
-            self._inbox.unknown_publisher(topic, types.get(topic, "*"), node)
+            self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""
@@ -248,7 +202,7 @@ class Watch:
             (topic, node)
             for topic, publication in self._publications.items()
             for node in subscribers.get(topic, [])
-            if node != self._node and node not in publication.met
+            if node not in self._graph.local and node not in publication.met
         }
         now = self.clock()
         since = {pair: self._since.get(pair, now) for pair in sorted(waiting)[:MOST_WAITING]}
@@ -269,11 +223,12 @@ class Watch:
                 f"subscriber {node} on {where} never connected: can it reach {self.announced}, "
                 "the address set by ROS_HOSTNAME, ROS_IP or --host?"
             )
-            self._notices.tell("WARN", "unreachable", node, text)
+            self._graph.notices.tell("WARN", "unreachable", node, text)
 
     async def _lookup(self, nodes: list[str]) -> list[str]:
         try:
-            return [str(uri) for uri in await self._link.many([("lookupNode", (self._node, node)) for node in nodes])]
+            requests = [("lookupNode", (self._graph.node, node)) for node in nodes]
+            return [str(uri) for uri in await self._link.many(requests)]
         except (*BROKEN, Fault):
             return []
 

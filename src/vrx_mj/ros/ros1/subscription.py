@@ -7,18 +7,23 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place, Stall
-from vrx_mj.ros.messages import Message, decode, definition, md5sum
+from vrx_mj.ros.messages import Message, decode, definition, encode, is_known, md5sum, service_md5sum
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header
-from vrx_mj.ros.ros1.master import LONGEST
+from vrx_mj.ros.parameters import LONGEST
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
 from vrx_mj.ros.ros1.publication import keep_alive
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
-__all__ = ["MOST_PUBLISHERS", "Subscription"]
+__all__ = ["MOST_PUBLISHERS", "Subscription", "call_service"]
 
 MOST_PUBLISHERS = 64
 LARGEST_MESSAGE = 1 << 22
 """Bytes, at most: commands are small."""
+LARGEST_LATCHED = 1 << 20
+"""Bytes of a latched message that is kept for who subscribes later, at most."""
+LONGEST_CALL = 600.0
+"""Wall time that a service may take [s]."""
+LARGEST_RESPONSE = 1 << 24
 MOST_AT_ONCE = 64
 """Messages of one piece of a stream that are read; only the newest ones."""
 MOST_PER_SECOND = 5000
@@ -37,13 +42,15 @@ class Subscription:
         node: str,
         name: str,
         type_name: str,
-        take: Callable[[str, Message, str], None],
+        take: Callable[[str, Message, str, bool], None],
         intake: Intake,
         notices: Notices,
+        own: str = "",
     ) -> None:
-        self.node, self.name, self.type = node, name, type_name
+        """`own`: the URI of the nodes of this process, whose messages come another way."""
+        self.node, self.name, self.type, self._own = node, name, type_name, own
         self.take = take
-        """Takes the topic, a message, and who sent it."""
+        """Takes the topic, a message, who sent it, and whether its publisher latches it."""
         self.intake, self.notices = intake, notices
         self.sources: dict[str, Source] = {}
         """By the publisher's URI."""
@@ -51,7 +58,7 @@ class Subscription:
 
     def update(self, uris: Iterable[str]) -> None:
         """These are the publishers now."""
-        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST))[:MOST_PUBLISHERS]
+        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST and uri != self._own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).close()
         for uri in wanted:
@@ -155,6 +162,7 @@ class Receiver(asyncio.Protocol):
         self._source, self._topic = source, source.topic
         self._loop = loop
         self._sender: str | None = None
+        self._latching = False
         self._place = Place("?", self._abort)
         self._splitter = Splitter(LARGEST_HEADER, self._topic.intake, self._place)
         self._stall = Stall(self._abort)
@@ -200,6 +208,7 @@ class Receiver(asyncio.Protocol):
             return
         header = decode_header(frame)
         self._check(header)
+        self._latching = header.get("latching") == "1"
         self._sender = header.get("callerid", "")[:LONGEST] or self._source.uri
         self._splitter.largest = LARGEST_MESSAGE
         if self._timer is not None:
@@ -220,7 +229,8 @@ class Receiver(asyncio.Protocol):
         self._source.messages += len(frames)
         for frame in frames[-MOST_AT_ONCE:]:
             self._source.received += len(frame)
-            self._topic.take(self._topic.name, decode(frame, self._topic.type), sender)
+            message, kept = decode(frame, self._topic.type), self._latching and len(frame) <= LARGEST_LATCHED
+            self._topic.take(self._topic.name, message, sender, kept)
         self._stall.holds(len(self._splitter))
         if len(frames) > MOST_AT_ONCE:
             assert self.transport is not None
@@ -234,3 +244,49 @@ class Receiver(asyncio.Protocol):
     def _resume(self) -> None:
         if self.transport is not None and not self.transport.is_closing():
             self.transport.resume_reading()
+
+
+async def call_service(
+    uri: str, node: str, name: str, make: Callable[[str], Message] | None
+) -> tuple[str, Message | None]:
+    """Call a service at a URI as a node, with the request that `make` makes for its type; the type and the response.
+
+    Without `make` nothing is called.
+
+    Raises:
+        CommandError: the service cannot be called, or refuses, and why.
+        OSError, EOFError, TimeoutError: it does not answer.
+    """
+    host, port = address(uri, "rosrpc")
+    async with asyncio.timeout(HANDSHAKE):
+        reader, writer = await asyncio.open_connection(host, port, family=socket.AF_INET)
+    try:
+        async with asyncio.timeout(HANDSHAKE):
+            probe = {} if make is not None else {"probe": "1"}
+            writer.write(encode_header({"callerid": node, "md5sum": "*", "service": name} | probe))
+            header = decode_header(await _frame(reader, LARGEST_HEADER))
+        type_name = header.get("type", "")
+        if "error" in header or not type_name:
+            raise CommandError(f"{name}: {header.get('error', 'its type is not known')[:300]}")
+        if make is None:
+            return type_name, None
+        if not (is_known(f"{type_name}Request") and is_known(f"{type_name}Response")):
+            raise CommandError(f"{name} has the type {type_name}, which is not known here")
+        if header.get("md5sum") not in {"*", service_md5sum(type_name)}:
+            raise CommandError(f"{name}: its {type_name} differs from the one that is known here")
+        writer.write(framed(encode(make(type_name), f"{type_name}Request")))
+        async with asyncio.timeout(LONGEST_CALL):
+            done = await reader.readexactly(1)
+            body = await _frame(reader, LARGEST_RESPONSE)
+        if done != b"\x01":
+            raise CommandError(f"{name}: {body[:1000].decode('utf-8', 'replace')}")
+        return type_name, decode(body, f"{type_name}Response")
+    finally:
+        writer.transport.abort()
+
+
+async def _frame(reader: asyncio.StreamReader, largest: int) -> bytes:
+    size = int.from_bytes(await reader.readexactly(4), "little")
+    if size > largest:
+        raise CommandError(f"a frame of {size} bytes, where at most {largest} are allowed")
+    return await reader.readexactly(size)

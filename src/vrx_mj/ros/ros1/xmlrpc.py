@@ -8,9 +8,7 @@ import xmlrpc.client
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn
 from urllib.parse import urlsplit
-from xmlrpc.client import Binary, DateTime, Fault
-
-import numpy as np
+from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import host_of
@@ -28,7 +26,6 @@ __all__ = [
     "call_bytes",
     "checked_size",
     "fault_bytes",
-    "plain",
     "read",
     "read_head",
 ]
@@ -38,8 +35,6 @@ DEEPEST = 128
 MOST_ELEMENTS = 400_000
 BITE = 1 << 15
 """Bytes that are read before others get their turn."""
-DEEPEST_VALUE = 32
-INTEGERS = range(-(2**31), 2**31)
 
 
 class _Unmarshaller(xmlrpc.client.Unmarshaller):
@@ -100,27 +95,6 @@ def answer_bytes(value: Any) -> bytes:
 def fault_bytes(text: str) -> bytes:
     """An answer that tells of a failure."""
     return xmlrpc.client.dumps(Fault(1, text)).encode("utf-8", "xmlcharrefreplace")
-
-
-def plain(value: Any, depth: int = 0) -> Any:
-    """A value as XML-RPC can carry it: whole numbers that are too large become floats.
-
-    Raises:
-        CommandError: it cannot.
-    """
-    if depth > DEEPEST_VALUE:
-        raise CommandError(f"a value is nested more than {DEEPEST_VALUE} deep")
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(name): plain(part, depth + 1) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(part, depth + 1) for part in value]
-    if isinstance(value, int) and value not in INTEGERS:
-        return float(value)
-    if not isinstance(value, str | int | float | Binary | DateTime):
-        raise CommandError(f"a {type(value).__name__} is not a value of a parameter")
-    return value
 
 
 def _refuse(*_: object) -> NoReturn:

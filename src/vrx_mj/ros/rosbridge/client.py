@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.limits import ClientPace, Intake, Outgoing, Place
 from vrx_mj.ros.messages import known_type, ros1_name
-from vrx_mj.ros.rosbridge.codec import Parcel, from_png, reply_frames, taken
+from vrx_mj.ros.rosbridge.codec import from_png, reply_frames, taken
 from vrx_mj.ros.rosbridge.hub import Hub
 from vrx_mj.ros.rosbridge.protocol import (
     MOST_INCOMING,
@@ -26,7 +26,7 @@ from vrx_mj.ros.rosbridge.protocol import (
     options,
     text,
 )
-from vrx_mj.ros.rosbridge.topics import Offered, Subscription, respond
+from vrx_mj.ros.rosbridge.topics import Offered, Subscription, node_name, respond
 
 __all__ = ["Client", "Fragments", "Publishing"]
 
@@ -121,45 +121,45 @@ class Publishing:
         """Say that this client publishes; CommandError: the topic has another type, or there are too many."""
         if name not in self._topics and len(self._topics) >= MOST_ADVERTISED:
             raise CommandError(f"advertise: this client has {MOST_ADVERTISED} topics; no more are accepted")
-        self._hub.topics.join(name, type_name).publishers.add(self._number)
+        if name not in self._topics:
+            self._hub.topics.advertise(name, type_name, self._number, latched=latch)
+        elif self._topics[name].type != type_name:
+            raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
         self._topics[name] = Advertised(type_name, latch)
 
     def unadvertise(self, name: str) -> None:
         """Publish no more on a topic; CommandError: it is not advertised."""
         if self._topics.pop(name, None) is None:
             raise CommandError(f"unadvertise: {name} is not advertised by this client")
-        self._hub.topics.retire(name, self._number)
+        self._hub.topics.unadvertise(name, self._number)
 
     def publish(self, name: str, value: Any) -> None:
         """A message, to the simulation and to who listens; CommandError: it is no message of the topic's type."""
-        topics, advertised = self._hub.topics, self._topics[name]
-        type_name = topics.type_of(name) or advertised.type
-        message = taken(value, type_name, self._hub.now, name)
-        parcel = Parcel(message, type_name, self._hub.now)
-        is_input = name in topics.table.inputs
-        if is_input:
-            self._hub.inbox.message(name, message, self._sender)
-        heard = topics.send(name, parcel)
-        if not is_input and not heard and not advertised.told:
+        graph, advertised = self._hub.graph, self._topics[name]
+        entry = graph.table.inputs.get(name)
+        type_name = entry.type if entry else advertised.type
+        message = taken(value, type_name, graph.time, name)
+        is_kept = advertised.latch and self._keep(name, len(json.dumps(value)))
+        graph.publish(name, type_name, message, node_name(self._number), latched=is_kept, sender=self._sender)
+        if not advertised.told and not graph.registrations.apis("subscriber", name):
             advertised.told = True
-            self._hub.inbox.unknown_publisher(name, type_name, self._sender)
-        if advertised.latch:
-            self._keep(name, parcel, len(json.dumps(value)))
+            graph.inbox.unknown_publisher(name, type_name, self._sender)
+        if advertised.latch and not is_kept:
+            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
 
     def end(self) -> None:
         """The client has gone."""
         for name in self._topics:
-            self._hub.topics.retire(name, self._number)
+            self._hub.topics.unadvertise(name, self._number)
         self._topics.clear()
 
-    def _keep(self, name: str, parcel: Parcel, size: int) -> None:
+    def _keep(self, name: str, size: int) -> bool:
+        """Whether a latched message of so many characters may be kept."""
         others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
         if others + size > MOST_LATCHED:
-            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
-        topic = self._hub.topics.find(name)
-        if topic is not None:
-            topic.latched[self._number] = parcel
-            self._topics[name].kept = size
+            return False
+        self._topics[name].kept = size
+        return True
 
 
 LEVELS = ("none", "error", "warning", "info")
@@ -289,7 +289,7 @@ class Client:
     def _publish(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
         if not self._publishing.has(name):
-            known = text(message, "type", "") or self._hub.topics.type_of(name)
+            known = text(message, "type", "") or self._hub.graph.type_of(name)
             if known is None:
                 raise CommandError(f"publish: the type of topic {name} is not known; advertise it first")
             self._publishing.advertise(name, known_type(known), flag(message, "latch", False))
@@ -299,16 +299,17 @@ class Client:
         written, identity, wish = text(message, "topic"), text(message, "id", ""), options(message)
         name = absolute(written)
         asked = text(message, "type", "")
-        known = self._hub.topics.type_of(name)
+        known = self._hub.graph.type_of(name)
         if not asked and known is None:
             raise CommandError(f"subscribe: the type of topic {name} is not known yet; give it as type")
         if written not in self._subscriptions and len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise CommandError(f"subscribe: this client has {MOST_SUBSCRIPTIONS} topics; no more are accepted")
         subscription = self._subscriptions.get(written) or Subscription(written, self._outgoing)
         subscription.add(identity, wish)
-        topic = self._hub.topics.join(name, known_type(asked or known or ""))
+        type_name = known_type(asked or known or "")
+        parcels = self._hub.topics.listen(name, type_name, self.number, subscription)
         self._subscriptions[written] = subscription
-        for parcel in self._hub.topics.listen(name, topic, self.number, subscription):
+        for parcel in parcels:
             subscription.send(parcel, asyncio.get_running_loop().time())
 
     def _unsubscribe(self, message: Operation) -> None:
@@ -327,15 +328,13 @@ class Client:
         identity = text(message, "id", "") if message.get("id") is not None else None
         try:
             wish, timeout = options(message), number(message, "timeout", 1e9)
-            self._hub.services.call(
-                absolute(written), written, self, message.get("args"), self._hub.now, identity, wish, timeout
-            )
+            self._hub.services.call(absolute(written), written, self, message.get("args"), identity, wish, timeout)
         except VrxError as error:
             respond(self, written, identity, Options(), str(error), False)
 
     def _service_response(self, message: Operation) -> None:
         result = flag(message, "result", True)
-        self._hub.services.respond(text(message, "id"), self, message.get("values"), result, self._hub.now)
+        self._hub.services.respond(text(message, "id"), self, message.get("values"), result)
 
     def _advertise_service(self, message: Operation) -> None:
         written = text(message, "service")
@@ -358,6 +357,7 @@ class Client:
             self._hub.topics.leave(absolute(written), self.number, subscription)
         self._publishing.end()
         self._hub.services.forget(self)
+        self._hub.graph.forget(node_name(self.number))
 
 
 def _auth(_message: Operation) -> None:

@@ -1,10 +1,11 @@
 """rosapi: what clients ask about topics, services, types, parameters and each other."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.messages import (
     INTEGERS,
     MOMENT,
@@ -18,12 +19,12 @@ from vrx_mj.ros.messages import (
     stamp,
     typestore,
 )
+from vrx_mj.ros.parameters import joined, plain
 from vrx_mj.ros.rosbridge.codec import json_bytes
-from vrx_mj.ros.rosbridge.parameters import Parameters
 from vrx_mj.ros.rosbridge.protocol import absolute
-from vrx_mj.ros.rosbridge.topics import Services, Topics
+from vrx_mj.ros.rosbridge.topics import Services
 
-__all__ = ["SIMULATION", "Rosapi", "node_name", "typedefs"]
+__all__ = ["Rosapi", "typedefs"]
 
 EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
 MOMENTS = {
@@ -67,9 +68,10 @@ def _is_message(field: Field) -> bool:
     return "/" in field.type or field.type in {MOMENT, SPAN}
 
 
-SIMULATION = "/vrx_mj"
-"""The node that the simulation is to clients."""
-NODES = "/rosbridge/client_"
+MOST_PARAMETERS = 1024
+"""Parameters that clients may set."""
+MOST_TEXT = 1 << 20
+"""Characters of JSON in all of them."""
 ACTION = frozenset({"cancel", "feedback", "goal", "result", "status"})
 """Topics of an action."""
 
@@ -79,47 +81,52 @@ Values = dict[str, Any]
 class Rosapi:
     """Answers in the form of rosapi's service types, by the names of their fields."""
 
-    def __init__(self, topics: Topics, services: Services, parameters: Parameters, clients: Callable[[], list[int]]):
-        self._topics = topics
-        self._services = services
-        self._parameters = parameters
-        self._clients = clients
-        self.time = 0.0
-        """Simulated time [s]."""
+    def __init__(self, graph: Graph, services: Services) -> None:
+        self._graph, self._services = graph, services
+        self._parameters = ClientParameters(graph)
 
-    def all(self) -> dict[str, tuple[str, Callable[[Any], Values]]]:
-        """Type and answer of each service, by absolute name."""
-        answers: dict[str, tuple[str, Callable[[Any], Values]]] = {}
+    def provide(self) -> None:
+        """Register all services."""
         for name, arguments in ARGUMENTS.items():
             type_name = TYPES.get(name) or "".join(part.capitalize() for part in name.split("_"))
-            answers[f"/rosapi/{name}"] = (f"rosapi/{type_name}", _named(getattr(self, f"_on_{name}"), arguments))
-        return answers
+            answer = _named(getattr(self, f"_on_{name}"), arguments)
+            self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
     def _on_topics(self, _: Any) -> Values:
-        types = self._topics.all()
+        types = self._graph.topics()
         return {"topics": list(types), "types": list(types.values())}
 
     def _on_topics_for_type(self, asked: Any) -> Values:
         wanted = ros1_name(_argument(asked, "type"))
-        return {"topics": [name for name, kind in self._topics.all().items() if kind == wanted]}
+        return {"topics": [name for name, kind in self._graph.topics().items() if kind == wanted]}
 
     def _on_topics_and_raw_types(self, _: Any) -> Values:
-        types = self._topics.all()
+        types = self._graph.topics()
         texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
     def _on_topic_type(self, asked: Any) -> Values:
-        return {"type": self._topics.type_of(absolute(_argument(asked, "topic"))) or ""}
+        return {"type": self._graph.type_of(absolute(_argument(asked, "topic"))) or ""}
 
     def _on_services(self, _: Any) -> Values:
-        return {"services": list(self._services.all())}
+        return {"services": sorted(self._graph.registrations.names("service"))}
 
     def _on_services_for_type(self, asked: Any) -> Values:
         wanted = ros1_name(_argument(asked, "type"))
-        return {"services": [name for name, kind in self._services.all().items() if kind == wanted]}
+        known = sorted(self._graph.services.items())
+        return {"services": [name for name, service in known if ros1_name(service.type) == wanted]}
 
-    def _on_service_type(self, asked: Any) -> Values:
-        return {"type": self._services.all().get(absolute(_argument(asked, "service")), "")}
+    def _on_service_type(self, asked: Any) -> Values | Awaitable[Values]:
+        name = absolute(_argument(asked, "service"))
+        service = self._graph.services.get(name)
+        if service is None and self._graph.registrations.apis("service", name):
+            return self._type_elsewhere(name)
+        return {"type": ros1_name(service.type) if service else ""}
+
+    async def _type_elsewhere(self, name: str) -> Values:
+        assert self._graph.remote_call is not None, "who else has registered it"
+        type_name, _ = await self._graph.remote_call(name, None)
+        return {"type": type_name}
 
     def _on_service_node(self, asked: Any) -> Values:
         return {"node": self._node(absolute(_argument(asked, "service")))}
@@ -139,81 +146,151 @@ class Rosapi:
         return {"typedefs": typedefs(_argument(asked, "type"))}
 
     def _on_nodes(self, _: Any) -> Values:
-        return {"nodes": [SIMULATION, *(node_name(number) for number in self._clients())]}
+        nodes = self._graph.registrations.nodes
+        return {"nodes": sorted(nodes, key=lambda node: (node != self._graph.node, node))}
 
     def _on_node_details(self, asked: Any) -> Values:
-        node = absolute(_argument(asked, "node"))
-        nodes = self._on_nodes(None)["nodes"]
-        if node not in nodes:
-            raise UnknownNameError("node", node, nodes)
+        node, known = absolute(_argument(asked, "node")), self._graph.registrations
+        if node not in known.nodes:
+            raise UnknownNameError("node", node, known.nodes)
+        names = {"subscribing": "subscriber", "publishing": "publisher", "services": "service"}
         return {
-            "subscribing": [name for name in self._topics.all() if node in self._subscribers(name)],
-            "publishing": [name for name in self._topics.all() if node in self._publishers(name)],
-            "services": [name for name in self._services.all() if self._node(name) == node],
+            key: sorted(name for name in known.names(kind) if node in self._holders(kind, name))
+            for key, kind in names.items()
         }
 
     def _on_publishers(self, asked: Any) -> Values:
-        return {"publishers": self._publishers(absolute(_argument(asked, "topic")))}
+        return {"publishers": self._holders("publisher", absolute(_argument(asked, "topic")))}
 
     def _on_subscribers(self, asked: Any) -> Values:
-        return {"subscribers": self._subscribers(absolute(_argument(asked, "topic")))}
+        return {"subscribers": self._holders("subscriber", absolute(_argument(asked, "topic")))}
 
     def _on_action_servers(self, _: Any) -> Values:
         parts: dict[str, set[str]] = {}
-        for name in self._topics.all():
+        for name in self._graph.topics():
             space, _, last = name.rpartition("/")
             parts.setdefault(space, set()).add(last)
         return {"action_servers": [space for space, names in parts.items() if names >= ACTION]}
 
     def _on_get_time(self, _: Any) -> Values:
-        now = stamp(self.time)
+        now = stamp(self._graph.time)
         return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
-    def _on_get_param_names(self, _: Any) -> Values:
-        return {"names": self._parameters.names()}
+    async def _on_get_param_names(self, _: Any) -> Values:
+        return {"names": sorted(await self._parameters.names())}
 
-    def _on_get_param(self, asked: Any) -> Values:
+    async def _on_get_param(self, asked: Any) -> Values:
         default = _argument(asked, "default", "")
         try:
-            return {"value": json_bytes(self._parameters.get(_parameter(asked))).decode("ascii")}
+            return {"value": json_bytes(await self._parameters.get(_parameter(asked))).decode("ascii")}
         except KeyError:
             return {"value": default or "null"}
+        except TypeError as error:
+            raise CommandError(f"get_param: {error}") from error
 
-    def _on_set_param(self, asked: Any) -> Values:
+    async def _on_set_param(self, asked: Any) -> Values:
         text = _argument(asked, "value")
         try:
             value = json.loads(text)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise CommandError(f"set_param: value {text[:60]!r} is not JSON: {error}") from error
-        self._parameters.set(_parameter(asked), value)
+        await self._parameters.set(_parameter(asked), value)
         return {}
 
-    def _on_has_param(self, asked: Any) -> Values:
-        return {"exists": self._parameters.has(_parameter(asked))}
+    async def _on_has_param(self, asked: Any) -> Values:
+        return {"exists": await self._parameters.has(_parameter(asked))}
 
-    def _on_delete_param(self, asked: Any) -> Values:
-        self._parameters.delete(_parameter(asked))
+    async def _on_delete_param(self, asked: Any) -> Values:
+        await self._parameters.delete(_parameter(asked))
         return {}
 
-    def _on_search_param(self, asked: Any) -> Values:
-        return {"global_name": self._parameters.search(_parameter(asked), SIMULATION) or ""}
+    async def _on_search_param(self, asked: Any) -> Values:
+        return {"global_name": await self._parameters.search(_parameter(asked))}
 
-    def _publishers(self, name: str) -> list[str]:
-        own = [SIMULATION] if name in self._topics.table.outputs else []
-        topic = self._topics.find(name)
-        return own + [node_name(number) for number in sorted(topic.publishers if topic else ())]
-
-    def _subscribers(self, name: str) -> list[str]:
-        own = [SIMULATION] if name in self._topics.table.inputs else []
-        topic = self._topics.find(name)
-        return own + [node_name(number) for number in sorted(topic.listeners if topic else ())]
+    def _holders(self, kind: str, name: str) -> list[str]:
+        nodes = {node for node, _ in self._graph.registrations.holders(kind, name)}
+        return sorted(nodes, key=lambda node: (node != self._graph.node, node))
 
     def _node(self, service: str) -> str:
-        known = self._services.all()
-        if service not in known:
-            raise UnknownNameError("service", service, known)
-        offered = self._services.offered.get(service)
-        return node_name(offered.client.number) if offered else SIMULATION
+        holders = self._holders("service", service)
+        if not holders:
+            raise UnknownNameError("service", service, self._graph.registrations.names("service"))
+        return holders[0]
+
+
+class ClientParameters:
+    """The graph's parameters, or those of another process's master, with limits on what clients set."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._set: dict[str, int] = {}
+        """What clients have set, and how many characters of JSON that is."""
+
+    async def names(self) -> list[str]:
+        """Of all."""
+        remote = self._graph.remote_master
+        return self._graph.parameters.names() if remote is None else await remote("getParamNames", ()) or []
+
+    async def get(self, name: str) -> Any:
+        """A value, or a mapping of what is in a namespace; KeyError where there is neither."""
+        if self._graph.remote_master is None:
+            return self._graph.parameters.get(name)
+        value = await self._graph.remote_master("getParam", (name,))
+        if value is None:
+            raise KeyError(name)
+        return value
+
+    async def has(self, name: str) -> bool:
+        """Whether there is such a parameter or namespace."""
+        remote = self._graph.remote_master
+        return self._graph.parameters.has(name) if remote is None else bool(await remote("hasParam", (name,)))
+
+    async def set(self, name: str, value: Any) -> None:
+        """Set one; CommandError: clients have set too many or too long ones, or it cannot be set."""
+        sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(joined(name), value)}
+        kept = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
+        if len(kept) + len(sizes) > MOST_PARAMETERS:
+            count = len(kept) + len(sizes)
+            raise CommandError(f"{name}: {count} parameters would be set by clients; at most {MOST_PARAMETERS}")
+        text = sum(kept.values()) + sum(sizes.values())
+        if text > MOST_TEXT:
+            raise CommandError(f"{name}: {text} characters would be set by clients; at most {MOST_TEXT}")
+        if self._graph.remote_master is None:
+            self._graph.set_parameter(name, value, "")
+        elif await self._graph.remote_master("setParam", (name, plain(value))) is None:
+            raise CommandError(f"{name}: the master does not set this parameter")
+        self._set = kept | sizes
+
+    async def delete(self, name: str) -> None:
+        """Delete one; CommandError: there is none, or it is the simulation's."""
+        try:
+            if self._graph.remote_master is None:
+                self._graph.delete_parameter(name)
+            elif await self._graph.remote_master("deleteParam", (name,)) is None:
+                raise KeyError(name)
+        except KeyError:
+            raise CommandError(f"{name}: no such parameter") from None
+        self._set = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
+
+    async def search(self, name: str) -> str:
+        """The absolute name of one as seen from the simulation's node; empty where there is none."""
+        if self._graph.remote_master is None:
+            return self._graph.parameters.search(self._graph.node, name.strip("/")) or ""
+        return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
+
+
+def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Every value that is no namespace, by its whole name."""
+    if isinstance(value, dict) and value:
+        for key, part in value.items():
+            yield from _leaves(joined(name, key), part)
+    else:
+        yield name, value
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether one name is in the other's namespace, or they are the same."""
+    return f"{one}/".startswith(f"{other.rstrip('/')}/") or f"{other}/".startswith(f"{one}/")
 
 
 ARGUMENTS: dict[str, tuple[str, ...]] = {
@@ -247,12 +324,7 @@ TYPES = {"action_servers": "GetActionServers"}
 """Those whose type is not the service's name in capitals."""
 
 
-def node_name(number: int) -> str:
-    """The node that a client is to the others."""
-    return f"{NODES}{number}"
-
-
-def _named(answer: Callable[[Any], Values], names: tuple[str, ...]) -> Callable[[Any], Values]:
+def _named(answer: Callable[[Any], Any], names: tuple[str, ...]) -> Callable[[Any], Any]:
     """An answer whose request may also be a list."""
     return lambda asked: answer(dict(zip(names, asked, strict=False)) if isinstance(asked, list) else asked)
 

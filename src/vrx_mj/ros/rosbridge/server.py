@@ -5,11 +5,9 @@ import contextlib
 import errno
 import functools
 import http
-import itertools
 import logging
 import os
-import threading
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,16 +17,12 @@ from websockets.http11 import Request, Response
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros import messages
 from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
-from vrx_mj.ros.inbox import Inbox
-from vrx_mj.ros.messages import Message, ros1_name
-from vrx_mj.ros.network import Network, who_listens
-from vrx_mj.ros.offer import Output, Sent, Table, Traffic, Transport
+from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.network import who_listens
+from vrx_mj.ros.offer import Traffic
 from vrx_mj.ros.rosbridge.client import Client
-from vrx_mj.ros.rosbridge.codec import Parcel
 from vrx_mj.ros.rosbridge.hub import Hub
 from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
-from vrx_mj.ros.rosbridge.rosapi import SIMULATION
-from vrx_mj.ros.rosbridge.topics import ROSOUT
 
 __all__ = ["Rosbridge"]
 
@@ -37,20 +31,14 @@ MOST_OF_A_HOST = MOST_CLIENTS * 3 // 4
 """Clients of one host that is not this one."""
 MOST_HANDSHAKES = 64
 """Connections that are in their handshake; with one more the oldest goes."""
-MOST_WAITING = 16
-"""Messages of a topic that wait for the network's thread, at most."""
 HANDSHAKE = 10.0
 """Wall time for a handshake [s]."""
 ALIVE = 60.0
 """Wall time after which who does not answer is gone [s]."""
 CLOSING = 1.0
 OPENING = 10.0
-LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
-"""rosgraph_msgs/Log's."""
-
-_quiet = logging.getLogger(f"{__name__}.websockets")
-_quiet.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
-_logger = logging.getLogger(__name__)
+_websockets_logger = logging.getLogger(f"{__name__}.websockets")
+_websockets_logger.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
 
 
 class Socket(ServerConnection):
@@ -78,23 +66,18 @@ class Socket(ServerConnection):
         super().connection_lost(exc)
 
 
-class Rosbridge(Transport):
-    """A rosbridge v2 server, for roslibjs, roslibpy and what speaks like them.
+class Rosbridge:
+    """A wire: a rosbridge v2 server, for roslibjs, roslibpy and what speaks like them.
 
     Every program that reaches the port may do everything. Pages that a browser shows reach it too: those of other sites
     than this machine's are refused by their `Origin` (see `Origins`), unless they are in `origins`. So is a page that
     asks for a name that is not this machine's (see `Names`), as its owner may have that name lead here. An address is
     taken whatever it is: no name server is asked for it, and it may be that of a router or a container's host.
-
-    Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
     """
-
-    title = "rosbridge"
 
     def __init__(
         self,
-        network: Network,
-        inbox: Inbox,
+        graph: Graph,
         *,
         port: int = 9090,
         host: str = "127.0.0.1",
@@ -110,16 +93,12 @@ class Rosbridge(Transport):
             raise NetworkError(f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one")
         self.port = port
         self.host = host
-        self._network = network
-        self._hub = Hub(network, inbox)
+        self._network = graph.network
+        self._hub = Hub(graph)
         self._server: Server | None = None
         self._handshakes: OrderedDict[Socket, None] = OrderedDict()
         self._origins = Origins(checked_origins(origins))
         self._names = Names([host, os.environ.get("ROS_HOSTNAME", ""), os.environ.get("ROS_IP", "")])
-        self._lock = threading.Lock()
-        self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
-        self._numbers = itertools.count()
-        self._overrun = 0
 
     def start(self) -> Sequence[str]:
         """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
@@ -131,38 +110,11 @@ class Rosbridge(Transport):
         shown = f"[{self.host}]" if ":" in self.host else self.host
         return [f"rosbridge: ws://{shown}:{self.port}"]
 
-    def offer(self, table: Table) -> None:
-        """Offer this table from now on, and nothing else."""
-        with self._lock:
-            self._waiting = {}  # what was published before goes before it
-        self._network.soon(self._hub.offer, table)
-
-    @property
-    def wanted(self) -> frozenset[str]:
-        """Names of the outputs that somebody listens to now."""
-        return self._hub.topics.wanted
-
-    def publish(self, batch: Sequence[Sent]) -> None:
-        """Send messages of one moment to who listens."""
-        with self._lock:
-            waiting = self._waiting
-            idle = not waiting
-            for sent in batch:
-                queue = waiting.setdefault(sent.output.name, deque(maxlen=MOST_WAITING))
-                self._overrun += len(queue) == MOST_WAITING
-                queue.append((next(self._numbers), sent))
-        if idle and batch:
-            self._network.soon(self._send, waiting)
-
-    def log(self, level: str, text: str) -> None:
-        """Tell people on the network a line: `INFO`, `WARN` or `ERROR`; who subscribes to /rosout gets it."""
-        self._network.soon(self._log, level, text)
-
     @property
     def traffic(self) -> Traffic:
         """What it has carried."""
         counts = self._hub.counts
-        return Traffic(len(self._hub.clients), counts.sent, counts.dropped + self._overrun)
+        return Traffic(len(self._hub.clients), counts.sent, counts.dropped)
 
     def close(self) -> None:
         """Withdraw all, close every connection, and wait until that is done."""
@@ -183,10 +135,11 @@ class Rosbridge(Transport):
             ping_interval=ALIVE / 2.0,
             ping_timeout=ALIVE,
             close_timeout=CLOSING / 2.0,
-            logger=_quiet,
+            logger=_websockets_logger,
             create_connection=functools.partial(Socket, self._handshakes),  # type: ignore[arg-type]  # it makes one
         )
         self.port = self._server.sockets[0].getsockname()[1]
+        self._hub.open()
 
     async def _serve(self, connection: ServerConnection) -> None:
         assert isinstance(connection, Socket)
@@ -236,32 +189,6 @@ class Rosbridge(Transport):
         except TimeoutError:
             for client in self._hub.clients.values():
                 client.abort()
-
-    def _send(self, waiting: dict[str, deque[tuple[int, Sent]]]) -> None:
-        with self._lock:
-            queues = list(waiting.values())
-            waiting.clear()
-        merged = sorted(itertools.chain.from_iterable(queues), key=lambda pair: pair[0])
-        for _, (output, message, time) in merged:
-            self._hub.now = time
-            self._give(output, message)
-
-    def _give(self, output: Output, message: Message) -> None:
-        try:
-            parcel = Parcel(message, ros1_name(output.type), self._hub.now)
-        except Exception as error:  # one that is not of its type must not stop the others
-            self._hub.tell_once(output.name, "", f"a message is not a {output.type}: {type(error).__name__}: {error}")
-            return
-        if output.latched:
-            self._hub.topics.keep(output.name, parcel)
-        self._hub.topics.send(output.name, parcel)
-
-    def _log(self, level: str, text: str) -> None:
-        header = {"stamp": messages.stamp(self._hub.now)}
-        made: Message = messages.new(
-            "rosgraph_msgs/Log", header=header, level=LEVELS.get(level, LEVELS["ERROR"]), name=SIMULATION, msg=text
-        )
-        self._hub.topics.send(ROSOUT, Parcel(made, "rosgraph_msgs/Log", self._hub.now))
 
     def _refused(self, error: Exception) -> str:
         what = f"rosbridge: port {self.port} of {self.host}"

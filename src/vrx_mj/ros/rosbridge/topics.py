@@ -2,22 +2,22 @@
 
 import asyncio
 import functools
+import inspect
 import itertools
-from collections import deque
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections import Counter, deque
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.graph import Graph, Service
+from vrx_mj.ros.inbox import Answer
 from vrx_mj.ros.limits import Outgoing
 from vrx_mj.ros.messages import Message, known_types, ros1_name
-from vrx_mj.ros.network import Network
-from vrx_mj.ros.offer import Table
 from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken
 from vrx_mj.ros.rosbridge.protocol import Options
 
-__all__ = ["LONGEST_CALL", "ROSOUT", "Caller", "Offered", "Services", "Subscription", "Topic", "Topics", "respond"]
+__all__ = ["LONGEST_CALL", "Caller", "Offered", "Services", "Subscription", "Topics", "node_name", "respond"]
 
 MOST_IDS = 256
 """Subscriptions of one topic by one client, at most."""
@@ -113,119 +113,105 @@ class Subscription:
         self._waiting = deque(self._waiting, maxlen=self._options.queue)
 
 
-ROSOUT = "/rosout"
-LOG = "rosgraph_msgs/Log"
+NODES = "/rosbridge/client_"
 MOST_TOPICS = 10_000
 """Topics that clients may bring, at most."""
 
 
-@dataclass(eq=False)
-class Topic:
-    """What clients do with a topic; keys are their numbers."""
-
-    type: str
-    listeners: dict[int, list[Subscription]] = field(default_factory=dict)
-    publishers: set[int] = field(default_factory=set)
-    latched: dict[int, Parcel] = field(default_factory=dict)
-    """The last messages of the clients that latch."""
+def node_name(number: int) -> str:
+    """The node that a client is to the others."""
+    return f"{NODES}{number}"
 
 
 class Topics:
-    """All topics by absolute name."""
+    """What clients listen to and publish: a `Wire` (see `vrx_mj.ros.graph`)."""
 
-    def __init__(self) -> None:
-        self.table = Table()
-        self._topics: dict[str, Topic] = {}
-        self._latched: dict[str, Parcel] = {}
-        self.wanted: frozenset[str] = frozenset()
-        """Outputs of the table that somebody listens to."""
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._listeners: dict[str, dict[int, list[Subscription]]] = {}
+        """By topic and client."""
+        self._held: Counter[str] = Counter()
+        """Topics that clients have registered, and how often."""
+        self.listened: frozenset[str] = frozenset()
 
-    def offer(self, table: Table) -> None:
-        """Have this table in place of the one before."""
-        self.table = table
-        self._latched = {name: parcel for name, parcel in self._latched.items() if name in table.outputs}
-        self._want()
+    def advertise(self, name: str, type_name: str, client: int, *, latched: bool) -> None:
+        """Have a client publish a topic; CommandError: it has another type, or there are too many."""
+        self._hold(name, type_name)
+        self._graph.register("publisher", name, node_name(client), type_name, latched=latched)
 
-    def type_of(self, name: str) -> str | None:
-        """A topic's type, where it is known."""
-        for entries in (self.table.outputs, self.table.inputs):
-            if name in entries:
-                return ros1_name(entries[name].type)
-        if name in self._topics:
-            return self._topics[name].type
-        return LOG if name == ROSOUT else None
+    def unadvertise(self, name: str, client: int) -> None:
+        """A client publishes a topic no more."""
+        self._release(name)
+        self._graph.unregister("publisher", name, node_name(client))
 
-    def all(self) -> dict[str, str]:
-        """Every topic's type, by name."""
-        names = {*self.table.outputs, *self.table.inputs, *self._topics, ROSOUT}
-        return {name: self.type_of(name) or "" for name in sorted(names)}
+    def listen(self, name: str, type_name: str, client: int, subscription: Subscription) -> list[Parcel]:
+        """Have a client's subscription get a topic's messages; returns those that are latched.
 
-    def find(self, name: str) -> Topic | None:
-        """What clients do with a topic, if they do anything."""
-        return self._topics.get(name)
-
-    def clients(self) -> Iterator[tuple[str, Topic]]:
-        """What clients do with every topic."""
-        yield from self._topics.items()
-
-    def join(self, name: str, type_name: str) -> Topic:
-        """A topic, made where there is none; CommandError: it has another type."""
-        known = self.type_of(name)
-        if known is not None and known != type_name:
-            raise CommandError(f"topic {name} is a {known}, not a {type_name}")
-        if name not in self._topics:
-            if len(self._topics) >= MOST_TOPICS:
-                raise CommandError(f"topic {name}: there are already {MOST_TOPICS} topics; no more are accepted")
-            self._topics[name] = Topic(type_name)
-        return self._topics[name]
-
-    def listen(self, name: str, topic: Topic, client: int, subscription: Subscription) -> list[Parcel]:
-        """Have a client's subscription get a topic's messages; returns those that wait for late ones."""
-        mine = topic.listeners.setdefault(client, [])
+        Raises:
+            CommandError: the topic has another type, or there are too many.
+        """
+        self._check(name, type_name)
+        mine = self._listeners.setdefault(name, {}).setdefault(client, [])
         if subscription not in mine:
             mine.append(subscription)
-        self._want()
-        own = [self._latched[name]] if name in self._latched else []
-        return own + list(topic.latched.values())
+        if len(mine) == 1:
+            self._held[name] += 1
+            self._graph.register("subscriber", name, node_name(client), type_name)
+        self.listened = frozenset(self._listeners)
+        return [Parcel(message, type_name, self._graph.time) for message in self._graph.latched(name)]
 
     def leave(self, name: str, client: int, subscription: Subscription) -> None:
         """End a subscription."""
-        topic = self._topics[name]
-        topic.listeners[client].remove(subscription)
-        if not topic.listeners[client]:
-            del topic.listeners[client]
-        self._tidy(name, topic)
+        listeners = self._listeners[name]
+        listeners[client].remove(subscription)
+        if listeners[client]:
+            return
+        del listeners[client]
+        if not listeners:
+            del self._listeners[name]
+            self.listened = frozenset(self._listeners)
+        self._release(name)
+        self._graph.unregister("subscriber", name, node_name(client))
 
-    def retire(self, name: str, client: int) -> None:
-        """A client publishes no more."""
-        topic = self._topics[name]
-        topic.publishers.discard(client)
-        topic.latched.pop(client, None)
-        self._tidy(name, topic)
-
-    def send(self, name: str, parcel: Parcel) -> bool:
-        """Give a message to who listens; whether anybody does."""
-        topic = self._topics.get(name)
-        if topic is None or not topic.listeners:
-            return False
-        for subscriptions in topic.listeners.values():
+    def deliver(self, name: str, type_name: str, message: Message) -> None:
+        """Send a message to the clients that listen."""
+        listeners = self._listeners.get(name)
+        if not listeners:
+            return
+        try:
+            parcel = Parcel(message, ros1_name(type_name), self._graph.time)
+        except Exception as error:  # one that is not of its type must not stop the others
+            text = f"rosbridge: {name}: a message is not a {type_name}: {type(error).__name__}: {error}"
+            self._graph.notices.tell("ERROR", "encode", name, text)
+            return
+        for subscriptions in listeners.values():
             for subscription in subscriptions:
                 subscription.take(parcel)
-        return True
 
-    def keep(self, name: str, parcel: Parcel) -> None:
-        """Keep a message of the simulation for who listens later."""
-        if name in self.table.outputs:
-            self._latched[name] = parcel
+    def registered(self, kind: str, name: str) -> None:
+        """Clients ask for what has come or gone."""
 
-    def _tidy(self, name: str, topic: Topic) -> None:
-        if not topic.listeners and not topic.publishers:
-            del self._topics[name]
-        self._want()
+    def replaced(self, node: str, uri: str) -> None:
+        """Clients have no URIs."""
 
-    def _want(self) -> None:
-        listened = {name for name, topic in self._topics.items() if topic.listeners}
-        self.wanted = frozenset(listened & self.table.outputs.keys())
+    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+        """Clients ask for parameters."""
+
+    def _check(self, name: str, type_name: str) -> None:
+        known = self._graph.type_of(name)
+        if known is not None and known != type_name:
+            raise CommandError(f"topic {name} is a {known}, not a {type_name}")
+        if name not in self._held and len(self._held) >= MOST_TOPICS:
+            raise CommandError(f"topic {name}: there are already {MOST_TOPICS} topics; no more are accepted")
+
+    def _hold(self, name: str, type_name: str) -> None:
+        self._check(name, type_name)
+        self._held[name] += 1
+
+    def _release(self, name: str) -> None:
+        self._held[name] -= 1
+        if not self._held[name]:
+            del self._held[name]
 
 
 LONGEST_CALL = 600.0
@@ -267,84 +253,114 @@ class Pending:
     """The service, as the caller writes it."""
     type: str
     options: Options
-    server: Caller | None
-    """The client that answers; None: the simulation."""
+    server: Caller | None = None
+    """The client that answers; None: the simulation, or another process."""
     timer: asyncio.TimerHandle | None = None
 
 
-class Services:
-    """All services, and the calls that wait."""
+class Elsewhere:
+    """One on another wire who calls a service that a client of rosbridge offers."""
 
-    def __init__(self, network: Network, inbox: Inbox) -> None:
-        self.table = Table()
+    number = 0
+    """Of them all together."""
+
+    def __init__(self, sender: str, type_name: str, answer: Answer) -> None:
+        self.sender, self._type, self._answer = sender, type_name, answer
+
+    def send(self, message: dict[str, Any], options: Options = Options()) -> None:  # noqa: B008  # a Caller's
+        """Give the response, or why there is none."""
+        if not message["result"]:
+            self._answer(None, str(message["values"]))
+            return
+        try:
+            self._answer(taken(message["values"], f"{self._type}Response", 0.0, message["service"]), "")
+        except VrxError as error:
+            self._answer(None, str(error))
+
+
+class Services:
+    """The calls of clients, and what they offer to each other and to the other wires."""
+
+    def __init__(self, graph: Graph) -> None:
         self.offered: dict[str, Offered] = {}
-        self.built_in: dict[str, tuple[str, Callable[[Any], dict[str, Any]]]] = {}
-        """rosapi's: type and answer of each, by name."""
-        self._network = network
-        self._inbox = inbox
+        self.built_in: dict[str, Callable[[Any], Any]] = {}
+        """rosapi's answers, by name."""
+        self._graph = graph
         self._calls: dict[str, Pending] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
         self._numbers = itertools.count(1)
 
-    def all(self) -> dict[str, str]:
-        """Every service's type, by name."""
-        types = {name: type_name for name, (type_name, _) in self.built_in.items()}
-        types |= {name: offered.type for name, offered in self.offered.items()}
-        types |= {name: ros1_name(service.type) for name, service in self.table.services.items()}
-        return dict(sorted(types.items()))
+    def build_in(self, name: str, type_name: str, answer: Callable[[Any], Any]) -> None:
+        """Have a service that takes and gives what JSON holds, or something to wait for that does."""
+        self.built_in[name] = answer
+        self._graph.provide(name, Service(self._graph.node, type_name, _only_here))
 
     def advertise(self, name: str, offered: Offered) -> None:
         """Have a client offer a service; CommandError: there is one, or it offers too many."""
         holder = self.offered.get(name)
-        if name in self.table.services or name in self.built_in or (holder and holder.client is not offered.client):
+        if self._graph.registrations.apis("service", name) and (holder is None or holder.client is not offered.client):
             raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
         if sum(other.client is offered.client for other in self.offered.values()) >= MOST_OFFERED:
             raise CommandError(f"service {name}: a client may offer {MOST_OFFERED} services; no more are accepted")
         self.offered[name] = offered
+
+        def call(request: Message, caller: str, answer: Answer) -> None:
+            asked = plain(request, f"{offered.type}Request")
+            elsewhere = Elsewhere(caller, offered.type, answer)
+            try:
+                self._forward(offered, asked, elsewhere, Pending(elsewhere, None, name, offered.type, Options()))
+            except VrxError as error:
+                answer(None, str(error))
+
+        self._graph.provide(name, Service(node_name(offered.client.number), offered.type, call))
 
     def unadvertise(self, name: str, client: Caller) -> None:
         """End a client's service; CommandError: it offers none of this name."""
         if name not in self.offered or self.offered[name].client is not client:
             raise CommandError(f"service {name}: this client does not offer it")
         del self.offered[name]
+        self._graph.unregister("service", name, node_name(client.number))
 
     def host(self, name: str) -> str:
         """Who offers a service, for people."""
-        return self.offered[name].client.sender if name in self.offered else "the simulation"
+        if name in self.offered:
+            return self.offered[name].client.sender
+        nodes = [node for node, _ in self._graph.registrations.holders("service", name)]
+        return nodes[0] if nodes and nodes[0] != self._graph.node else "the simulation"
 
     def call(
-        self, name: str, written: str, caller: Caller, arguments: Any, now: float, identity: str | None,
-        options: Options, timeout: float,
+        self, name: str, written: str, caller: Caller, arguments: Any, identity: str | None, options: Options,
+        timeout: float,
     ) -> None:  # fmt: skip
-        """Call a service at a moment [s]; the answer goes to the caller. A VrxError: it cannot be called, and why."""
+        """Call a service; the answer goes to the caller. A VrxError: it cannot be called, and why."""
+        known = self._graph.registrations.names("service")
+        if name not in known:
+            raise UnknownNameError("service", name, known)
+        service, offered = self._graph.services.get(name), self.offered.get(name)
+        call = Pending(caller, identity, written, service.type if service else "", options)
         if name in self.built_in:
-            respond(caller, written, identity, options, self.built_in[name][1](arguments), True)
-            return
-        types = self.all()
-        if name not in types:
-            raise UnknownNameError("service", name, types)
-        if sum(call.caller is caller for call in self._calls.values()) >= MOST_CALLS:
-            raise CommandError(f"{name}: {MOST_CALLS} calls of this client wait for answers; no more are accepted")
-        offered = self.offered.get(name)
-        asked = self._asked(arguments, types[name], now, name)
-        call = Pending(caller, identity, written, types[name], options, offered.client if offered else None)
-        key = f"call_service:{name}:{next(self._numbers)}"
-        self._calls[key] = call
-        longest = min(timeout or LONGEST_CALL, LONGEST_CALL)
-        call.timer = asyncio.get_running_loop().call_later(longest, self._late, key, longest)
-        if offered is not None:
-            offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})
+            answer = self.built_in[name](arguments)
+            if inspect.isawaitable(answer):
+                self._wait_for(answer, self._begin(name, call, timeout))
+            else:
+                respond(caller, written, identity, options, answer, True)
+        elif offered is not None:
+            self._forward(offered, self._asked(arguments, offered.type, name), caller, call, timeout)
+        elif service is not None:
+            message = request(arguments, f"{service.type}Request", self._graph.time, name)
+            service.call(message, caller.sender, self._answer(self._begin(name, call, timeout)))
         else:
-            self._inbox.call(name, asked, caller.sender, self._answer(key))
+            self._wait_for(self._call_elsewhere(name, arguments), self._begin(name, call, timeout))
 
-    def respond(self, key: str, server: Caller, values: Any, result: bool, now: float) -> None:
+    def respond(self, key: str, server: Caller, values: Any, result: bool) -> None:
         """A client's answer to a call; CommandError: no call of this id waits for it, or it is no such response."""
         call = self._calls.get(key)
         if call is None or call.server is not server:
             raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")
         try:
             if result and f"{call.type}Response" in known_types():
-                type_name = f"{call.type}Response"
-                values = plain(taken({} if values is None else values, type_name, now, call.name), type_name)
+                values = {} if values is None else values
+                values = self._checked(values, f"{call.type}Response", call.name)
         except VrxError as error:
             self._finish(key, f"the response of the service's client is wrong: {error}", False)
             raise
@@ -359,18 +375,59 @@ class Services:
             elif call.server is client:
                 self._finish(key, f"{call.name}: the client that offers it has disconnected", False)
 
-    def _asked(self, arguments: Any, type_name: str, now: float, name: str) -> Any:
-        """The request: a message, but of a client's service what JSON holds."""
+    def _begin(self, name: str, call: Pending, timeout: float) -> str:
+        """Wait for the answer to a call; returns its id."""
+        if sum(other.caller.number == call.caller.number for other in self._calls.values()) >= MOST_CALLS:
+            raise CommandError(f"{name}: {MOST_CALLS} calls of this client wait for answers; no more are accepted")
+        key = f"call_service:{name}:{next(self._numbers)}"
+        self._calls[key] = call
+        longest = min(timeout or LONGEST_CALL, LONGEST_CALL)
+        call.timer = asyncio.get_running_loop().call_later(longest, self._late, key, longest)
+        return key
+
+    def _forward(self, offered: Offered, asked: Any, caller: Caller, call: Pending, timeout: float = 0.0) -> None:
+        """Have a client answer a call."""
+        call.server = offered.client
+        key = self._begin(call.name, call, timeout)
+        offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})
+
+    def _asked(self, arguments: Any, type_name: str, name: str) -> Any:
+        """The request of a client's service: a message, or where its type is not known what JSON holds."""
         known = f"{type_name}Request"
-        if name not in self.offered:
-            return request(arguments, known, now, name)
         if known not in known_types():
             return {} if arguments is None else arguments
-        return plain(request(arguments, known, now, name), known)
+        return plain(request(arguments, known, self._graph.time, name), known)
+
+    def _checked(self, values: Any, type_name: str, place: str) -> Any:
+        """What JSON holds, with all fields of a type."""
+        return plain(taken(values, type_name, self._graph.time, place), type_name)
+
+    async def _call_elsewhere(self, name: str, arguments: Any) -> Any:
+        """The response of a service of another process."""
+        assert self._graph.remote_call is not None, "who else has registered it"
+        type_name, response = await self._graph.remote_call(
+            name, lambda type_name: request(arguments, f"{type_name}Request", self._graph.time, name)
+        )
+        return plain(response, f"{type_name}Response")
+
+    def _wait_for(self, answer: Awaitable[Any], key: str) -> None:
+        async def run() -> None:
+            try:
+                values, result = await answer, True
+            except VrxError as error:
+                values, result = str(error), False
+            except (OSError, EOFError, TimeoutError) as error:
+                values, result = f"no answer: {str(error) or type(error).__name__}", False
+            if key in self._calls:
+                self._finish(key, values, result)
+
+        task = asyncio.get_running_loop().create_task(run())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     def _answer(self, key: str) -> Callable[[Message | None, str], None]:
         """What the simulation's thread calls."""
-        return lambda response, why: self._network.soon(self._answered, key, response, why)
+        return lambda response, why: self._graph.network.soon(self._answered, key, response, why)
 
     def _answered(self, key: str, response: Message | None, why: str) -> None:
         if key in self._calls:
@@ -390,6 +447,10 @@ class Services:
         if call.timer is not None:
             call.timer.cancel()
         return call
+
+
+def _only_here(_request: Message, _caller: str, answer: Answer) -> None:
+    answer(None, "only clients of rosbridge can call rosapi")
 
 
 def respond(caller: Caller, name: str, identity: str | None, options: Options, values: Any, result: bool) -> None:

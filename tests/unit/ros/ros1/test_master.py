@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.ros1.master import Master
 from vrx_mj.ros.ros1.xmlrpc import Fault
 
@@ -27,24 +28,40 @@ class Told:
         self.calls.append((api, method, about, *values))
 
 
+def mastered(graph):
+    """A master whose node tells nobody of TCPROS."""
+    master = Master(graph, "http://127.0.0.1:11311/")
+    master._notifier = Told()
+    master.deliver = lambda *_: None
+    graph.wires.append(master)
+    return master
+
+
 @pytest.fixture
 def master():
-    one = Master("http://127.0.0.1:11311/")
-    one._notifier = Told()
-    return one
+    return mastered(Graph(None, None, "/simulation"))
 
 
 def call(master, method, *values):
     return master.call(method, values)
 
 
+def state(master):
+    """What other nodes than the simulation's have registered."""
+    return [[pair for pair in part if pair[1] != ["/simulation"]] for part in call(master, "getSystemState", "/t")[2]]
+
+
 def test_topics_come_and_go_and_subscribers_are_told(master):
     assert call(master, "registerSubscriber", "/b", "/x", "std_msgs/Int8", B) == (1, "Subscribed to [/x]", [])
     assert call(master, "registerPublisher", "/ns/a", "/x", "std_msgs/Int8", A)[2] == [B]
     assert call(master, "registerPublisher", "/ns/a", "y", "*", A)[1] == "Registered [/ns/a] as publisher of [/ns/y]"
-    assert call(master, "getTopicTypes", "/t")[2] == [["/x", "std_msgs/Int8"], ["/ns/y", "*"]]
+    assert call(master, "getTopicTypes", "/t")[2] == [
+        ["/rosout", "rosgraph_msgs/Log"],
+        ["/x", "std_msgs/Int8"],
+        ["/ns/y", "*"],
+    ]
     assert call(master, "getPublishedTopics", "/t", "/ns")[2] == [["/ns/y", "*"]]
-    assert call(master, "getSystemState", "/t")[2] == [[["/x", ["/ns/a"]], ["/ns/y", ["/ns/a"]]], [["/x", ["/b"]]], []]
+    assert state(master) == [[["/x", ["/ns/a"]], ["/ns/y", ["/ns/a"]]], [["/x", ["/b"]]], []]
     assert call(master, "unregisterPublisher", "/ns/a", "/x", A)[2] == 1
     assert call(master, "unregisterPublisher", "/ns/a", "/x", A) == (1, "[/ns/a] is not a known provider of [/x]", 0)
     assert master._notifier.calls == [(B, "publisherUpdate", "/x", [A]), (B, "publisherUpdate", "/x", [])]
@@ -71,7 +88,7 @@ def test_a_new_node_of_a_name_ends_the_old_one_and_its_topics(master):
         (A, "shutdown", "[/a] Reason: new node registered with same name"),
         (B, "publisherUpdate", "/x", []),
     ]
-    assert call(master, "getSystemState", "/t")[2][0] == [["/y", ["/a"]]]
+    assert state(master)[0] == [["/y", ["/a"]]]
 
 
 @pytest.mark.parametrize("name", ["/gazebo", "gazebo", "/gazebo/", "//gazebo"])
@@ -89,8 +106,8 @@ def test_a_new_node_of_a_name_ends_the_old_one_and_its_topics(master):
     ],
 )
 def test_nobody_takes_the_name_of_the_simulations_own_node(name, method, values):
-    master = Master("http://127.0.0.1:11311/", "/gazebo")
-    master._notifier = Told()
+    master = mastered(Graph(None, None))
+    master.graph.open(A, "rosrpc://h:0")
     own = [
         ("registerPublisher", "/clock", "rosgraph_msgs/Clock", A),
         ("registerSubscriber", "/cmd", "std_msgs/Int8", A),

@@ -5,16 +5,15 @@ import os
 
 import pytest
 
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
 from vrx_mj.ros.limits import Intake, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
-from vrx_mj.ros.offer import Output, Sent
-from vrx_mj.ros.ros1 import Ros1
 from vrx_mj.ros.ros1.connection import framed
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
-from vrx_mj.ros.ros1.slave import Rosout, Slave, Watch
+from vrx_mj.ros.ros1.slave import Slave, Watch
 
 
 @pytest.fixture
@@ -115,7 +114,9 @@ def watched(notices, publications, states, monkeypatch, *, alive=True):
 
     monkeypatch.setattr("vrx_mj.ros.ros1.slave._answers", answers)
     inbox = Inbox()
-    watch = Watch("/gazebo", FarAway(), inbox, notices, publications)
+    graph = Graph(None, inbox)
+    graph.notices = notices
+    watch = Watch(graph, FarAway(), publications)
     watch.announced = "10.0.0.1"
     times = iter(range(0, 1000, 6))
     watch.clock = lambda: float(next(times))
@@ -168,28 +169,9 @@ def test_publishers_that_nobody_hears_are_unknown(notices, publications, monkeyp
     assert found == [UnknownTopicPublisher("/typo", "std_msgs/Float32", "/pub")]
 
 
-def test_levels_of_rosout():
-    out, answers = Rosout(Stream("/gazebo")), []
-    sent = []
-    out.publication.send = sent.append
-    out.time = 2.5
-    out.log("INFO", "hello")
-    request = type("Request", (), {"level": "ERROR"})
-    out.set_level(request, "/x", lambda *answer: answers.append(answer))
-    out.log("WARN", "not told")
-    out.log("ERROR", "told")
-    assert [(one.msg, one.level, one.name, one.header.stamp.nanosec) for one in sent] == [
-        ("hello", 2, "/gazebo", 500_000_000),
-        ("told", 8, "/gazebo", 500_000_000),
-    ]
-    request.level = "loud"
-    out.set_level(request, "/x", lambda *answer: answers.append(answer))
-    assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
-
-
 def test_a_message_that_is_none_of_its_type_is_told(publications):
     topic = publications["/a"]
-    topic.latched = True
+    topic.readers.add(object())
     with pytest.raises(AttributeError):
         topic.send(object())
 
@@ -242,24 +224,6 @@ def test_a_caller_that_does_not_read_its_answers_is_asked_for_no_more_calls():
     wire.turn()
     assert (len(called), wire.reads) == (3, True)
     assert wire.written == b"\1\0\0\0\0" * 2 + b"\0" + framed(b"no")
-
-
-def test_while_the_networks_thread_is_late_only_the_newest_batches_and_what_is_latched_wait():
-    class Late:
-        """A network whose thread does not come to it."""
-
-        def soon(self, *_):
-            pass
-
-    ros = Ros1(Late(), Inbox(), master_uri="http://127.0.0.1:1")
-    plain, latched = (Output(name, "std_msgs/Int8", lambda: None, latched=name == "/l") for name in ("/p", "/l"))
-    for number in range(500):
-        ros.publish([Sent(plain, number, 0.0)] + [Sent(latched, number, 0.0)] * (number in {3, 7}))
-    waiting = list(ros._batches)
-    assert [sent.message for sent in waiting[0]] == [7]
-    assert [batch[0].message for batch in waiting[1:]] == list(range(500 - len(waiting) + 1, 500))
-    assert len(waiting) <= 64
-    assert ros.traffic.dropped == 500 - (len(waiting) - 1) + 1
 
 
 def test_parameters_are_sent_in_portions_that_a_master_can_take():

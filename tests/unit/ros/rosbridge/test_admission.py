@@ -10,6 +10,7 @@ from websockets.sync.client import connect
 from bridged import Bridged
 from rosbridge_client import Talk
 from vrx_mj.errors import CommandError, NetworkError
+from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.inbox import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.rosbridge import Rosbridge
@@ -82,7 +83,7 @@ def test_pages_of_origins_that_are_allowed_may_connect_and_no_others(allowed, or
 )
 def test_an_origin_that_is_none_is_refused(word):
     with pytest.raises(CommandError) as raised:
-        Rosbridge(None, Inbox(), origins=(word,))
+        Rosbridge(Graph(None, Inbox()), origins=(word,))
     assert str(raised.value) == (
         f"invalid --allow-origin '{word}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
         "https://app.foxglove.dev; or null, or * for all"
@@ -124,7 +125,7 @@ def test_a_port_that_is_taken_says_by_whom(bridged):
     network = Network()
     try:
         with pytest.raises(NetworkError) as raised:
-            Rosbridge(network, Inbox(), port=bridged.bridge.port).start()
+            Rosbridge(Graph(network, Inbox()), port=bridged.bridge.port).start()
     finally:
         network.close()
     port = bridged.bridge.port
@@ -135,7 +136,7 @@ def test_a_port_that_is_taken_says_by_whom(bridged):
 @pytest.mark.parametrize("port", [-1, 65536])
 def test_a_port_is_a_port(port):
     with pytest.raises(NetworkError) as raised:
-        Rosbridge(None, Inbox(), port=port)
+        Rosbridge(Graph(None, Inbox()), port=port)
     assert str(raised.value) == f"rosbridge: invalid port {port}; allowed: 1 to 65535, or 0 for any free one"
 
 
@@ -150,7 +151,7 @@ def test_so_many_clients_are_taken_and_no_more(bridged, monkeypatch):
     with Talk(bridged) as talk:
         talk.sync()
         assert refusal(bridged.url) == (503, "1 clients are connected; no more are accepted\n")
-    bridged.wait(lambda b: b.bridge.traffic.clients == 0)
+    bridged.wait(lambda b: b.wires.traffic.clients == 0)
 
 
 def test_one_host_leaves_room_for_others(bridged, monkeypatch):

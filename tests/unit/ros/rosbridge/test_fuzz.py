@@ -124,7 +124,7 @@ def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, c
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         while part := list(itertools.islice(sent, 400)):
             feed(bridged.url, part)
-        bridged.wait(lambda b: b.bridge.traffic.clients == 0)
+        bridged.wait(lambda b: b.wires.traffic.clients == 0)
         with Talk(bridged) as talk:
             assert "/f" not in talk.call("/rosapi/topics")["values"]["topics"]
             assert "/lights" not in talk.call("/rosapi/services")["values"]["services"]

@@ -28,7 +28,7 @@ def other(bridged):
 def test_imu_as_json_has_every_field_and_null_for_nan(bridged, talk):
     talk.say("subscribe", topic=IMU)
     talk.sync()
-    assert bridged.bridge.wanted == {IMU}
+    assert bridged.wires.wanted == {IMU}
     bridged.send(IMU, imu(seq=3))
     got = talk.hear()
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
@@ -52,23 +52,23 @@ def test_who_unsubscribes_is_not_made_for(bridged, talk):
     talk.say("subscribe", topic=IMU, id="b")
     talk.say("unsubscribe", topic=IMU, id="a")
     talk.sync()
-    assert bridged.bridge.wanted == {IMU}
+    assert bridged.wires.wanted == {IMU}
     talk.say("unsubscribe", topic=IMU, id="b")
     talk.sync()
-    assert bridged.bridge.wanted == frozenset()
+    assert bridged.wires.wanted == frozenset()
     talk.say("subscribe", topic=IMU, id="a")
     talk.say("subscribe", topic=IMU)
     talk.say("unsubscribe", topic=IMU)
     talk.sync()
-    assert bridged.bridge.wanted == frozenset()
+    assert bridged.wires.wanted == frozenset()
 
 
 def test_who_goes_is_not_made_for(bridged):
     with Talk(bridged) as talk:
         talk.say("subscribe", topic=IMU)
         talk.sync()
-        assert bridged.bridge.wanted == {IMU}
-    bridged.wait(lambda b: not b.bridge.wanted)
+        assert bridged.wires.wanted == {IMU}
+    bridged.wait(lambda b: not b.wires.wanted)
 
 
 def test_a_message_keeps_the_name_that_the_client_uses(bridged, talk):
@@ -366,9 +366,9 @@ def test_status_is_told_from_the_level_that_a_client_wants(talk):
 def test_the_simulations_log_goes_to_rosout(bridged, talk):
     talk.say("subscribe", topic="/rosout")
     talk.sync()
-    bridged.bridge.log("WARN", "aground")
+    bridged.wires.log("WARN", "aground")
     got = talk.hear()["msg"]
-    assert (got["level"], got["name"], got["msg"]) == (4, "/vrx_mj", "aground")
+    assert (got["level"], got["name"], got["msg"]) == (4, "/gazebo", "aground")
 
 
 def test_a_message_larger_than_allowed_ends_the_connection(bridged):

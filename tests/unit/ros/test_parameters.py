@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.ros1.master import MOST_BYTES, Parameters, is_legal, is_type, resolve, updates
+from vrx_mj.ros.parameters import MOST_BYTES, Parameters, is_legal, is_type, resolve, updates
 
 KEYS = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
 VALUES = st.recursive(

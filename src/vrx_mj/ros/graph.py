@@ -1,0 +1,492 @@
+"""One graph of ROS: nodes, topics, services and parameters, whatever wire they came by.
+
+All but the simulation's table lives in the network's thread.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.inbox import Answer, Inbox
+from vrx_mj.ros.messages import Message, is_known, new, stamp
+from vrx_mj.ros.network import Network, Notices
+from vrx_mj.ros.offer import Sent, Table
+from vrx_mj.ros.parameters import Parameters, joined, plain
+
+__all__ = ["ROSOUT", "Graph", "Registrations", "Service", "Wire"]
+
+ROSOUT, LOG, LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
+LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
+"""Of rosgraph_msgs/Log."""
+MOST_TYPES = 100_000
+KINDS = ("publisher", "subscriber", "service", "parameter")
+MOST_REGISTRATIONS = 100_000
+"""Registrations, at most."""
+
+
+class _Entry(NamedTuple):
+    node: str
+    api: str
+    """Of a service its own, of all else that of the node."""
+
+
+class Registrations:
+    """Nodes by name, and what each has registered."""
+
+    def __init__(self, replaced: Callable[[str, str, list[tuple[str, str]]], None]) -> None:
+        self.nodes: dict[str, str] = {}
+        """URI by node's name."""
+        self._replaced = replaced
+        self._entries: dict[str, dict[str, list[_Entry]]] = {kind: {} for kind in KINDS}
+        self._held: Counter[str] = Counter()
+
+    def add(self, kind: str, key: str, node: str, node_api: str, api: str = "") -> None:
+        """Register. A node that had another URI is forgotten first.
+
+        `replaced` is then called with its name, its old URI, and the kinds and names of what it had registered.
+
+        Raises:
+            CommandError: there are too many.
+        """
+        if self._held.total() >= MOST_REGISTRATIONS:
+            raise CommandError(f"more than {MOST_REGISTRATIONS} registrations")
+        old = self.nodes.get(node)
+        if old is not None and old != node_api:
+            self._replaced(node, old, self.forget(node))
+        self.nodes[node] = node_api
+        entries = self._entries[kind].setdefault(key, [])
+        entry = _Entry(node, api or node_api)
+        if kind == "service":
+            for other in [other for other in entries if other != entry]:  # the last one to register it has it
+                self.remove(kind, key, other.node, other.api)
+            entries = self._entries[kind].setdefault(key, [])
+        if entry not in entries:
+            entries.append(entry)
+            self._held[node] += 1
+
+    def remove(self, kind: str, key: str, node: str, api: str) -> int:
+        """Take back; returns how many that were."""
+        entries = self._entries[kind].get(key, [])
+        if _Entry(node, api) not in entries:
+            return 0
+        entries.remove(_Entry(node, api))
+        self._held[node] -= 1
+        if not entries:
+            del self._entries[kind][key]
+        if not self._held[node]:
+            del self._held[node]
+            self.nodes.pop(node, None)
+        return 1
+
+    def forget(self, node: str) -> list[tuple[str, str]]:
+        """Take back all that a node has registered; returns kinds and names."""
+        gone = [(kind, key, entry) for (kind, key), entry in self._all() if entry.node == node]
+        for kind, key, entry in gone:
+            entries = self._entries[kind][key]
+            entries.remove(entry)
+            if not entries:
+                del self._entries[kind][key]
+        del self._held[node]
+        self.nodes.pop(node, None)
+        return [(kind, key) for kind, key, _ in gone]
+
+    def apis(self, kind: str, key: str) -> list[str]:
+        """URIs that are registered under a name."""
+        return [entry.api for entry in self._entries[kind].get(key, [])]
+
+    def names(self, kind: str) -> list[str]:
+        """All names of a kind."""
+        return list(self._entries[kind])
+
+    def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
+        """Nodes and URIs that are registered under a name."""
+        return [(entry.node, entry.api) for entry in self._entries[kind].get(key, [])]
+
+    def state(self, kind: str) -> list[list[object]]:
+        """Names with their nodes, as `getSystemState` has it."""
+        return [[key, [entry.node for entry in entries]] for key, entries in self._entries[kind].items()]
+
+    def _all(self) -> Iterator[tuple[tuple[str, str], _Entry]]:
+        for kind, keys in self._entries.items():
+            for key, entries in keys.items():
+                for entry in entries:
+                    yield (kind, key), entry
+
+
+class Service(NamedTuple):
+    """A service of a node in this process."""
+
+    node: str
+    type: str
+    call: Callable[[Message, str, Answer], None]
+    """Takes the request, the caller's name, and what is to be called with the response."""
+
+
+class Wire(Protocol):
+    """One way into the graph. Its methods are called in the network's thread."""
+
+    @property
+    def listened(self) -> frozenset[str]:
+        """Topics that somebody on this wire listens to; safe to ask from any thread."""
+
+    def registered(self, kind: str, name: str) -> None:
+        """A publisher, a subscriber or a service of a name has come or gone."""
+
+    def replaced(self, node: str, uri: str) -> None:
+        """Another node has taken the name of a node, whose URI was this."""
+
+    def deliver(self, name: str, type_name: str, message: Message) -> None:
+        """Send a message to who listens on this wire."""
+
+    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+        """A node has set a parameter; if it was deleted, the value is an empty dictionary."""
+
+
+RemoteMaster = Callable[[str, Sequence[Any]], Awaitable[Any]]
+"""Calls a method of another process's master with values after the caller; gives the value, None where it fails."""
+RemoteCall = Callable[[str, Callable[[str], Message] | None], Awaitable[tuple[str, Message | None]]]
+"""Calls a service of another process, with the request made for its type; gives the type and the response.
+
+Without a request it only asks for the type.
+"""
+
+
+class Graph:
+    """Nodes, topics with their types and latched messages, services and parameters.
+
+    The simulation is one node of it, each client of rosbridge that has registered something another one, and so are
+    those that a ROS 1 master knows. The nodes of this process have one URI, the simulation's.
+    """
+
+    def __init__(self, network: Network, inbox: Inbox, node: str = "/gazebo") -> None:
+        """`node`: the name of the simulation's node."""
+        self.network, self.inbox, self.node = network, inbox, node
+        self.uri = self.service_uri = ""
+        """Where ROS 1's nodes call the nodes of this process; empty without that wire."""
+        self.clock: float | None = None
+        """Simulated time [s], once there is one."""
+        self.table = Table()
+        self.wires: list[Wire] = []
+        self.local = {node}
+        """Nodes of this process."""
+        self.types: dict[str, str] = {}
+        """Of topics, as they were registered last; `*` where nobody has said it."""
+        self.services: dict[str, Service] = {}
+        """Those of nodes of this process."""
+        self.parameters, self._own_parameters = Parameters(), Parameters()
+        self.registrations = Registrations(self._replaced)
+        self.notices = Notices()
+        """What goes wrong on the networks."""
+        self.remote_master: RemoteMaster | None = None
+        """Set while the parameters are another process's."""
+        self.remote_call: RemoteCall | None = None
+        self._latched: dict[str, dict[str, Message]] = {}
+        self._local_types: dict[str, str] = {}
+        """Of topics of nodes of this process."""
+        self._level = "INFO"
+        self._own: dict[tuple[str, str], tuple[str, bool]] = {}
+        """What the table has registered: kind and name, type and whether it is latched."""
+        self.own_parameters: Mapping[str, Any] = {}
+        """Those of the simulation, by absolute name."""
+        self._registered("publisher", ROSOUT, LOG)
+        for name, kind, call in (
+            (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
+            (f"{node}/set_logger_level", "roscpp/SetLoggerLevel", self._set_logger_level),
+        ):
+            self.provide(name, Service(node, kind, call))
+
+    def open(self, uri: str, service_uri: str) -> None:
+        """Have these be the URIs of the nodes of this process."""
+        held = [(node, *one) for node in self.local for one in self.registrations.forget(node)]
+        self.uri, self.service_uri = uri, service_uri
+        for node, kind, name in held:
+            self.registrations.add(kind, name, node, uri, service_uri if kind == "service" else "")
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.clock or 0.0
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Outputs of the simulation that somebody listens to; safe to ask from any thread."""
+        return frozenset().union(*(wire.listened for wire in self.wires)) & self.table.outputs.keys()
+
+    # The simulation
+
+    def offer(self, table: Table) -> None:
+        """Have the simulation's node publish, listen to and provide what is in a table, and nothing else."""
+        own = dict(self._checked(table))
+        self.table = table
+        for key in [key for key, kind in self._own.items() if own.get(key) != kind]:
+            del self._own[key]
+            self.unregister(*key, self.node)
+        for (kind, name), (type_name, latched) in own.items():
+            if (kind, name) in self._own:
+                continue
+            self._own[kind, name] = type_name, latched
+            if kind == "service":
+                self.provide(name, Service(self.node, type_name, self._simulated(name)))
+            else:
+                self._registered(kind, name, type_name)
+        self._offer_parameters(table.parameters)
+
+    def send(self, sent: Sent) -> None:
+        """Publish a message of the simulation."""
+        output, message, self.clock = sent
+        self._deliver(output.name, output.type, message, self.node, latched=output.latched)
+
+    def log(self, level: str, text: str) -> None:
+        """Publish a line for people on `/rosout`."""
+        number = LEVELS.get(level, LEVELS["ERROR"])
+        if number < LEVELS[self._level]:
+            return
+        header = {"stamp": stamp(time.time() if self.clock is None else self.clock)}
+        self._deliver(ROSOUT, LOG, new(LOG, header=header, level=number, name=self.node, msg=text), self.node)
+
+    # Topics
+
+    def publish(
+        self, name: str, type_name: str, message: Message, node: str, *, latched: bool = False, sender: str = "",
+        origin: Wire | None = None,
+    ) -> None:  # fmt: skip
+        """Give a node's message to all who listen in this process and, but on the wire it came by, elsewhere.
+
+        Args:
+            name: of the topic.
+            type_name: of the message.
+            message: must not change afterwards.
+            node: who publishes it.
+            latched: whether those who subscribe later get it.
+            sender: who sent it, for people; the node by default.
+            origin: the wire on which it was published, if those who listen there have it.
+        """
+        if name in self.table.inputs:
+            self.inbox.message(name, message, sender or node)
+        self._deliver(name, type_name, message, node, latched=latched, origin=origin)
+
+    def latched(self, name: str) -> list[Message]:
+        """The messages of a topic that those get who subscribe now."""
+        return list(self._latched.get(name, {}).values())
+
+    def is_latched(self, name: str) -> bool:
+        """Whether some node of this process latches a topic."""
+        output = self.table.outputs.get(name)
+        return (output is not None and output.latched) or name in self._latched
+
+    def type_of(self, name: str) -> str | None:
+        """The type of a topic that somebody publishes or listens to, where it is known."""
+        known = self.types.get(name, "*") if self._is_topic(name) else "*"
+        return None if known == "*" else known
+
+    def topics(self) -> dict[str, str]:
+        """Every topic's type, by name; empty where it is not known."""
+        names = {*self.registrations.names("publisher"), *self.registrations.names("subscriber")}
+        return {name: self.type_of(name) or "" for name in sorted(names)}
+
+    def local_type(self, kind: str, name: str) -> str | None:
+        """The type of a topic that a node of this process publishes or listens to; None where none does."""
+        return self._local_types.get(name) if self.is_local(kind, name) else None
+
+    def is_local(self, kind: str, name: str) -> bool:
+        """Whether a node of this process is registered under a name."""
+        return any(node in self.local for node, _ in self.registrations.holders(kind, name))
+
+    # Registrations
+
+    def register(self, kind: str, name: str, node: str, type_name: str, *, latched: bool = False) -> None:
+        """Register a publisher or subscriber of a node of this process; CommandError: there are too many."""
+        self.local.add(node)
+        if latched:
+            self._latched.setdefault(name, {})
+        self._registered(kind, name, type_name, node)
+
+    def provide(self, name: str, service: Service) -> None:
+        """Register a service of a node of this process; CommandError: there are too many."""
+        self.local.add(service.node)
+        self.services[name] = service
+        self.registrations.add("service", name, service.node, self.uri, self.service_uri)
+        self._tell("service", name)
+
+    def unregister(self, kind: str, name: str, node: str) -> None:
+        """Take back what a node of this process has registered."""
+        self.registrations.remove(kind, name, node, self.service_uri if kind == "service" else self.uri)
+        if kind == "service" and name in self.services and self.services[name].node == node:
+            del self.services[name]
+        self._gone(kind, name, node)
+
+    def register_remote(
+        self, kind: str, name: str, node: str, uri: str, type_name: str = "*", service_uri: str = ""
+    ) -> None:
+        """Register something of a node of another process; CommandError: there are too many."""
+        if kind in {"publisher", "subscriber"}:
+            self._note_type(kind, name, type_name)
+        self.registrations.add(kind, name, node, uri, service_uri)
+        self._tell(kind, name)
+
+    def unregister_remote(self, kind: str, name: str, node: str, uri: str) -> int:
+        """Take back what a node of another process has registered; returns how many that were."""
+        count = self.registrations.remove(kind, name, node, uri)
+        if count:
+            self._gone(kind, name, node)
+        return count
+
+    def forget(self, node: str) -> None:
+        """A node has gone, and all that it had registered."""
+        for kind, name in self.registrations.forget(node):
+            if kind == "service" and name in self.services and self.services[name].node == node:
+                del self.services[name]
+            self._gone(kind, name, node)
+        if node != self.node:
+            self.local.discard(node)
+
+    def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
+        """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
+        self.types |= {name: kind for name, kind in types.items() if self.types.get(name, "*") == "*"}
+        for kind, known in zip(KINDS, state, strict=False):
+            there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
+            here = {
+                (name, node)
+                for name in self.registrations.names(kind)
+                for node, _ in self.registrations.holders(kind, name)
+                if node not in self.local
+            }
+            for name, node in here - there:
+                self.unregister_remote(kind, name, node, "")
+            for name, node in there - here:
+                self.registrations.add(kind, name, node, "")
+
+    # Parameters
+
+    def set_parameter(self, key: str, value: Any, setter: str) -> None:
+        """Set a parameter by its absolute name.
+
+        Raises:
+            CommandError: XML-RPC cannot carry the value, or it is too deep or too much.
+        """
+        self.parameters.set(key, plain(value))
+        self._tell_parameter(key, value, setter)
+
+    def delete_parameter(self, key: str) -> None:
+        """Delete a parameter; what the simulation has set is as it had set it then.
+
+        Raises:
+            KeyError: there is none.
+            CommandError: it is the simulation's alone.
+        """
+        now = self.parameters.get(key)
+        own = self._own_parameters.get(key) if self._own_parameters.has(key) else None
+        if joined(key) != "/" and own is not None and now == own:
+            raise CommandError(f"{key}: the parameter belongs to the simulation and cannot be deleted")
+        if own is None or joined(key) == "/":
+            self.parameters.delete(key)
+            self._tell_parameter(key, {}, "")
+        else:
+            self.set_parameter(key, own, "")
+
+    # What follows from a change
+
+    def _deliver(
+        self, name: str, type_name: str, message: Message, node: str, *, latched: bool = False,
+        origin: Wire | None = None,
+    ) -> None:  # fmt: skip
+        if latched:
+            self._latched.setdefault(name, {})[node] = message
+        for wire in self.wires:
+            if wire is not origin:
+                wire.deliver(name, type_name, message)
+
+    def _checked(self, table: Table) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
+        """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""
+        for output in table.outputs.values():
+            if self._is_known(output.name, output.type):
+                yield ("publisher", output.name), (output.type, output.latched)
+        for entry in table.inputs.values():
+            if self._is_known(entry.name, entry.type):
+                yield ("subscriber", entry.name), (entry.type, False)
+        for service in table.services.values():
+            if self._is_known(service.name, service.type, "Request", "Response"):
+                yield ("service", service.name), (service.type, False)
+
+    def _is_known(self, name: str, type_name: str, *halves: str) -> bool:
+        known = all(is_known(f"{type_name}{half}") for half in halves or ("",))
+        if not known:
+            self.notices.tell("ERROR", "type", name, f"{name}: unknown type {type_name}")
+        return known
+
+    def _offer_parameters(self, given: Mapping[str, Any]) -> None:
+        own: dict[str, Any] = {}
+        for name, value in given.items():
+            try:
+                own[name] = plain(value)
+            except CommandError as error:
+                self.notices.tell("ERROR", "parameter", name, f"parameter {name}: {error}")
+        before, self._own_parameters = self._own_parameters, Parameters()
+        for name, value in own.items():
+            self._own_parameters.set(name, value)
+        for name in self.own_parameters.keys() - own.keys():
+            if self.parameters.has(name):
+                self.parameters.delete(name)
+                self._tell_parameter(name, {}, self.node)
+        for name, value in own.items():
+            if not before.has(name) or before.get(name) != value:
+                self.set_parameter(name, value, self.node)
+        self.own_parameters = own
+
+    def _simulated(self, name: str) -> Callable[[Message, str, Answer], None]:
+        return lambda request, caller, answer: self.inbox.call(name, request, caller, answer)
+
+    def _registered(self, kind: str, name: str, type_name: str, node: str = "") -> None:
+        self._note_type(kind, name, type_name)
+        self.registrations.add(kind, name, node or self.node, self.uri)
+        self._local_types[name] = type_name
+        self._tell(kind, name)
+
+    def _note_type(self, kind: str, name: str, type_name: str) -> None:
+        """As ROS's master does: the last publisher says it, and a subscriber where nobody has."""
+        known = self.types.get(name) if self._is_topic(name) else None
+        is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
+        if is_new and (name in self.types or len(self.types) < MOST_TYPES):
+            self.types[name] = type_name
+
+    def _is_topic(self, name: str) -> bool:
+        return bool(self.registrations.apis("publisher", name) or self.registrations.apis("subscriber", name))
+
+    def _gone(self, kind: str, name: str, node: str) -> None:
+        """What a node had registered is not there any more."""
+        kept = self._latched.get(name)
+        if kind == "publisher" and kept is not None:
+            kept.pop(node, None)
+            if not kept:
+                del self._latched[name]
+        if name in self._local_types and not (self.is_local("publisher", name) or self.is_local("subscriber", name)):
+            del self._local_types[name]
+        self._tell(kind, name)
+
+    def _replaced(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
+        for wire in self.wires:
+            wire.replaced(node, uri)
+        for kind, name in gone:
+            self._gone(kind, name, node)
+
+    def _tell(self, kind: str, name: str) -> None:
+        for wire in self.wires:
+            wire.registered(kind, name)
+
+    def _tell_parameter(self, key: str, value: Any, setter: str) -> None:
+        for wire in self.wires:
+            wire.parameter_changed(key, value, setter)
+
+    def _get_loggers(self, _request: Message, _caller: str, answer: Answer) -> None:
+        logger = new("roscpp/Logger", name=LOGGER, level=self._level.lower())
+        answer(new("roscpp/GetLoggersResponse", loggers=[logger]), "")
+
+    def _set_logger_level(self, request: Message, _caller: str, answer: Answer) -> None:
+        level = str(request.level).upper()
+        if level not in LEVELS:
+            answer(None, f"no level {request.level[:40]!r}; known: {', '.join(name.lower() for name in LEVELS)}")
+            return
+        self._level = level
+        answer(new("roscpp/SetLoggerLevelResponse"), "")

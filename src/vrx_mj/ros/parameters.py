@@ -1,0 +1,222 @@
+"""Names and parameters of ROS 1: the tree of values, and whom a change in it concerns."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+from xmlrpc.client import Binary, DateTime
+
+import numpy as np
+
+from vrx_mj.errors import CommandError
+
+__all__ = [
+    "LONGEST",
+    "Parameters",
+    "Update",
+    "is_legal",
+    "is_type",
+    "joined",
+    "plain",
+    "resolve",
+    "updates",
+    "value_size",
+]
+
+DEEPEST_VALUE = 32
+INTEGERS = range(-(2**31), 2**31)
+LONGEST = 1024
+"""Characters of a name, at most."""
+_LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
+_TYPE = re.compile(r"(\*|[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*)\Z")
+
+
+def is_legal(name: object) -> bool:
+    """Whether something can name a topic, a service or a node."""
+    return isinstance(name, str) and 0 < len(name) <= LONGEST and _LEGAL.match(name) is not None
+
+
+def is_type(name: object) -> bool:
+    """Whether something can name a type; `*` stands for any."""
+    return isinstance(name, str) and len(name) <= LONGEST and _TYPE.match(name) is not None
+
+
+def joined(*parts: str) -> str:
+    """An absolute name without doubled or trailing slashes."""
+    return "/" + "/".join(part for name in parts for part in name.split("/") if part)
+
+
+def namespace(node: str) -> str:
+    """That in which a node's relative names are."""
+    return joined(node.rpartition("/")[0])
+
+
+def resolve(name: str, node: str) -> str:
+    """The absolute name that a node means by a name."""
+    if name.startswith("/"):
+        return joined(name)
+    if name.startswith("~"):
+        return joined(node, name[1:])
+    return joined(namespace(node), name)
+
+
+MOST_BYTES = 1 << 26
+"""Of all names and values, about."""
+DEEPEST = 32
+"""Names within each other in a key."""
+
+
+class Update(NamedTuple):
+    """What one who has subscribed to a parameter is told."""
+
+    subscribed: str
+    """Absolute name of the parameter or namespace."""
+    key: str
+    """Which one has changed; it ends with a slash, as ROS's master has it."""
+    value: Any
+    """An empty dictionary if it is gone."""
+
+
+class Parameters:
+    """Parameters by absolute name; a namespace is a dictionary."""
+
+    def __init__(self) -> None:
+        self.tree: dict[str, Any] = {}
+        self._bytes = value_size(self.tree)
+
+    def get(self, key: str) -> Any:
+        """The value, or the tree under a namespace; KeyError if there is none."""
+        value: Any = self.tree
+        for part in _parts(key):
+            if not isinstance(value, dict):
+                raise KeyError(key)
+            value = value[part]
+        return value
+
+    def has(self, key: str) -> bool:
+        """Whether there is such a parameter or namespace."""
+        try:
+            self.get(key)
+        except KeyError:
+            return False
+        return True
+
+    def set(self, key: str, value: Any) -> None:
+        """Set it; what was under this name is gone.
+
+        Raises:
+            CommandError: the root gets something else than a dictionary, the name is too deep, all is too much.
+        """
+        parts = _parts(key)
+        if len(parts) > DEEPEST or (not parts and not isinstance(value, dict)):
+            raise CommandError(
+                f"cannot set {key[:100]}: the root is a dictionary, and names are {DEEPEST} deep at most"
+            )
+        if self._bytes + value_size(value) > MOST_BYTES:
+            raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
+        if not parts:
+            self.tree, self._bytes = value, value_size(value)
+            return
+        place = self.tree
+        for part in parts[:-1]:
+            if not isinstance(place.get(part), dict):
+                self._put(place, part, {})
+            place = place[part]
+        self._put(place, parts[-1], value)
+
+    def delete(self, key: str) -> None:
+        """Take it away; KeyError if there is none, or it is the root."""
+        parts = _parts(key)
+        if not parts:
+            raise KeyError(key)
+        place = self.get("/".join(parts[:-1]))
+        if not isinstance(place, dict):
+            raise KeyError(key)
+        self._bytes -= len(parts[-1]) + value_size(place.pop(parts[-1]))
+
+    def search(self, place: str, key: str) -> str | None:
+        """Full name of a key as seen from a namespace: the nearest one upwards that has its first part."""
+        if key.startswith("/"):
+            return joined(key) if self.has(key) else None
+        parts, spaces = _parts(key), _parts(place)
+        if not parts:
+            return None
+        for depth in range(len(spaces), -1, -1):
+            if self.has(joined(*spaces[:depth], parts[0])):
+                return joined(*spaces[:depth], *parts)
+        return None
+
+    def names(self) -> list[str]:
+        """Absolute names of all that are no namespaces."""
+        return [name for name, value in _walk("", self.tree) if not isinstance(value, dict)]
+
+    def _put(self, place: dict[str, Any], name: str, value: Any) -> None:
+        if name in place:
+            self._bytes -= len(name) + value_size(place[name])
+        self._bytes += len(name) + value_size(value)
+        place[name] = value
+
+
+def updates(subscribed: Iterable[str], key: str, value: Any) -> list[Update]:
+    """Whom it concerns that a parameter was set; of one that was deleted the value is an empty dictionary."""
+    changed = _slashed(key)
+    below = {_slashed(joined(key) + name): part for name, part in _walk("", value)} if isinstance(value, dict) else {}
+    found = []
+    for name in subscribed:
+        full = _slashed(name)
+        if changed.startswith(full):
+            found.append(Update(name, changed, value))
+        elif full in below:
+            found.append(Update(name, full, below[full]))
+        elif full.startswith(changed):
+            found.append(Update(name, full, {}))
+    return found
+
+
+def _parts(key: str) -> list[str]:
+    return [part for part in key.split("/") if part]
+
+
+def _slashed(name: str) -> str:
+    clean = joined(name)
+    return clean if clean == "/" else f"{clean}/"
+
+
+def _walk(place: str, tree: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """All names in a tree, namespaces included, and what they have."""
+    for name, value in tree.items():
+        full = f"{place}/{name}"
+        yield full, value
+        if isinstance(value, dict):
+            yield from _walk(full, value)
+
+
+def value_size(value: Any) -> int:
+    """Bytes that a value of XML-RPC takes, about."""
+    if isinstance(value, dict):
+        return 64 + sum(len(name) + value_size(part) for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return 64 + sum(map(value_size, value))
+    if isinstance(value, Binary):
+        return 64 + len(value.data)
+    return 64 + len(value) if isinstance(value, str) else 64
+
+
+def plain(value: Any, depth: int = 0) -> Any:
+    """A value as XML-RPC can carry it: whole numbers that are too large become floats.
+
+    Raises:
+        CommandError: it cannot.
+    """
+    if depth > DEEPEST_VALUE:
+        raise CommandError(f"a value is nested more than {DEEPEST_VALUE} deep")
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): plain(part, depth + 1) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part, depth + 1) for part in value]
+    if isinstance(value, int) and value not in INTEGERS:
+        return float(value)
+    if not isinstance(value, str | int | float | Binary | DateTime):
+        raise CommandError(f"a {type(value).__name__} is not a value of a parameter")
+    return value

@@ -1,0 +1,228 @@
+"""One graph: what each wire is told, and what a change means to the others."""
+
+import asyncio
+
+import pytest
+
+from vrx_mj.errors import CommandError
+from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Service
+from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.messages import new
+from vrx_mj.ros.offer import Input, Output, Sent, Table
+from vrx_mj.ros.offer import Service as Offered
+from vrx_mj.ros.rosbridge.rosapi import MOST_PARAMETERS, MOST_TEXT, ClientParameters
+
+STRING, CLIENT, TALKER = "std_msgs/String", "/rosbridge/client_1", "/talker"
+URI = "http://127.0.0.1:4000/"
+
+
+class Wire:
+    """Keeps what it is told."""
+
+    listened = frozenset({"/info", "/elsewhere"})
+
+    def __init__(self):
+        self.sent, self.set, self.changed, self.taken = [], [], [], []
+
+    def registered(self, kind, name):
+        self.changed.append((kind, name))
+
+    def replaced(self, node, uri):
+        self.taken.append((node, uri))
+
+    def deliver(self, name, type_name, message):
+        self.sent.append((name, message.data if type_name == STRING else message))
+
+    def parameter_changed(self, key, value, setter):
+        self.set.append((key, value, setter))
+
+
+@pytest.fixture
+def graph():
+    made = Graph(None, Inbox())
+    made.wires += [Wire(), Wire()]
+    made.offer(table())
+    return made
+
+
+def table(**parameters):
+    return Table(
+        {"/info": Output("/info", STRING, lambda: None, latched=True)},
+        {"/order": Input("/order", STRING, lambda _: None)},
+        {"/reset": Offered("/reset", "std_srvs/Empty", lambda _: None)},
+        parameters or {"/sim": {"rate": 10, "name": "bay"}, "/use_sim_time": True},
+    )
+
+
+def text(data):
+    return new(STRING, data=data)
+
+
+def test_what_the_simulation_publishes_goes_to_every_wire_and_waits_for_who_comes_late(graph):
+    graph.send(Sent(graph.table.outputs["/info"], text("gate 3"), 2.5))
+    assert [wire.sent for wire in graph.wires] == [[("/info", "gate 3")]] * 2
+    assert [message.data for message in graph.latched("/info")] == ["gate 3"]
+    assert graph.time == 2.5
+    assert graph.inbox.drain()[0] == []
+
+
+def test_a_message_goes_to_the_simulation_and_to_all_wires_but_the_one_that_it_came_by(graph):
+    one, other = graph.wires
+    graph.publish("/order", STRING, text("go"), TALKER, origin=one)
+    assert (one.sent, other.sent) == ([], [("/order", "go")])
+    (command,) = graph.inbox.drain()[0]
+    assert (command.topic, command.message.data, command.sender) == ("/order", "go", TALKER)
+
+
+def test_only_outputs_that_somebody_listens_to_are_wanted(graph):
+    assert graph.wanted == {"/info"}
+
+
+def test_nodes_of_this_process_and_of_others_are_in_one_list(graph):
+    graph.open(URI, "rosrpc://127.0.0.1:4001")
+    graph.register("publisher", "/chat", CLIENT, STRING)
+    graph.register_remote("subscriber", "/chat", TALKER, "http://127.0.0.1:1/", "*")
+    assert graph.registrations.state("publisher") == [
+        [ROSOUT, ["/gazebo"]],
+        ["/info", ["/gazebo"]],
+        ["/chat", [CLIENT]],
+    ]
+    assert graph.registrations.apis("publisher", "/chat") == [URI]
+    assert graph.registrations.holders("subscriber", "/chat") == [(TALKER, "http://127.0.0.1:1/")]
+    assert graph.topics() == {"/chat": STRING, "/info": STRING, "/order": STRING, ROSOUT: "rosgraph_msgs/Log"}
+    assert set(graph.registrations.nodes) == {"/gazebo", CLIENT, TALKER}
+    graph.forget(CLIENT)
+    graph.unregister_remote("subscriber", "/chat", TALKER, "http://127.0.0.1:1/")
+    assert graph.type_of("/chat") is None
+    assert set(graph.registrations.nodes) == {"/gazebo"}
+
+
+def test_the_uris_of_what_is_registered_already_are_those_of_the_wire_that_opens(graph):
+    graph.open(URI, "rosrpc://127.0.0.1:4001")
+    assert graph.registrations.apis("publisher", "/info") == [URI]
+    assert graph.registrations.apis("service", "/reset") == ["rosrpc://127.0.0.1:4001"]
+    assert graph.registrations.nodes == {"/gazebo": URI}
+
+
+def test_a_table_takes_the_place_of_the_one_before_and_what_stays_stays(graph):
+    graph.send(Sent(graph.table.outputs["/info"], text("old"), 0.0))
+    wire = graph.wires[0]
+    wire.changed.clear()
+    graph.offer(Table({"/info": Output("/info", "std_msgs/Int8", lambda: None)}, table().inputs, {}, {}))
+    assert wire.changed == [("publisher", "/info"), ("service", "/reset"), ("publisher", "/info")]
+    assert graph.latched("/info") == []
+    assert graph.type_of("/info") == "std_msgs/Int8"
+    assert "/reset" not in graph.services
+    assert graph.parameters.names() == []
+
+
+def test_what_a_node_latched_goes_with_it(graph):
+    graph.register("publisher", "/map", CLIENT, STRING, latched=True)
+    assert graph.is_latched("/map")
+    graph.publish("/map", STRING, text("shore"), CLIENT, latched=True)
+    assert len(graph.latched("/map")) == 1
+    graph.unregister("publisher", "/map", CLIENT)
+    assert graph.latched("/map") == []
+    assert not graph.is_latched("/map")
+
+
+def test_a_mirror_has_the_nodes_of_another_master_and_leaves_those_of_this_process(graph):
+    state = [{"/scan": [TALKER], "/info": ["/gazebo", TALKER]}, {"/info": [TALKER]}, {"/map": [TALKER]}]
+    graph.mirror(state, {"/scan": "sensor_msgs/LaserScan"})
+    assert graph.topics()["/scan"] == "sensor_msgs/LaserScan"
+    assert [node for node, _ in graph.registrations.holders("publisher", "/info")] == ["/gazebo", TALKER]
+    graph.mirror([{}, {}, {}], {})
+    assert "/scan" not in graph.topics()
+    assert [node for node, _ in graph.registrations.holders("publisher", "/info")] == ["/gazebo"]
+    assert set(graph.registrations.nodes) == {"/gazebo"}
+
+
+def test_a_service_of_a_node_goes_with_it(graph):
+    graph.provide("/lights", Service(CLIENT, "std_srvs/Trigger", lambda *_: None))
+    assert graph.services["/lights"].node == CLIENT
+    graph.forget(CLIENT)
+    assert "/lights" not in graph.services
+    assert graph.registrations.apis("service", "/lights") == []
+
+
+def test_a_namespace_is_a_mapping_of_what_is_in_it(graph):
+    assert graph.parameters.get("/sim") == {"rate": 10, "name": "bay"}
+    assert graph.parameters.get("/sim/rate") == 10
+    assert sorted(graph.parameters.names()) == ["/sim/name", "/sim/rate", "/use_sim_time"]
+    assert graph.parameters.has("/sim")
+    assert not graph.parameters.has("/si")
+
+
+def test_a_value_gives_way_to_a_namespace_of_its_name_and_the_other_way_round(graph):
+    graph.set_parameter("/mine", 2, TALKER)
+    graph.set_parameter("/mine/deep", {"er": 3}, TALKER)
+    assert graph.parameters.get("/mine") == {"deep": {"er": 3}}
+    assert "/mine" not in graph.parameters.names()
+    graph.set_parameter("/mine", 4, TALKER)
+    assert graph.parameters.get("/mine") == 4
+    assert [name for name in graph.parameters.names() if "mine" in name] == ["/mine"]
+    assert graph.wires[1].set[-1] == ("/mine", 4, TALKER)
+
+
+def test_what_others_set_can_go_but_not_the_simulation_s_own(graph):
+    graph.set_parameter("/sim/rate", 20, TALKER)
+    assert graph.parameters.get("/sim/rate") == 20
+    graph.delete_parameter("/sim/rate")
+    assert graph.parameters.get("/sim/rate") == 10
+    graph.set_parameter("/sim/gain", 1, TALKER)
+    graph.delete_parameter("/sim")
+    assert graph.parameters.get("/sim") == {"rate": 10, "name": "bay"}
+    with pytest.raises(CommandError) as raised:
+        graph.delete_parameter("/sim/rate")
+    assert str(raised.value) == "/sim/rate: the parameter belongs to the simulation and cannot be deleted"
+    with pytest.raises(KeyError):
+        graph.delete_parameter("/nothing")
+
+
+def test_parameters_that_the_simulation_sets_anew_or_no_more(graph):
+    graph.set_parameter("/use_sim_time", False, TALKER)
+    graph.offer(table(**{"/use_sim_time": True, "/boat": "wamv"}))
+    assert graph.parameters.get("/use_sim_time") is False  # nothing is new about it
+    assert sorted(graph.parameters.names()) == ["/boat", "/use_sim_time"]
+
+
+def test_a_search_goes_from_the_inner_namespace_outwards(graph):
+    graph.set_parameter("/a/b/gain", 1, TALKER)
+    graph.set_parameter("/a/gain", 2, TALKER)
+    assert graph.parameters.search("/a/b/c", "gain") == "/a/b/gain"
+    assert graph.parameters.search("/a", "gain") == "/a/gain"
+    assert graph.parameters.search("/a/b", "use_sim_time") == "/use_sim_time"
+    assert graph.parameters.search("/a/b", "none") is None
+
+
+def test_clients_of_rosbridge_set_so_many_parameters_and_so_long_ones_and_no_more(graph):
+    clients = ClientParameters(graph)
+    asyncio.run(clients.set("/many", {f"p{number}": 1 for number in range(MOST_PARAMETERS)}))
+    for name, value in (("/more", 1), ("/many/p0", {"a": 1, "b": 2})):
+        with pytest.raises(CommandError, match=rf"{name}: 1025 parameters would be set by clients; at most 1024"):
+            asyncio.run(clients.set(name, value))
+    asyncio.run(clients.delete("/many"))
+    with pytest.raises(CommandError, match="characters would be set by clients"):
+        asyncio.run(clients.set("/long", "x" * MOST_TEXT))
+    asyncio.run(clients.set("/long", "x" * (MOST_TEXT - 20)))
+    asyncio.run(clients.set("/long", "y" * (MOST_TEXT - 20)))
+    assert graph.parameters.get("/long").startswith("y")
+
+
+def test_levels_of_rosout(graph):
+    sent, answers = graph.wires[0].sent, []
+    graph.clock = 2.5
+    graph.log("INFO", "hello")
+    request = type("Request", (), {"level": "ERROR"})
+    call = graph.services["/gazebo/set_logger_level"].call
+    call(request, "/x", lambda *answer: answers.append(answer))
+    graph.log("WARN", "not told")
+    graph.log("ERROR", "told")
+    lines = [message for name, message in sent if name == ROSOUT]
+    assert [(one.msg, one.level, one.name, one.header.stamp.nanosec) for one in lines] == [
+        ("hello", LEVELS["INFO"], "/gazebo", 500_000_000),
+        ("told", LEVELS["ERROR"], "/gazebo", 500_000_000),
+    ]
+    request.level = "loud"
+    call(request, "/x", lambda *answer: answers.append(answer))
+    assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
