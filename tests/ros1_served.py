@@ -19,6 +19,7 @@ from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.ros.ros1 import Ros1
+from vrx_mj.ros.rosbridge import Rosbridge
 from vrx_mj.ros.wires import Wires
 
 LEFT = "/wamv/thrusters/left_thrust_cmd"
@@ -77,15 +78,19 @@ def until(condition: Callable[[], object], what: str, seconds: float = 10.0) -> 
 
 
 class Served:
-    """The table on a master, and a thread in the place of the simulation's that publishes at 50 Hz and answers."""
+    """The table on a master, and a thread in the place of the simulation's that publishes at 50 Hz and answers.
+
+    With `rosbridge=True` it is on a rosbridge too.
+    """
 
     def __init__(self, port: int, table: Table, **options) -> None:
         self.port, self.table = port, table
         self.network, self.inbox = Network(), Inbox()
         self.uri = f"http://127.0.0.1:{port}"
         self.graph = Graph(self.network, self.inbox, options.pop("node", "/gazebo"))
+        self.bridge = Rosbridge(self.graph, port=0) if options.pop("rosbridge", False) else None
         self.ros = Ros1(self.graph, master_uri=self.uri, **options)
-        self.wires = Wires(self.graph, [self.ros])
+        self.wires = Wires(self.graph, [one for one in (self.ros, self.bridge) if one is not None])
         self.commands: list[Command] = []
         self.unknown_publishers: list[UnknownTopicPublisher] = []
         self.called: list[tuple[str, str]] = []
@@ -113,6 +118,11 @@ class Served:
         self._thread.join()
         self.wires.close()
         self.network.close()
+
+    @property
+    def url(self) -> str:
+        """Of the rosbridge, if there is one."""
+        return f"ws://127.0.0.1:{self.bridge.port}"
 
     def offer(self, table: Table) -> None:
         self.table = table

@@ -132,7 +132,7 @@ def held(served: Served) -> Iterator[object]:
     yield len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
     yield dict(served.ros._connection_limit.inside)
     yield node.tcpros_listener.intake.used
-    yield node.stream.budget.used
+    yield node.stream.counts.waiting
     yield len(asyncio.all_tasks(served.network.loop))
 
 

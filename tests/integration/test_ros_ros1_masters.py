@@ -170,7 +170,7 @@ def test_a_master_that_is_elsewhere_or_nowhere(monkeypatch):
         )
     with socket.create_server(("127.0.0.1", 0)) as mute:
         port = mute.getsockname()[1]
-        monkeypatch.setattr("vrx_mj.ros.ros1.registrar.PATIENCE", 0.1)
+        monkeypatch.setattr("vrx_mj.ros.ros1.registrar.MASTER_TIMEOUT", 0.1)
         told = refusal(f"http://127.0.0.1:{port}")
     assert re.fullmatch(
         rf"no ROS master at http://127\.0\.0\.1:{port}: no answer; port {port} is held by {SINCE}", told

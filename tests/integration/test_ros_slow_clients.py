@@ -169,7 +169,7 @@ def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served
 
 
 def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.limits.SECONDS", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.limits.MESSAGE_TIMEOUT", 0.2)
     connection, _ = dial(service_of(served.uri, "/trigger"), service="/trigger", persistent="1")
     with connection:
         connection.sendall(frame(b""))

@@ -11,11 +11,12 @@ from vrx_mj.errors import NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import fields
 from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.offer import Output, Sent, Table
 from vrx_mj.ros.ros2 import Ros2
 from vrx_mj.ros.ros2 import node as ros2_node
-from vrx_mj.ros.ros2.node import MOST_BATCHES, RANGE
+from vrx_mj.ros.ros2.node import RANGE
 
 OWN = ".".join(platform.python_version_tuple()[:2])
 WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -100,6 +101,8 @@ class Node:
         self.tables.append(table)
 
     def publish(self, batch):
+        if not batch:
+            return
         self.begun.set()
         assert self.free.wait(LONGEST)
         self.published += batch
@@ -153,15 +156,15 @@ def test_what_waits_is_bounded_and_what_is_latched_is_kept(opened):
     ros2, node = opened.ros2, opened.node
     ros2.publish([sent(PLAIN, -1)])
     assert node.begun.wait(LONGEST)
-    for number in range(3 * MOST_BATCHES):
+    for number in range(3 * MOST_WAITING):
         ros2.publish([sent(PLAIN, number), *([sent(GOAL, number)] if number < 2 else [])])
-    assert ros2.traffic.dropped == 2 * MOST_BATCHES
+    assert ros2.traffic.dropped == 2 * MOST_WAITING
     node.free.set()
     assert node.done.wait(LONGEST)
     goals = [one.message.data for one in node.published if one.output is GOAL]
     plain = [one.message.data for one in node.published if one.output is PLAIN]
     assert goals == [0.0, 1.0]
-    assert plain == [-1.0, *map(float, range(2 * MOST_BATCHES, 3 * MOST_BATCHES))]
+    assert plain == [-1.0, *map(float, range(2 * MOST_WAITING, 3 * MOST_WAITING))]
 
 
 def test_the_newest_table_and_all_lines_are_passed_on(opened):

@@ -17,6 +17,7 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import stamp
 from vrx_mj.ros.offer import Dialect, Input, Output, Sent, Table, Traffic
 from vrx_mj.ros.table.vrx3 import PACKAGES
@@ -275,8 +276,6 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PERIOD = 0.01
 """Wall time after which subscriptions are emptied at the latest [s]."""
-MOST_BATCHES = 64
-"""Batches that wait for the network's thread; the oldest goes first."""
 MOST_LINES = 64
 CLOSING = 2.0
 EXAMPLES = {"ros_gz_interfaces": "/vrx/task/info and range_bearing", "tf2_msgs": "/tf and /tf_static"}
@@ -295,9 +294,8 @@ class Ros2:
         self._inbox, self._host, self._name = inbox, host, node
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: Table | None = None
-        self._batches: deque[Sequence[Sent]] = deque()
+        self._queue = TopicQueue()
         self._lines: deque[tuple[str, str]] = deque(maxlen=MOST_LINES)
-        self._dropped = 0
         self._node: Node | None = None
         self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)
 
@@ -335,13 +333,7 @@ class Ros2:
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens."""
-        with self._lock:
-            self._batches.append(batch)
-            if len(self._batches) > MOST_BATCHES:
-                oldest = self._batches.popleft()
-                kept = [sent for sent in oldest if sent.output.latched]
-                self._dropped += len(oldest) - len(kept)
-                self._batches[0] = [*kept, *self._batches[0]]
+        self._queue.put(batch)
         self._woken.set()
 
     def log(self, level: str, text: str) -> None:
@@ -353,7 +345,7 @@ class Ros2:
     def traffic(self) -> Traffic:
         """What it has carried."""
         node = self._node
-        return Traffic(node.clients, node.sent, self._dropped) if node else Traffic(0, 0, self._dropped)
+        return Traffic(node.clients, node.sent, self._queue.dropped) if node else Traffic(0, 0, self._queue.dropped)
 
     def close(self) -> None:
         """Leave ROS 2, and wait until that is done: 2 s at most."""
@@ -381,13 +373,11 @@ class Ros2:
     def _work(self, node: Node) -> None:
         with self._lock:
             table, self._table = self._table, None
-            batches, self._batches = self._batches, deque()
             lines = list(self._lines)
             self._lines.clear()
         if table is not None:
             node.offer(table)
-        for batch in batches:
-            node.publish(batch)
+        node.publish(self._queue.take())
         for line in lines:
             node.log(*line)
         node.take()
