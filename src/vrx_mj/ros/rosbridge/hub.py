@@ -5,6 +5,7 @@ from typing import Protocol
 
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.limits import ClientPace, Counts, Intake
+from vrx_mj.ros.network import Notices
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.ros.rosbridge.topics import Services, Topics
 
@@ -38,6 +39,7 @@ class Hub:
         self.services = Services(graph)
         self.clients: dict[int, Ending] = {}
         self.numbers = itertools.count(1)
+        self._notices = Notices()
         self._rosapi = Rosapi(graph, self.services)
 
     def open(self) -> None:
@@ -47,4 +49,4 @@ class Hub:
 
     def tell_once(self, peer: str, kind: str, text: str) -> None:
         """Warn people, once for a peer and kind of mistake."""
-        self.graph.notices.tell("WARN", kind, peer, f"rosbridge: {peer}: {text}")
+        self._notices.tell("WARN", kind, peer, f"rosbridge: {peer}: {text}")

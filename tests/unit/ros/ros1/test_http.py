@@ -9,8 +9,9 @@ import pytest
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import CallsPace, ConnectionLimit
 from vrx_mj.ros.network import Notices
+from vrx_mj.ros.parameters import plain
 from vrx_mj.ros.ros1.http_server import HttpServer
-from vrx_mj.ros.ros1.xmlrpc import Proxy, address, plain, read, read_head
+from vrx_mj.ros.ros1.xmlrpc import Proxy, address, read, read_head
 
 PING = dumps(("x",), "ping").encode()
 HEAD = b"POST / HTTP/1.1\r\nContent-Length: %d\r\n" % len(PING)
