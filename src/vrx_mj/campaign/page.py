@@ -11,13 +11,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from vrx_mj.campaign.manifest import Campaign
-from vrx_mj.campaign.maps import COLORS, draw
+from vrx_mj.campaign.maps import COLORS, SHAPES, map_values, path
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
 from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, task_types, tasks_of_worlds
 from vrx_mj.resources import root
 
-__all__ = ["PAGE", "page", "refreshed", "write_report"]
+__all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
 
 BEST, MIDDLE, WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
 """Colours of a score among those of its world."""
@@ -113,7 +113,6 @@ def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:
         if world not in sketches:
             continue
         found = _in_world(campaign, world)
-        drawing = draw(sketches[world], found, plan.controllers)
         lines = []
         for index, controller in enumerate(plan.controllers):
             own = [result for result in found if result.cell.controller == controller]
@@ -121,10 +120,16 @@ def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:
                 recorded = [result for result in own if result.recording]
                 lines.append({"controller": controller, "index": index, "mean": mean_of(own), "recorded": recorded})
         yield {
-            "world": world, "number": number, "task": tasks.get(world), "lines": lines, "view": drawing.view,
+            "world": world, "number": number, "task": tasks.get(world), "lines": lines,
             "description": sketches[world]["description"],
-            "marks": Markup(drawing.marks), "tracks": Markup(drawing.tracks),
+            "svg": map_svg(world, sketches[world], found, plan.controllers),
         }  # fmt: skip
+
+
+def map_svg(world: str, sketch: Row, results: Sequence[Result], controllers: Sequence[str]) -> Markup:
+    """A world from above with the tracks of these trials."""
+    values = {"world": world, **map_values(sketch, results, controllers)}
+    return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
 
 
 def _failure(result: Result) -> Row:
@@ -141,7 +146,8 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["number"] = _number
+    environment.filters |= {"number": _number, "path": path, "metres": "{:.1f}".format, "size": "{:.2f}".format}
+    environment.globals |= SHAPES
     return environment
 
 

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from trees import task_of
-from vrx_mj.campaign.maps import draw, sketch_of
+from vrx_mj.campaign.maps import sketch_of
+from vrx_mj.campaign.page import map_svg
 from vrx_mj.mjcf.compile import compile_world
 
 WORLD = {
@@ -72,7 +73,7 @@ def test_bays_are_turned_with_their_dock(world):
 
 def test_a_gates_arrow_points_the_way_it_counts():
     gate = {"left": [10.0, 5.0], "right": [10.0, -5.0], "yaw": math.pi}
-    marks = draw({**BARE, "gates": [gate]}, [], []).marks
+    marks = map_svg("w", {**BARE, "gates": [gate]}, [], [])
     arrow = marks[marks.index('class="arrow" d="M') + len('class="arrow" d="M') :]
     tip_x, tip_y = map(float, arrow[: arrow.index("L")].split())
     assert (tip_x < 10.0, tip_y) == (True, 0.0)
@@ -82,7 +83,7 @@ def test_land_lies_left_of_its_shore_and_lakes_are_water():
     square = [[-90.0, -90.0], [90.0, -90.0], [90.0, 90.0], [-90.0, 90.0]]
     lake = [[-50.0, -50.0], [-50.0, 50.0], [50.0, 50.0], [50.0, -50.0]]
     boats = [{"name": "wamv", "x": x, "y": x, "yaw": 0.0} for x in (-80.0, 80.0)]
-    marks = draw({**BARE, "boats": boats, "shore": [square, lake]}, [], []).marks
+    marks = map_svg("w", {**BARE, "boats": boats, "shore": [square, lake]}, [], [])
     land = marks[marks.index("land") : marks.index("/>")]
     assert (land.count("M"), land.count("Z")) == (2, 2)
-    assert draw({**BARE, "boats": boats}, [], []).marks.count("land") == 0
+    assert map_svg("w", {**BARE, "boats": boats}, [], []).count("land") == 0
