@@ -1,4 +1,4 @@
-"""Results of trials in the folder of a campaign: a small JSON for each cell, and all of them as CSV."""
+"""Results of trials: what is noted while they run, a small JSON for each cell in the folder, and all of them as CSV."""
 
 import csv
 import io
@@ -7,8 +7,9 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, folder_name
 from vrx_mj.errors import RecordError
 
@@ -16,10 +17,13 @@ __all__ = [
     "FORMAT",
     "LOG",
     "Result",
+    "Stopwatch",
+    "Tracks",
     "read_json",
     "read_result",
     "read_results",
     "read_sketches",
+    "simplified",
     "sketch_file",
     "write_csv",
     "write_json",
@@ -158,3 +162,59 @@ def write_text(file: Path, text: str) -> None:
     draft = file.with_name(f"{file.name}.{os.getpid()}.part")
     draft.write_text(text, encoding="utf-8", newline="\n")
     draft.replace(file)
+
+
+Point = tuple[float, float]
+APART = 0.3
+"""Places nearer than this to the one kept before are left out while sailing [m]."""
+TOLERANCE = 0.2
+"""How far a simplified track may be from the true one [m]."""
+MOST = 400
+"""Points of a simplified track, at most."""
+
+
+class Stopwatch(Protocol):
+    """Who sees to it that a trial ends."""
+
+    def allow(self, wall: float) -> None:
+        """The trial may take this wall time [s] from now on."""
+
+    def reach(self, moment: float) -> None:
+        """The trial has reached this simulated time [s]."""
+
+    def lead(self, group: int) -> None:
+        """A program that sails it has this process group; 0: it has none any more."""
+
+
+class Tracks:
+    """Collects the places of boats while they sail."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, list[Point]] = {}
+
+    def add(self, boat: str, position: FloatArray) -> None:
+        """Take a boat's position [m, ENU]."""
+        x, y = float(position[0]), float(position[1])
+        places = self._places.setdefault(boat, [])
+        if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > APART:
+            places.append((x, y))
+
+    def simplified(self) -> dict[str, list[list[float]]]:
+        """The track of each boat, east and north [m] to a decimetre."""
+        return {boat: simplified(places) for boat, places in self._places.items()}
+
+
+def simplified(places: list[Point]) -> list[list[float]]:
+    """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
+    from shapely import LineString
+
+    if len(places) < 3:
+        return _rounded(places)
+    tolerance, line = TOLERANCE, LineString(places)
+    while len(line.coords) > MOST or tolerance == TOLERANCE:
+        line, tolerance = line.simplify(tolerance, preserve_topology=False), 1.5 * tolerance
+    return _rounded(list(line.coords))
+
+
+def _rounded(places: list[Point]) -> list[list[float]]:
+    return [[round(x, 1), round(y, 1)] for x, y in places]

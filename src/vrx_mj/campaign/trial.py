@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vrx_mj.campaign.plan import Cell, Serving
-from vrx_mj.campaign.results import Result
-from vrx_mj.campaign.tracks import Stopwatch, Tracks
+from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World

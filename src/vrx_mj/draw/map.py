@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arguments import as_path, check_kind, whole
-from vrx_mj.draw.course_marks import Row, course_rows
 from vrx_mj.draw.labels import INK, font_warnings_hidden, write
 from vrx_mj.draw.map_scene import MapScene
-from vrx_mj.draw.plan import SOFT, Box, draw_plan, ground, nice_length, view_of
+from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_plan, ground, nice_length, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.outputs import written
 

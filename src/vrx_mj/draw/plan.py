@@ -1,18 +1,31 @@
-"""The plan: shore, docks, objects, waypoints and boats of the part of the world that matters."""
+"""The plan of a map: shore, docks, objects, waypoints and boats, and what a task lays out there."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.course_marks import course_things, draw_course
+from vrx_mj.config.displays import RGB
+from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
 from vrx_mj.draw.labels import INK, Thing, label, write
-from vrx_mj.draw.map_scene import MapBoat, MapScene
+from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene
 
-__all__ = ["SOFT", "Box", "draw_plan", "ground", "nice_length", "view_of"]
-
+__all__ = [
+    "SOFT",
+    "Box",
+    "Row",
+    "course_rows",
+    "course_things",
+    "draw_course",
+    "draw_plan",
+    "ground",
+    "nice_length",
+    "view_of",
+]
 
 Box = tuple[float, float, float, float]
 """West, south, east and north [m]."""
@@ -199,3 +212,236 @@ def ground(axes: Any, scene: MapScene, view: Box) -> None:
     rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
     land = PathPatch(Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5)
     axes.add_patch(land)
+
+
+Row = tuple[Any, Any, Any, str]
+"""Of the legend: marker, colour of its face, colour of its edge, text."""
+
+GATE, RIGHT, WRONG, PATH, BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
+AVOID, CIRCLE = "#c0392b", "#1c6fb5"
+DISC = 15.0
+"""Diameter of a gate's number [px]."""
+GOALS = {
+    "avoid": (AVOID, 0, "keep away"),
+    "circumnavigate_clockwise": (CIRCLE, -1, "circle clockwise"),
+    "circumnavigate_counterclockwise": (CIRCLE, 1, "circle counter-clockwise"),
+}
+"""Of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
+SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
+ARROWS = 3
+"""On a circle."""
+
+
+def draw_course(axes: Any, scene: MapScene, pixel: float) -> None:
+    """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
+    course = scene.course
+    for animal in course.animals:
+        _animal(axes, animal, pixel)
+    for path in course.paths:
+        _path(axes, path)
+    for bay in course.bays:
+        _bay(axes, bay)
+    for beacon in course.beacons:
+        _beacon(axes, beacon)
+    for gate in course.gates:
+        _gate(axes, gate, pixel)
+    for showing, color in zip(course.showings, _showing_colors(scene), strict=True):
+        _showing(axes, showing, color)
+    for placard in _spread(scene.placards, pixel):
+        _placard(axes, placard)
+    for light in course.lights:
+        _lamps(axes, light.x, light.y, light.colors, pixel)
+
+
+def course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
+    """What the course's drawings are to the labels: names of bays and beacons, and what names must not cover."""
+    course = scene.course
+    for gate in course.gates:
+        yield from _gate_things(gate, pixel)
+    for bay in course.bays:
+        yield from _bay_things(bay, pixel)
+    for placard in _spread(scene.placards, pixel):
+        yield Thing("", placard.x, placard.y, 9.0 * pixel)
+    for beacon in course.beacons:
+        yield Thing(beacon.name, beacon.x, beacon.y, 9.0 * pixel, must=True)
+    for light in course.lights:
+        yield Thing("", light.x, light.y + _lamp_height(pixel), 14.0 * pixel)
+    for showing in course.showings:
+        yield Thing(f"{showing.start:g}–{showing.end:g} s", showing.x, showing.y, 6.0 * pixel)
+
+
+def _gate_things(gate: GateBar, pixel: float) -> Iterator[Thing]:
+    """A gate's number, then points along its bar and its arrow."""
+    middle = np.array(gate.middle)
+    yield _keep_off(middle, 0.6 * DISC * pixel)
+    ways = (np.array(gate.left), np.array(gate.right), middle + _reach(gate, pixel) * _along(gate))
+    for end in ways:
+        for share in np.linspace(0.0, 1.0, 12)[1:-1]:
+            yield _keep_off(middle + share * (end - middle), 3.0 * pixel)
+    yield _keep_off(ways[2], 5.0 * pixel)
+
+
+def _keep_off(place: Any, radius: float) -> Thing:
+    """What names must not cover."""
+    return Thing("", float(place[0]), float(place[1]), radius)
+
+
+def _bay_things(bay: Bay, pixel: float) -> Iterator[Thing]:
+    """A bay's name, outside of the zone to back out to, and the zone to stay in."""
+    inside, outside = bay.internal[:, :2].mean(axis=0), bay.external[:, :2].mean(axis=0)
+    out = (outside - inside) / max(math.dist(outside, inside), 1e-9)
+    half = float(np.max((bay.external[:, :2] - outside) @ out))
+    x, y = outside + out * (half + pixel * (28.0 * abs(out[0]) + 11.0 * abs(out[1])))
+    yield Thing(f"{bay.name} ✓" if bay.right else bay.name, float(x), float(y), 0.0)
+    yield _keep_off(inside, 8.0 * pixel)
+
+
+def course_rows(scene: MapScene) -> Iterator[Row]:
+    """The legend of what is there."""
+    course = scene.course
+    if course.gates:
+        yield (r"$\rightarrow$", GATE, GATE, "gate, its number and direction")
+    if course.bays:
+        yield ("s", "#d5ecd8", RIGHT, "bay to dock in")
+        if not all(bay.right for bay in course.bays):
+            yield ("s", "#e6e9eb", WRONG, "other bay")
+        yield ("s", "none", RIGHT, "dashed: back out to this line")
+    for goal, (color, turn, text) in GOALS.items():
+        reach = [animal.radius for animal in course.animals if animal.goal == goal]
+        if reach:
+            mark = {0: "o", 1: r"$\circlearrowleft$", -1: r"$\circlearrowright$"}[turn]
+            yield (mark, "none" if turn == 0 else color, color, f"{text}, {reach[0]:g} m")
+    if course.beacons:
+        tolerance = course.beacons[0].radius
+        yield ("x", BEACON, BEACON, course.beacons[0].name + (f", found within {tolerance:g} m" if tolerance else ""))
+    if course.paths:
+        yield (r"$\rightarrow$", PATH, PATH, "path of a moving object")
+    if course.lights:
+        yield ("o", RGB[course.lights[0].colors[0]], INK, "light buoy: its colours, in order")
+    if course.showings:
+        yield ("o", "none", INK, "appears in front of the boat")
+
+
+def _arrow(axes: Any, start: Any, tip: Any, color: str, **style: Any) -> None:
+    look = {"arrowstyle": "-|>", "color": color, "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
+    axes.annotate("", tip, start, arrowprops={**look, **style}, zorder=4)
+
+
+def _along(gate: GateBar) -> Any:
+    """The direction in which to cross a gate, a unit vector."""
+    return np.array([math.cos(gate.yaw), math.sin(gate.yaw)])
+
+
+def _reach(gate: GateBar, pixel: float) -> float:
+    """Length of a gate's arrow [m]: in proportion, but long enough to be seen."""
+    return max(26.0 * pixel, 0.4 * math.dist(gate.left, gate.right))
+
+
+def _gate(axes: Any, gate: GateBar, pixel: float) -> None:
+    """A bar between the buoys, an arrow across it and its number."""
+    axes.plot(*zip(gate.left, gate.right, strict=True), color=GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
+    x, y = gate.middle
+    _arrow(axes, (x, y), gate.middle + _reach(gate, pixel) * _along(gate), GATE)
+    axes.plot([x], [y], marker="o", markersize=0.72 * DISC, color="white", markeredgecolor=GATE, zorder=4.1)
+    write(axes, x, y, str(gate.number), size=7.5, color=GATE, ha="center", va="center", zorder=4.2, weight="bold")
+
+
+def _bay(axes: Any, bay: Bay) -> None:
+    from matplotlib.patches import Polygon
+
+    color, order = (RIGHT, 2.5) if bay.right else (WRONG, 2.4)
+    style: dict[str, Any] = {"edgecolor": color, "zorder": order}
+    axes.add_patch(Polygon(bay.internal[:, :2], facecolor=(*_rgb(color), 0.18), linewidth=1.6, **style))
+    axes.add_patch(Polygon(bay.external[:, :2], facecolor="none", linewidth=1.3, linestyle=(0, (4, 3)), **style))
+
+
+def _spread(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard]:
+    """Placards, those back to back moved apart until both are seen."""
+    for placard in placards:
+        here = np.array([placard.x, placard.y])
+        apart = [here - (other.x, other.y) for other in placards if other is not placard]
+        near = min(apart, key=lambda way: float(np.hypot(*way)), default=np.array([math.inf, 0.0]))
+        distance = float(np.hypot(*near))
+        if 0.0 < distance < 21.0 * pixel:
+            here = here + near / distance * (21.0 * pixel - distance) / 2.0
+        yield replace(placard, x=float(here[0]), y=float(here[1]))
+
+
+def _placard(axes: Any, placard: MapPlacard) -> None:
+    """The symbol that a placard shows."""
+    color, _, shape = placard.symbol.partition("_")
+    mark = SYMBOL_MARKS.get(shape, "o")
+    axes.plot([placard.x], [placard.y], marker="o", markersize=13, color="white", markeredgecolor=INK, zorder=3.4)
+    axes.plot([placard.x], [placard.y], marker=mark, markersize=8, color=RGB[color], markeredgecolor=INK,
+              markeredgewidth=0.6, zorder=3.5)  # fmt: skip
+
+
+def _lamp_height(pixel: float) -> float:
+    return 15.0 * pixel
+
+
+def _lamps(axes: Any, x: float, y: float, colors: Any, pixel: float) -> None:
+    """A light buoy's colours above it, as three dots."""
+    above = y + _lamp_height(pixel)
+    for number, color in enumerate(colors):
+        place = x + (number - 1) * 11.0 * pixel
+        axes.plot([place], [above], marker="o", markersize=7.5, color=RGB[color], markeredgecolor=INK,
+                  markeredgewidth=0.9, zorder=5.2)  # fmt: skip
+
+
+def _animal(axes: Any, animal: Animal, pixel: float) -> None:
+    """The circle of engagement, with arrows where it is to be gone round."""
+    from matplotlib.patches import Circle
+
+    color, turn, _ = GOALS[animal.goal]
+    style = {"linestyle": (0, (5, 3))} if turn == 0 else {}
+    shade = (*_rgb(color), 0.10 if turn == 0 else 0.05)
+    axes.add_patch(Circle((animal.x, animal.y), animal.radius, fc=shade, ec=color, lw=1.6, zorder=2.2, **style))
+    if turn == 0:
+        return
+    for angle in np.linspace(0.0, math.tau, ARROWS, endpoint=False) + math.pi / 2.0:
+        step = turn * min(1.0, 9.0 * pixel / animal.radius)
+        ends = [
+            (animal.x + animal.radius * math.cos(at), animal.y + animal.radius * math.sin(at))
+            for at in (angle - step, angle + step)
+        ]
+        _arrow(axes, ends[0], ends[1], color, mutation_scale=16)
+
+
+def _path(axes: Any, path: Path) -> None:
+    """Where something swims, with an arrow on every way; the way from its start is thin."""
+    points = np.vstack([path.points, path.points[:1]]) if path.closed else path.points
+    first = np.array([path.start, points[0]])
+    axes.plot(*first.T, color=PATH, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2.3)
+    axes.plot(*points.T, color=PATH, linewidth=1.2, linestyle=(0, (6, 3)), zorder=2.3)
+    axes.plot(*path.points.T, linestyle="", marker="o", markersize=3, color=PATH, zorder=2.3)
+    if len(path.points) > 2:  # what swims to and fro goes both ways
+        for start, end in pairwise(points):
+            _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), PATH)
+
+
+def _beacon(axes: Any, beacon: Beacon) -> None:
+    from matplotlib.patches import Circle
+
+    axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=BEACON, zorder=4)
+    if beacon.radius > 0.0:
+        style = {"facecolor": (*_rgb(BEACON), 0.10), "edgecolor": BEACON, "linewidth": 1.4}
+        axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
+
+
+def _showing(axes: Any, showing: Showing, color: Any) -> None:
+    axes.plot([showing.x], [showing.y], marker="o", markersize=8, color=(*color, 0.45), markeredgecolor=INK,
+              markeredgewidth=1.0, zorder=3)  # fmt: skip
+
+
+def _showing_colors(scene: MapScene) -> Iterator[Any]:
+    """The colours of the objects that come up."""
+    colors = {item.name: item.color for item in scene.objects}
+    for showing in scene.course.showings:
+        yield colors.get(showing.name, (0.5, 0.5, 0.5))
+
+
+def _rgb(color: str) -> Any:
+    from matplotlib.colors import to_rgb
+
+    return to_rgb(color)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString
 
-from vrx_mj.campaign.tracks import MOST, TOLERANCE, Tracks, simplified
+from vrx_mj.campaign.results import MOST, TOLERANCE, Tracks, simplified
 
 ROUNDING = 0.05 * math.sqrt(2.0)  # to a decimetre, both ways [m]
 

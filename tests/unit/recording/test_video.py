@@ -15,9 +15,8 @@ from vrx_mj.packages import install_command
 from vrx_mj.recording import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.encoder import encoder_of
 from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
-from vrx_mj.recording.video.filming import clock_line, project, task_lines
+from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
 from vrx_mj.recording.video.footage import Standing, between
 from vrx_mj.recording.video.stage import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.recording.writer import RecordWriter
