@@ -80,7 +80,7 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     Raises:
         CommandError: the folder holds another campaign, or other things.
         RecordError: its campaign is damaged, or of another version.
-        VrxError: there is no such controller.
+        VrxError: unknown controller.
     """
     manifest = Manifest(
         plan,
@@ -104,7 +104,7 @@ def read_campaign(folder: Path) -> Campaign:
     """A campaign with its results.
 
     Raises:
-        RecordError: there is none, or one that is damaged or of another version.
+        RecordError: the campaign is missing, damaged or of another version.
     """
     manifest = _read_manifest(folder)
     return Campaign(folder, manifest, read_results(folder, manifest.plan.cells))
@@ -120,7 +120,7 @@ def _check_fits(folder: Path, differences: Sequence[str]) -> None:
 
 
 def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
-    """Why results of these two cannot stand side by side."""
+    """Why results of these two cannot be in one campaign."""
     if old.code != new.code:
         yield f"it was run by vrx_mj {old.code}, now {new.code}"
     for name, digest in new.controllers.items():
@@ -237,7 +237,7 @@ def controller_hash(name: str) -> str:
     Nothing of it is run. Looked for in the current folder first.
 
     Raises:
-        VrxError: the name is not of that form, or there is no such module.
+        VrxError: the name is not of that form, or the module is missing.
     """
     module, _ = split_name(name)
     found = _sources(module)
@@ -252,7 +252,7 @@ def program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
 
 
 def is_ours(kind: str, name: str) -> bool:
-    """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` tells of changes."""
+    """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` covers it."""
     return not is_path(name.partition("#")[0]) and find(kind, name).is_relative_to(root())
 
 

@@ -74,8 +74,8 @@ def _view(sketch: Mapping[str, Any], tracks: Iterable[Line]) -> Box:
     things += [cell for dock in sketch["docks"] for cell in dock["cells"]]
     if not spots:
         return _framed(things or [(0.0, 0.0)])
-    company = MultiPoint(spots)
-    return _framed([*spots, *(spot for spot in things if company.distance(Point(spot)) < NEAR)])
+    center = MultiPoint(spots)
+    return _framed([*spots, *(spot for spot in things if center.distance(Point(spot)) < NEAR)])
 
 
 def _framed(spots: Sequence[Sequence[float]]) -> Box:
@@ -180,12 +180,12 @@ def _laid_out(course: Course) -> Row:
 
 
 def _bay(bay: Bay) -> Row:
-    told = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
-    return {"corners": _points(bay.internal[:, :2]), "allowed": bay.right, "told": told}
+    title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
+    return {"corners": _points(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
-def _circle(x: float, y: float, radius: float, told: str) -> Row:
-    return {"x": x, "y": y, "radius": radius, "told": told.replace("_", " ")}
+def _circle(x: float, y: float, radius: float, title: str) -> Row:
+    return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}
 
 
 def _points(points: Any) -> list[list[float]]:

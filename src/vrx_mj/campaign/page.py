@@ -74,18 +74,18 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     """What one cell shows: text, colour, and more about it."""
     row = {"seed": seed, "text": "", "value": "", "color": ""}
     if result is None:
-        return {**row, "kind": "missing", "told": f"seed {seed}: not run yet"}
+        return {**row, "kind": "missing", "title": f"seed {seed}: not run yet"}
     if result.failed:
-        return {**row, "kind": "failed", "text": "✕", "told": f"seed {seed} failed: {result.error}"}
+        return {**row, "kind": "failed", "text": "✕", "title": f"seed {seed} failed: {result.error}"}
     if result.score is None or task is None:
-        return {**row, "kind": "none", "text": "no task", "told": f"seed {seed}: no task, {result.sim_time:g} s"}
+        return {**row, "kind": "none", "text": "no task", "title": f"seed {seed}: no task, {result.sim_time:g} s"}
     return {
         **row,
         "kind": "score",
         "text": f"{result.score:.2f}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
-        "told": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
+        "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
     }
 
 

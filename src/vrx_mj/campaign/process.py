@@ -153,7 +153,7 @@ class TrialProcess:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _end_groups(self) -> None:
-        """What the process has started, as far as it leads or told of the group."""
+        """What the process has started, as far as it leads or reported the group."""
         _end_group(self._process.pid)
         _end_group(int(self._shared[GROUP]) or None)
 
@@ -163,7 +163,7 @@ class TrialProcess:
         return False
 
     def _hung(self) -> str:
-        """What to say of a trial whose time was up, with the line where it was then."""
+        """The error of a trial whose time was up, with the line where it was then."""
         text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
         with contextlib.suppress(OSError):
@@ -174,7 +174,7 @@ class TrialProcess:
 
 
 def _ended_by(code: int | None) -> str:
-    """What to say of a process that ended without a result."""
+    """The error of a process that ended without a result."""
     if code is None or code >= 0:
         return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
@@ -190,13 +190,13 @@ def _end_group(leader: int | None) -> None:
 
 
 class _SharedStopwatch:
-    """Tells the campaign how far the trial is, and ends this process when its time is up."""
+    """Reports to the campaign how far the trial is, and ends this process when its time is up."""
 
     def __init__(self, shared: MutableSequence[float]) -> None:
         self._shared = shared
 
     def allow(self, wall: float) -> None:
-        """Let the trial take this wall time [s] from now on; then it tells in its log where it is, and ends."""
+        """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
         self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
         faulthandler.dump_traceback_later(wall, exit=True)
 
@@ -259,7 +259,7 @@ def sail_all(
         trials: in the order in which they begin.
         root: the campaign's folder.
         jobs: how many processes there are at a time.
-        running: is told how many trials are under way, when that changes.
+        running: is called with the number of trials under way, when that changes.
     """
     waiting, under_way = list(reversed(trials)), list[TrialProcess]()
     try:

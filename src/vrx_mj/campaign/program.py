@@ -28,7 +28,7 @@ BITE = 1 << 16
 TAIL = 4096
 """Bytes in which the last lines are looked for."""
 SHOWN_LINES, SHOWN = 3, 200
-"""Last lines that are told, and characters of each."""
+"""Last lines that are shown, and characters of each."""
 SET_CHILD_SUBREAPER = 36
 """Of prctl(2)."""
 

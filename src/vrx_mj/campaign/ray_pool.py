@@ -42,7 +42,7 @@ def sail_on_ray(
     As `pool.sail_all`; without `jobs`, as many at a time as the cluster has processors.
 
     Raises:
-        VrxError: Ray is not installed, or there is no such cluster.
+        VrxError: Ray is not installed, or the cluster does not exist.
     """
     if not trials:
         return

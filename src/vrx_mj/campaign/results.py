@@ -147,7 +147,7 @@ def read_json(file: Path) -> dict[str, Any]:
 
     Raises:
         RecordError: it is of another version.
-        ValueError: it is no JSON.
+        ValueError: it is not JSON.
     """
     tree: Any = json.loads(file.read_text(encoding="utf-8"))
     version = tree.pop("format", None) if isinstance(tree, dict) else None

@@ -51,7 +51,7 @@ def sail_by_program(
         duration: simulated time [s]; None: until the task is over.
         wall: time [s] that it may take from the start of the program on.
         tracks: take where boats are.
-        stopwatch: is told how far it is.
+        stopwatch: takes how far it is.
 
     Raises:
         VrxError: the program failed, or is not finished in time; whatever `serve` raises.
@@ -64,7 +64,7 @@ def sail_by_program(
         pilot = _Pilot(cell.controller, sim, duration, wall, tracks, stopwatch)
         wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
         try:
-            serve(sim, wanted, tell=_tell, status=pilot.note, ready=pilot.start, over=pilot.is_over)
+            serve(sim, wanted, tell=_write_line, status=pilot.note, ready=pilot.start, over=pilot.is_over)
         finally:
             pilot.end()
     steps = round(sim.time / sim.timestep)
@@ -190,5 +190,5 @@ def _quoted(lines: str) -> str:
     return f"its last lines: {lines}" if lines else "it printed nothing"
 
 
-def _tell(level: str, text: str) -> None:
+def _write_line(level: str, text: str) -> None:
     sys.stdout.write(f"[{level}] {text}\n")

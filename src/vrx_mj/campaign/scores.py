@@ -67,7 +67,7 @@ class Test:
 
     @property
     def verdict(self) -> str:
-        """What may be said, in words."""
+        """The conclusion, in words."""
         differ = self.better + self.worse
         if not self.pairs:
             return "no cell has a score in both campaigns"

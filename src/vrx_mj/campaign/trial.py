@@ -1,4 +1,4 @@
-"""One trial: compile the world, load the controller, sail until the task is over, tell the score."""
+"""One trial: compile the world, load the controller, sail until the task is over, return the score."""
 
 import math
 import sys
@@ -26,7 +26,7 @@ PREPARATION = 120.0
 EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
 INTERRUPTED = "interrupted"
-"""The error of a trial that was told to end."""
+"""The error of a trial that was interrupted."""
 EVENTS = 200
 """Of the referee's lines, at most so many are kept."""
 
@@ -51,7 +51,7 @@ class _RaisedError(VrxError):
 
 
 class _Watched:
-    """A controller whose boats are tracked, and whose errors are told from ours."""
+    """A controller whose boats are tracked, and whose errors are kept apart from ours."""
 
     def __init__(self, cell: Cell, boats: tuple[str, ...], tracks: Tracks, stopwatch: Stopwatch) -> None:
         self._boats, self._tracks, self._stopwatch = boats, tracks, stopwatch
@@ -82,7 +82,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
     Args:
         trial: what to sail.
         folder: where its recording goes, if there is to be one; a traceback goes to stderr.
-        stopwatch: is told how far it is.
+        stopwatch: takes how far it is.
         keep: is given the compiled world.
     """
     begun, tracks, sim = time.perf_counter(), Tracks(), None
@@ -97,7 +97,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
     except Exception as error:
         return Result(
             trial.cell,
-            error=_told(error, sim),
+            error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
             tracks=tracks.simplified(),
@@ -125,8 +125,7 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
 
 
 def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Result:
-    told = summary.as_dict()
-    task = told.get("task")
+    task = summary.as_dict().get("task")
     if task is not None and not math.isfinite(task["score"]):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
@@ -145,8 +144,8 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
     )
 
 
-def _told(error: Exception, sim: Simulation | None) -> str:
-    """An error in words; its traceback goes to stderr unless the words say all."""
+def _error_text(error: Exception, sim: Simulation | None) -> str:
+    """An error in words; its traceback goes to stderr unless the words are enough."""
     if isinstance(error, _RaisedError):
         traceback.print_exception(error.__cause__)
         return str(error)

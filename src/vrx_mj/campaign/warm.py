@@ -9,7 +9,7 @@ from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["trial"]
 
-with contextlib.suppress(Exception), warnings.catch_warnings():  # what is wrong, the first trial tells
+with contextlib.suppress(Exception), warnings.catch_warnings():  # the first trial reports what is wrong
     warnings.simplefilter("ignore")
     compile_world("sand_island")
     Simulation(compile_world("sydney_regatta"))

@@ -16,7 +16,7 @@ def main() -> None:
         from vrx_mj.cli.program import main as start
 
         start()
-    except KeyboardInterrupt:  # while packages were loaded; from then on commands say what became of them
+    except KeyboardInterrupt:  # while packages were loaded; from then on commands report it
         raise SystemExit(130) from None
     except Exception as error:
         if _interrupted(error):

@@ -18,7 +18,7 @@ PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with a port after --rosbridge and --web where there is none, but for a campaign."""
+    """The words of a command line, with a port after --rosbridge and --web where it is left out, but for a campaign."""
     if "campaign" in arguments[:1]:
         return list(arguments)
     words = []
@@ -50,7 +50,7 @@ class Conversion:
         """The value or values.
 
         Raises:
-            CommandError: a word is none of this type, or outside of the parameter's range.
+            CommandError: a word is not of this type, or outside of the parameter's range.
         """
         if param.multiple or param.nargs == -1:
             return tuple(self._one(each, param) for each in value or ())

@@ -60,7 +60,7 @@ BARE_WORLD = """
 def measure() -> list[Row]:
     """Every row: name, value, unit, budget, whether it is inside, and the figures that the value was made of.
 
-    Where something is missing here, value and verdict are None, and `missing` says what.
+    Where something is missing here, value and verdict are None, and `missing` names it.
     """
     rows: list[Row] = []
     with Bar("measuring", ROWS, "figures") as bar:
@@ -130,7 +130,7 @@ def _row(
     parts: Mapping[str, float] | None = None,
     missing: str = "",
 ) -> Row:
-    """A row; a value that is not a number was not measured, and `missing` says what that takes."""
+    """A row; a value that is not a number was not measured, and `missing` names it that takes."""
     known = not math.isnan(value)
     inside = value >= (budget or 0.0) if at_least else value <= (budget or 0.0)
     return {

@@ -1,6 +1,6 @@
 """What fleets take of a machine: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
 
-Beside it stand the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
+Beside it are the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
 """
 
 import json
@@ -139,7 +139,7 @@ def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What the figures do not say: which fleets are several worlds, and which are too many for one core, and why."""
+    """What the figures do not show: which fleets are several worlds, and which are too many for one core, and why."""
     slow = [row for row in rows if row["real_time_factor"] < 1.0]
     return [MISSING] * any(row["worlds"] > 1 for row in rows) + [
         f"{row['boats']:,} boats are too many for this core: a step of one takes "

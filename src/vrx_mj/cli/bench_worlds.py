@@ -39,7 +39,7 @@ def sailing(count: int) -> Simulation:
 
 
 def resident_memory() -> float:
-    """Memory of this process [bytes]; not a number where the system does not say, as Linux does."""
+    """Memory of this process [bytes]; not a number where the system does not report it, as Linux does."""
     if sys.platform != "linux":
         return math.nan
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])

@@ -245,11 +245,13 @@ def viewer_row(
     what, again = "rerun viewer", f"{install_command(requirement('rerun-sdk'))} --force-reinstall"
     try:
         path, wanted = (find or _viewer)(), version("rerun-sdk")
-        said = subprocess.run([path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8").stdout
+        output = subprocess.run(
+            [path, "--version"], capture_output=True, timeout=10, check=True, encoding="utf-8"
+        ).stdout
     except Exception as error:
         line = str(error).partition("\n")[0]
         return Row(what, line, "no", f"{again}; recordings are written without it")
-    found = (re.findall(r"\d+\.\d+\.\d+\S*", said) or ["?"])[0]
+    found = (re.findall(r"\d+\.\d+\.\d+\S*", output) or ["?"])[0]
     if found != wanted:
         return Row(what, f"{found}, but the package is {wanted}", "no", again)
     return Row(what, f"{found}, {path}", "yes")

@@ -34,7 +34,7 @@ EXTRAS = {
 """Modules that each extra brings."""
 MASTER, MASTER_PORT, ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 LOOPBACK = "127.0.0.1"
-PATIENCE = 3.0
+MASTER_TIMEOUT = 3.0
 """Wall time that a master may take to answer [s]."""
 SHOWN = 8
 """Names of boats that are shown, at most."""
@@ -90,7 +90,7 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
 
 
 def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
-    """A row for every problem, what to do after the last colon or semicolon; or one that there is none."""
+    """A row for every problem, what to do after the last colon or semicolon; or one row where all is well."""
     rows = []
     for line in lines:
         cut = max(line.rfind(": "), line.rfind("; "))
@@ -128,7 +128,7 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], Any] = im
     return Row(what, f"without {', '.join(missing)}", "not needed", install_command(f"vrx-mj[{name}]"))
 
 
-def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
+def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishers]:
     """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
 
@@ -138,7 +138,7 @@ def master_row(uri: str, patience: float = PATIENCE) -> tuple[Row, Publishers]:
     async def asked() -> Any:
         proxy = Proxy(uri)
         try:
-            return await proxy.ros("getSystemState", "/vrx_mj_doctor", patience=patience)
+            return await proxy.ros("getSystemState", "/vrx_mj_doctor", patience=timeout)
         finally:
             proxy.close()
 
@@ -164,19 +164,19 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
     from vrx_mj.ros.ros_server import RosServer
 
-    said: list[str] = []
-    station = RosServer(sim, [], Inbox(), tell=lambda _level, text: said.append(text))
+    messages: list[str] = []
+    server = RosServer(sim, [], Inbox(), tell=lambda _level, text: messages.append(text))
     try:
-        said.clear()  # what it says of the world has rows of its own
+        messages.clear()  # those about the world have rows of their own
         for topic, nodes in publishers:
-            if topic not in station.table.outputs:
+            if topic not in server.table.outputs:
                 for node in nodes:
-                    station.diagnosis.unknown_publisher(UnknownTopicPublisher(topic, "*", node), station.table)
-        heard = sum(topic in station.table.inputs for topic, _ in publishers)
+                    server.diagnosis.unknown_publisher(UnknownTopicPublisher(topic, "*", node), server.table)
+        heard = sum(topic in server.table.inputs for topic, _ in publishers)
     finally:
-        station.close()
-    if said:
-        return Row(COMMANDS, f"{len(said)} published without a subscriber", "no", "; ".join(said))
+        server.close()
+    if messages:
+        return Row(COMMANDS, f"{len(messages)} published without a subscriber", "no", "; ".join(messages))
     return Row(COMMANDS, f"{heard} have a publisher" if heard else "no publisher", "yes" if heard else "not needed")
 
 
@@ -188,18 +188,20 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)
     if name is None:
         return Row("ROS_IP", "not set", "not needed")
-    said = environment[name]
-    shown = f"{said}, which goes before ROS_IP" if name == "ROS_HOSTNAME" and environment.get("ROS_IP") else said
-    if not addresses(said):
+    host_name = environment[name]
+    shown = (
+        f"{host_name}, which goes before ROS_IP" if name == "ROS_HOSTNAME" and environment.get("ROS_IP") else host_name
+    )
+    if not addresses(host_name):
         return Row(name, f"{shown}: the name has no known address", "no", f"unset {name}, or set ROS_IP instead")
-    if not is_local(said):
+    if not is_local(host_name):
         advice = f"unset {name}, or set it to an address of this machine: 'hostname -I' lists them"
         return Row(name, f"{shown}: no address of this machine", "no", advice)
     try:
         host, _ = address(uri)
     except VrxError:
         host = LOOPBACK
-    if all(map(is_loopback, addresses(said))) and not is_local(host):
+    if all(map(is_loopback, addresses(host_name))) and not is_local(host):
         advice = f"nodes on other machines cannot reach it: set {name} to this machine's address towards {host}"
         return Row(name, f"{shown}, but the master is on {host}", "no", advice)
     return Row(name, shown, "yes")

@@ -41,7 +41,7 @@ def intruder(error: BaseException) -> str | None:
 
 
 def _named() -> Iterator[Path]:
-    """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry stand for."""
+    """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry mean."""
     return (Path(entry).resolve() for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
 
 

@@ -32,10 +32,10 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
     Args:
         kind: worlds, fleets, robots, objects, docks or tasks.
         pattern: only names like this, in which `*` stands for anything, slashes included.
-        verbose: with what each file says of itself.
+        verbose: with each file's description.
 
     Raises:
-        UnknownNameError: there is no such kind, or no name like this.
+        UnknownNameError: unknown kind, or no name like this.
     """
     if kind == "tasks":
         yield from _tasks(verbose=verbose)
@@ -57,7 +57,7 @@ def listing(kind: str, pattern: str = "*", *, verbose: bool = False) -> Iterator
 
 
 def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
-    """A name, with what there is to say of it."""
+    """A name, with its description and its file."""
     ours = file.resolve().is_relative_to(root().resolve())
     about = f": {text}" if verbose and (text := _description(kind, file)) else ""
     return f"{name}{about}" if ours else f"{name}{about}  ({file})"
@@ -118,14 +118,14 @@ def _tasks(*, verbose: bool) -> Iterator[str]:
 
 
 def _keys(fields: Mapping[str, "FieldInfo"]) -> Iterator[str]:
-    """A line for each key of a section, with what it means where that is said."""
+    """A line for each key of a section, with its description if it has one."""
     for key, field in fields.items():
         about = " ".join((field.description or "").split())
         yield f"  {key}: {about}" if about else f"  {key}"
 
 
 def _description(kind: str, file: Path) -> str:
-    """What a YAML file says of itself; nothing where it says nothing or cannot be read."""
+    """The description in a YAML file; empty where it has none or cannot be read."""
     if file.suffix not in {".yaml", ".yml"}:
         return ""
     from vrx_mj.config.loading import read_source
@@ -141,7 +141,7 @@ def copy_start_file(kind: str, name: str) -> Path:
     """Copy the start file of a kind into the current folder under a new name.
 
     Raises:
-        UnknownNameError: there is no such kind.
+        UnknownNameError: unknown kind.
         VrxError: the file is there already, or cannot be written.
     """
     if kind not in NEW_KINDS:
@@ -194,7 +194,7 @@ def look_in(folders: list[Path] | None) -> list[Path] | None:
 
 @contextmanager
 def writing(what: str, path: Path) -> Iterator[None]:
-    """Around the writing of a file: say in one line why it cannot be written."""
+    """Around the writing of a file: an error is one line."""
     try:
         yield
     except OSError as error:

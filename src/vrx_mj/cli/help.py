@@ -28,7 +28,7 @@ def description(command: Any) -> list[str]:
 
 
 def example(command: Any) -> str | None:
-    """The example in a command's help; None where there is none."""
+    """The example in a command's help; None without one."""
     lines = (line.strip() for line in (command.help or "").splitlines())
     return next((line.removeprefix(EXAMPLE) for line in lines if line.startswith(EXAMPLE)), None)
 
@@ -94,7 +94,7 @@ class Group(_Light, TyperGroup):
         """The command that the arguments begin with.
 
         Raises:
-            UnknownNameError: there is none of this name.
+            UnknownNameError: unknown command.
         """
         known = self.list_commands(ctx)
         if args[0] not in known and not args[0].startswith("-"):

@@ -82,7 +82,7 @@ class Program(Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: Any, cmd_name: str) -> Any:
-        """A command; None where there is none of this name."""
+        """A command; None where the name is unknown."""
         return self.commands[cmd_name] if cmd_name in COMMANDS else None
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:

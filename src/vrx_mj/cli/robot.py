@@ -175,7 +175,7 @@ def parts(
 
 
 def print_verdict(verdict: "Verdict") -> None:
-    """The table of parts, what they come to, and what VRX's own generator would say."""
+    """The table of parts, what they come to, and the result of VRX's own generator."""
     from rich.console import Console
 
     out = Console()
@@ -195,12 +195,12 @@ def _verdict_table(verdict: "Verdict") -> "Table":
     table.add_column(Text("x y z [m]"))
     table.add_column("verdict", overflow="fold")
     for part in verdict.parts:
-        row = (part.instance.type, part.name, _point(part.point) if part.point else "", "\n".join(_says(part)))
+        row = (part.instance.type, part.name, _point(part.point) if part.point else "", "\n".join(_verdict_lines(part)))
         table.add_row(*(Text(cell, style="" if part.compliant else "red") for cell in row))
     return table
 
 
-def _says(part: "PartVerdict") -> Iterator[str]:
+def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
     """The verdict on a part; for one outside every box, where it may go."""
     if part.compliant:
         yield f"pass: in {part.box.name}" if part.box else "pass"
@@ -223,7 +223,7 @@ def _conclusion(verdict: "Verdict") -> Iterator[str]:
 
 
 def _about_generator(verdict: "Verdict") -> Iterator[str]:
-    """What VRX itself would say, and why that may differ."""
+    """The result of VRX's own generator, and why it may differ."""
     result = verdict.generator
     if result.stops:
         yield "VRX's own generator would stop without a result, at:"

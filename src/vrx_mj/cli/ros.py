@@ -73,7 +73,7 @@ def convert(
 
 @contextmanager
 def needing_rosbags() -> Iterator[None]:
-    """Around an import: say which extra brings rosbags where it is not installed."""
+    """Around an import: an error names the extra that brings rosbags."""
     try:
         yield
     except ModuleNotFoundError as error:

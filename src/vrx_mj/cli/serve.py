@@ -100,9 +100,9 @@ def serve(
     )
 
 
-def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **said: Any) -> None:
+def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | None, **wanted: Any) -> None:
     """Compile and serve; imports wait until they are needed."""
-    check_installed(rosbridge=said["rosbridge"] is not None, ros2=said["ros2"])
+    check_installed(rosbridge=wanted["rosbridge"] is not None, ros2=wanted["ros2"])
     from vrx_mj.cli.sailing import recording
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.ros.access import checked_origins
@@ -111,10 +111,10 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     from vrx_mj.runtime.simulation import Simulation
 
     logging.getLogger("vrx_mj").addHandler(_Log())
-    wanted = Wanted(**said | {"origins": checked_origins(said["origins"])})
+    services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
-        run(sim, wanted, tell=_log_line, status=_status())
+        run(sim, services, tell=_log_line, status=_status())
 
 
 def parse_rate(text: str) -> float | None:

@@ -1,1 +1,1 @@
-"""Pictures of worlds and boats by matplotlib: maps, and what rules say of a boat's parts."""
+"""Pictures of worlds and boats by matplotlib: maps, and verdicts on a boat's parts."""

@@ -66,10 +66,10 @@ FRONT = View("from astern", 1, 2, 0, -1.0, flip=True)
 
 
 def draw_verdict(verdict: Verdict, path: str | Path) -> None:
-    """Draw boxes and parts as PNG, PDF or SVG, as the path's suffix says. A PNG is the same bytes every time.
+    """Draw boxes and parts as PNG, PDF or SVG, by the path's suffix. A PNG is the same bytes every time.
 
     Raises:
-        VrxError: the suffix is none of these.
+        VrxError: the suffix is another one.
     """
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
@@ -108,8 +108,8 @@ def _figure(verdict: Verdict) -> Any:
 
 
 def _title(verdict: Verdict) -> str:
-    said = "compliant" if verdict.compliant else "not compliant"
-    return f"{said} by the rules of {verdict.rules.description}"
+    word = "compliant" if verdict.compliant else "not compliant"
+    return f"{word} by the rules of {verdict.rules.description}"
 
 
 def _extent(verdict: Verdict) -> tuple[FloatArray, FloatArray]:

@@ -208,9 +208,9 @@ def _bays(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Bay]:
 
 def _lights(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Light]:
     task = world.task
-    asked = {task.light_buoy: task.color_sequence} if isinstance(task, tasks.Dock) else {}
+    sequences = {task.light_buoy: task.color_sequence} if isinstance(task, tasks.Dock) else {}
     for light in world.lights:
-        colors = tuple(color.lower() for color in asked.get(light.name, light.pattern))
+        colors = tuple(color.lower() for color in sequences.get(light.name, light.pattern))
         if colors != DARK:
             yield Light(light.name, poses[light.name].x, poses[light.name].y, colors)
 

@@ -35,7 +35,7 @@ class Thing:
     x: float
     y: float
     radius: float
-    """Zero for a name that stands on its thing."""
+    """Radius of what the name must not cover [m]; 0 for a name that is written on its thing."""
     must: bool = False
     """Whether the name must appear even where it covers something."""
 
@@ -71,7 +71,7 @@ def write(place: Any, x: float, y: float, text: str, **style: Any) -> Any:
 
 @contextlib.contextmanager
 def font_warnings_hidden() -> Iterator[None]:
-    """Around drawing: matplotlib says nothing about letters and weights that no font here has."""
+    """Around drawing: without matplotlib's warnings about letters and weights that no font here has."""
     fonts = logging.getLogger("matplotlib.font_manager")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")

@@ -25,7 +25,7 @@ LARGEST = 16384
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
-    """Draw a scene as PNG, PDF or SVG, as the path's suffix says. A PNG is the same bytes every time.
+    """Draw a scene as PNG, PDF or SVG, by the path's suffix. A PNG is the same bytes every time.
 
     Args:
         scene: what to draw.

@@ -29,7 +29,7 @@ name = GL.glGetString(GL.GL_RENDERER)
 renderer.close()
 print("DREW" if picture[24, 24, 0] > 20 else "BLANK", name.decode() if name else "")
 """
-"""Draws a red ball; the last line says whether it is seen, and on what."""
+"""Draws a red ball; the last line is whether it is seen, and on what."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> A
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         return Attempt(False, str(error).partition("\n")[0])
-    said, _, name = _last_line(done.stdout).partition(" ")
-    if done.returncode == 0 and said == "DREW":
+    outcome, _, name = _last_line(done.stdout).partition(" ")
+    if done.returncode == 0 and outcome == "DREW":
         return Attempt(True, name)
-    return Attempt(False, "the picture stays blank" if said == "BLANK" else _last_line(done.stderr) or "no answer")
+    return Attempt(False, "the picture stays blank" if outcome == "BLANK" else _last_line(done.stderr) or "no answer")
 
 
 def has_display(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> bool:

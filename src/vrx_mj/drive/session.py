@@ -83,7 +83,7 @@ class Session:
 
         Raises:
             UnknownNameError: no boat has that name.
-            CommandError: the pace is no positive number.
+            CommandError: the pace is not a positive number.
         """
         if boat is not None and boat not in sim.boats:
             raise UnknownNameError("boat", boat, sim.boats)

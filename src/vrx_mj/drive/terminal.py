@@ -29,7 +29,7 @@ class Driven(Protocol):
 
 
 class Terminal:
-    """The terminal of this process, in a `with` statement; where there is none, no key ever comes.
+    """The terminal of this process, in a `with` statement; without a terminal, no key ever comes.
 
     Ctrl-C works as ever: only echo and the wait for whole lines are switched off.
     """
@@ -73,7 +73,7 @@ class Terminal:
         self._stderr.write(f"\r{text}{END_SCREEN}{back}")
         self._stderr.flush()
 
-    def say(self, text: str) -> None:
+    def write_line(self, text: str) -> None:
         """Write a line above that of the status."""
         before = f"\r{END_SCREEN}" if self._lines and self._stderr.isatty() else ""
         self._stderr.write(f"{before}{text}\n")

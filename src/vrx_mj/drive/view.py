@@ -36,7 +36,7 @@ def view(
 
     Raises:
         UnknownNameError: no boat has that name.
-        CommandError: the pace is no positive number, or boats came or went.
+        CommandError: the pace is not a positive number, or boats came or went.
         RecordError: the browser's viewer does not start.
     """
     session = Session(sim, boat=boat, pace=pace, controller=controller)

@@ -72,7 +72,7 @@ def streamed(scene: RecordScene, application: str) -> bytes:
 
 
 def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
-    """The views and where they stand; `live`: at the newest moment instead of playing from the first."""
+    """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
     left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     rows = beside(scene)
@@ -108,8 +108,8 @@ def is_crowded(scene: RecordScene) -> bool:
 
 def task_view() -> rrb.Container:
     """Phase, score and parts of the task in words, and score and collisions as a plot."""
-    told = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
-    return rrb.Horizontal(told, plot_view(TASK, legend=True, marked=True), column_shares=[1, 1])
+    words = rrb.TextDocumentView(name="Task", origin=WORDS, contents=[f"+ {WORDS}"])
+    return rrb.Horizontal(words, plot_view(TASK, legend=True, marked=True), column_shares=[1, 1])
 
 
 def below(scene: RecordScene) -> rrb.Container:
@@ -231,7 +231,7 @@ def plan_circle(scene: RecordScene) -> tuple[Any, float]:
 
 
 def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
-    """Radius [m] around `middle` that holds the fleet and all that stands near it."""
+    """Radius [m] around `middle` that holds the fleet and all that is near it."""
     away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
 

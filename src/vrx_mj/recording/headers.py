@@ -20,14 +20,14 @@ Finite = Annotated[float, AllowInfNan(False)]
 
 @dataclass(frozen=True)
 class Version:
-    """What a head of any version has."""
+    """Version of a header of any format."""
 
     format: int
 
 
 @dataclass(frozen=True)
 class Head:
-    """What a recording says of its run."""
+    """Header of a recording: its run, columns and sensors."""
 
     properties: dict[str, Any]
     timestep: Annotated[float, Field(gt=0.0, le=1.0)]
@@ -41,7 +41,7 @@ class Head:
 
 @dataclass(frozen=True)
 class CompanyHead:
-    """What a recording says of boats that sail together from some time on."""
+    """Header of the boats that sail together from some time on."""
 
     number: Annotated[int, Field(ge=1, le=1_000_000)]
     layout: RowLayout
@@ -57,7 +57,7 @@ VERSION, HEAD, COMPANY, SENT = (TypeAdapter[Any](kind) for kind in (Version, Hea
 
 
 def head_of(text: str) -> Head:
-    """The head of a recording.
+    """The header of a recording.
 
     Raises:
         RecordError: it is damaged, or of another version.
@@ -72,7 +72,7 @@ def head_of(text: str) -> Head:
 
 
 def company_head(text: str) -> CompanyHead:
-    """The head of a company.
+    """The header of the boats that sail together.
 
     Raises:
         RecordError: it is damaged.
@@ -93,7 +93,7 @@ def sent_messages(text: str) -> Sent:
 
 
 def checked(schema: TypeAdapter[Any], name: str, text: str) -> Any:
-    """What a text says, by its schema.
+    """The values in a JSON text, by its schema.
 
     Raises:
         RecordError: it does not fit.

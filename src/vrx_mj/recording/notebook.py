@@ -29,7 +29,7 @@ COLUMNS = ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "speed [m
 
 
 def register() -> None:
-    """Teach IPython, where one runs in this process, to show a world as its map and a simulation as a table."""
+    """Have IPython, where it runs in this process, show a world as its map and a simulation as a table."""
     shell = _shell()
     if shell is None:
         return
@@ -64,8 +64,8 @@ def world_map(world: "World") -> bytes:
 def simulation_line(sim: "Simulation") -> str:
     """What runs, and how far it is."""
     task = sim.task
-    standing = "" if task is None else f"; {task['name']} is {task['state']}, score {task['score']:.4g}"
-    return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{standing}"
+    status = "" if task is None else f"; {task['name']} is {task['state']}, score {task['score']:.4g}"
+    return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status}"
 
 
 def simulation_table(sim: "Simulation") -> str:
@@ -144,33 +144,33 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]
 def terminal_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
     """A bar over simulated time [s], with the task's state and score, under the referee's lines."""
     with Bar("sailing", duration, "s") as bar:
-        referee = _referee(sim, lambda line, level: bar.print(line, "yellow" if level == "WARN" else None))
+        write_events = _new_events(sim, lambda line, level: bar.print(line, "yellow" if level == "WARN" else None))
 
         def tick(time: float) -> None:
-            referee()
-            bar.update(time, _standing(sim))
+            write_events()
+            bar.update(time, _status(sim))
 
         yield tick
 
 
 @contextmanager
 def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
-    """The same in a notebook, where it stays when the run is over; the referee's lines stand under it."""
+    """The same in a notebook, where it stays when the run is over; with the referee's lines under it."""
     from IPython.display import HTML, display
 
     lines: list[str] = []
-    referee = _referee(sim, lambda line, _level: lines.append(line))
+    write_events = _new_events(sim, lambda line, _level: lines.append(line))
     reached, drawn = 0.0, clock.perf_counter()
 
     def drawing() -> Any:
-        said = f"<pre>{html.escape(chr(10).join(lines))}</pre>" if lines else ""
-        text = html.escape(f"{_standing(sim) or 'sailing'}, {reached:.0f} of {duration:.0f} s")
-        return HTML(f'<progress value="{reached:g}" max="{duration:g}"></progress> {text}{said}')
+        log = f"<pre>{html.escape(chr(10).join(lines))}</pre>" if lines else ""
+        text = html.escape(f"{_status(sim) or 'sailing'}, {reached:.0f} of {duration:.0f} s")
+        return HTML(f'<progress value="{reached:g}" max="{duration:g}"></progress> {text}{log}')
 
     def tick(time: float) -> None:
         nonlocal reached, drawn
         reached = time
-        referee()
+        write_events()
         if clock.perf_counter() - drawn > REDRAWN:
             handle.update(drawing())
             drawn = clock.perf_counter()
@@ -182,19 +182,19 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
         handle.update(drawing())
 
 
-def _referee(sim: "Simulation", say: Line) -> Callable[[], None]:
-    """What says every line of the referee once, with its level."""
-    told = 0
+def _new_events(sim: "Simulation", write: Line) -> Callable[[], None]:
+    """A function that writes the lines which the referee has added since its last call, with their levels."""
+    count = 0
 
-    def tell() -> None:
-        nonlocal told
-        for moment, text, level in sim.task_events[told:]:
-            say(f"{moment:8.2f} s  {text}", level)
-            told += 1
+    def write_new() -> None:
+        nonlocal count
+        for moment, text, level in sim.task_events[count:]:
+            write(f"{moment:8.2f} s  {text}", level)
+            count += 1
 
-    return tell
+    return write_new
 
 
-def _standing(sim: "Simulation") -> str:
+def _status(sim: "Simulation") -> str:
     task = sim.task
     return "" if task is None else f"{task['name']}: {task['state']}, score {task['score']:.2f}"

@@ -180,7 +180,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
     The file is parsed in a process of its own, and all that is in it is checked: it may be damaged, or a stranger's.
 
     Raises:
-        RecordError: there is no such file, or it is no recording, or damaged, or of another version.
+        RecordError: the file is missing, not a recording, damaged, or of another version.
         CommandError: `path` is not a path.
     """
     file = as_path("path", path)
@@ -242,7 +242,7 @@ def only(cells: Sequence[Any]) -> Any:
     """The first of some cells.
 
     Raises:
-        RecordError: there is none.
+        RecordError: the column is empty.
     """
     if not cells:
         raise RecordError(f"{RUN}: empty")

@@ -73,7 +73,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class RecordedBody:
-    """A boat, a floating object or dock, a shooter's ball, or what stands still: a fixed dock, a post, the terrain."""
+    """A boat, a floating object or dock, a shooter's ball, or what does not move: a fixed dock, a post, the terrain."""
 
     name: str
     path: str
@@ -96,13 +96,13 @@ class RecordedPart:
     path: str
     """Its entity, under that of what it hangs on."""
     position: Vec3
-    """Of its frame in the frame of what it hangs on [m], at the hinge's angle 0."""
+    """Position of its frame in the frame of what it hangs on [m], at the hinge's angle 0."""
     quaternion: tuple[float, ...]
-    """(w, x, y, z), likewise."""
+    """Quaternion (w, x, y, z) of its frame in the frame of what it hangs on, at the hinge's angle 0."""
     anchor: Vec3
-    """Of the hinge [m], in its own frame."""
+    """Place of the hinge in the part's own frame [m]."""
     axis: Vec3
-    """Of the hinge, unit vector."""
+    """Axis of the hinge, a unit vector."""
     qpos: int | None
     """The hinge's number in qpos; None: it is fixed."""
     surfaces: tuple[Surface, ...] = ()
@@ -119,7 +119,7 @@ class RecordedThruster:
     mount: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
     direction: Vec3 = (1.0, 0.0, 0.0)
-    """Of the force, unit vector in the engine's frame."""
+    """Direction of the force, a unit vector in the engine's frame."""
     surfaces: tuple[Surface, ...] = ()
     """The engine's looks, in its own frame: they turn with the steering angle."""
 
@@ -180,7 +180,7 @@ class Waypoint:
 
 @dataclass(frozen=True, eq=False)
 class RecordScene:
-    """All that a recording knows before its first row, or before the first after boats came or went."""
+    """All that a recording holds before its first row, or before the first after boats came or went."""
 
     properties: Mapping[str, Any]
     """The run: world, fleet, seed, versions, platform, hashes. JSON values."""
@@ -202,7 +202,7 @@ class RecordScene:
     displays: tuple[RecordedDisplay, ...] = ()
     parts: tuple[RecordedPart, ...] = ()
     to_world: ToWorld | None = None
-    """None: the world has no place on Earth."""
+    """Conversion from latitude and longitude; None: the world has no place on Earth."""
     parameters: Parameters | None = None
     """The parameters of the world: what its task lays out."""
     begun: float | None = None
@@ -238,7 +238,7 @@ class RecordScene:
 
 @dataclass(frozen=True)
 class MovingBody:
-    """Where a body with a free joint stands in qpos and qvel."""
+    """Places of a body with a free joint in qpos and qvel."""
 
     name: Name
     kind: Name
@@ -256,7 +256,7 @@ class RowLayout:
     """(boat, thruster) in the order of their columns."""
     bodies: Annotated[tuple[MovingBody, ...], FailFast()]
     display_marks: Count = 0
-    """How many numbers tell what lights and placards show."""
+    """Number of columns for what lights and placards show."""
 
     @property
     def width(self) -> int:

@@ -38,7 +38,7 @@ def rescore(source: str | Path | Record) -> Scored:
     A recording that began in the middle of a run goes on from the status that the run had then.
 
     Raises:
-        RecordError: the file is no recording, or one of a world without a task.
+        RecordError: the file is no recording, or its world has no task.
     """
     recorded = source if isinstance(source, Record) else read_record(source)
     referee, begun = _referee(recorded)
@@ -57,7 +57,7 @@ def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:
 
 
 def _looks(recorded: Record, referee: Referee, begun: float) -> Iterator[tuple[Frame, Sequence[tuple[str, str]]]]:
-    """Every frame after the time `begun` [s], and what the referee says of it: text and level."""
+    """Every frame after the time `begun` [s], and the referee's lines about it: text and level."""
     for frame in frames_of(recorded, referee):
         if frame.time > begun + 1e-9:
             yield frame, referee.look(frame).lines
@@ -82,8 +82,8 @@ def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     layouts = [FrameLayout.of(company.parameters.task, referee.watched) for company in recorded.companies]
     for company, row, messages in recorded.frames:
         if len(row) != layouts[company].width:
-            trouble = f"a frame of {len(row)} numbers instead of {layouts[company].width}"
-            raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: {trouble}")
+            problem = f"a frame of {len(row)} numbers instead of {layouts[company].width}"
+            raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: {problem}")
         try:
             sent = tuple(referee.accept(message.topic, message.content) for message in messages)
         except CommandError as error:

@@ -151,7 +151,7 @@ class Lengths:
 
 @dataclass(frozen=True)
 class Ending:
-    """What is said of a file at its end."""
+    """State of a file at its end."""
 
     footer: bool
     views: bool
@@ -183,11 +183,11 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     """Columns of the chunks of some entities; with `whole`, all others were parsed too.
 
     Raises:
-        RecordError: there is no such file, or it cannot be parsed.
+        RecordError: the file is missing, or cannot be parsed.
     """
     with reading(file), whole_file(file) as source:
         arguments = ["whole" if whole else "ours", ",".join(columns), *entities]
-        parsed = blocks_of(said_of(file, source, "read", arguments), file, source)
+        parsed = blocks_of(parser_output(file, source, "read", arguments), file, source)
         return Parsed(parsed.parts, parsed.footer and source == file, parsed.views and source == file)
 
 
@@ -197,14 +197,14 @@ def copy_without_views(file: Path, target: Path, application: str, recording: st
     Raises:
         RecordError: it cannot be parsed.
     """
-    blocks_of(said_of(file, file, "copy", [str(target), application, recording]), file, file)
+    blocks_of(parser_output(file, file, "copy", [str(target), application, recording]), file, file)
 
 
-def said_of(file: Path, source: Path, command: Literal["read", "copy"], arguments: Sequence[str]) -> bytes:
-    """What the parser says of `source`, which stands for `file` in messages.
+def parser_output(file: Path, source: Path, command: Literal["read", "copy"], arguments: Sequence[str]) -> bytes:
+    """The parser's output for `source`, which messages call `file`.
 
     Raises:
-        RecordError: it came to no end.
+        RecordError: the parser did not finish.
     """
     size = source.stat().st_size
     memory, seconds = allowance(size), SECONDS + size // BYTES_PER_SECOND
@@ -217,26 +217,26 @@ def said_of(file: Path, source: Path, command: Literal["read", "copy"], argument
         clock = threading.Timer(CLOCK_PER_PROCESSOR_TIME * seconds, process.kill)
         clock.start()
         try:
-            said = received(process, memory)
+            output = received(process, memory)
         finally:
             clock.cancel()
             process.kill()
-    if len(said) > memory:
+    if len(output) > memory:
         raise RecordError(f"'{file}' is damaged: it holds more than {memory >> 20} MiB")
     if process.returncode != 0:
         raise RecordError(f"'{file}' is damaged: {ending(process.returncode)}")
-    return said
+    return output
 
 
 def received(process: subprocess.Popen[bytes], most: int) -> bytes:
     """All that a process writes until it ends; little more than `most` [bytes] where it writes more."""
     assert process.stdout is not None, "its output is a pipe"
-    said = bytearray()
-    while len(said) <= most and (piece := os.read(process.stdout.fileno(), 1 << 20)):
-        said += piece
-    if len(said) <= most:
+    output = bytearray()
+    while len(output) <= most and (piece := os.read(process.stdout.fileno(), 1 << 20)):
+        output += piece
+    if len(output) <= most:
         process.wait()
-    return bytes(said)
+    return bytes(output)
 
 
 def ending(code: int) -> str:
@@ -247,13 +247,13 @@ def ending(code: int) -> str:
     return f"rerun's reader ended with exit code {code}"
 
 
-def blocks_of(said: bytes, file: Path, source: Path) -> Parsed:
-    """What the blocks of the parser of `source`, which stands for `file`, say.
+def blocks_of(output: bytes, file: Path, source: Path) -> Parsed:
+    """The parts in the blocks of the parser of `source`, which messages call `file`.
 
     Raises:
-        RecordError: an error, or no end.
+        RecordError: the last block is an error, or missing.
     """
-    view, place, parts = memoryview(said), 0, list[Part]()
+    view, place, parts = memoryview(output), 0, list[Part]()
     try:
         while place < len(view):
             (length,) = rrd_parser.LENGTH.unpack_from(view, place)
@@ -261,8 +261,8 @@ def blocks_of(said: bytes, file: Path, source: Path) -> Parsed:
             block = BLOCK.validate_json(bytes(view[place : place + length]))
             place += length
             if isinstance(block, Failure):
-                said_of_it = block.error.replace(str(source), str(file))
-                raise RecordError(f"'{file}' is not a recording of vrx_mj: {said_of_it}")
+                detail = block.error.replace(str(source), str(file))
+                raise RecordError(f"'{file}' is not a recording of vrx_mj: {detail}")
             if isinstance(block, End):
                 return Parsed(tuple(parts), block.end.footer, block.end.views)
             columns: dict[str, list[Cell]] = {}
@@ -288,7 +288,7 @@ def cell_of(kind: str, content: memoryview) -> Cell:
 
 @contextlib.contextmanager
 def reading(file: Path) -> Iterator[None]:
-    """Around the reading of a file: say in one line why it cannot be read."""
+    """Around the reading of a file: an error is one line."""
     try:
         yield
     except OSError as error:

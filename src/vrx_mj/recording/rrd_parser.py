@@ -28,7 +28,7 @@ NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Do what the arguments say; an error is the last block."""
+    """Run the command of the arguments; an error is the last block."""
     command, file, memory, seconds, *rest = arguments
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever else is printed stays out of the blocks

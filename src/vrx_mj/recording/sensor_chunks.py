@@ -40,7 +40,7 @@ AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
 """Of x, y and z in plots."""
 SOUND_COLOR = (190, 150, 255)
 SOUND_LENGTH = 8.0
-"""Longest arrow to a beacon [m]: it tells where that is, and the plot how far."""
+"""Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
 SOUND_HEIGHT = 2.2
 """Of that arrow over the boat's origin [m]."""
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

@@ -22,10 +22,10 @@ __all__ = [
     "ALL",
     "POSE_RATE",
     "chosen",
+    "reading_recorder",
     "record",
     "resume",
     "sensor_rates",
-    "taker",
 ]
 
 POSE_RATE = 20.0
@@ -57,7 +57,7 @@ def record(
     Raises:
         RecordError: the file cannot be written.
         UnknownNameError: no such boat or sensor.
-        CommandError: `sim` is no simulation, or a sensor's rate is not above 0, or above its own.
+        CommandError: `sim` is not a simulation, or a sensor's rate is not above 0, or above its own.
     """
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
     choices = chosen(sensors, sensor_rates(sim)) if not isinstance(sensors, str) or sensors else ()
@@ -69,7 +69,7 @@ def record(
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters.fleet}, seed {sim.seed}: recording starts")
         for one in choices:
-            taken = sim.subscribe(one.boat, one.sensor, taker(writer, one.boat), rate=one.rate)
+            taken = sim.subscribe(one.boat, one.sensor, reading_recorder(writer, one.boat), rate=one.rate)
             stack.callback(sim.unsubscribe, taken)
         stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch))
         yield writer
@@ -101,7 +101,7 @@ def resume(path: str | Path, time: float) -> Simulation:
     """A simulation at the last recorded second not after simulated `time` [s] of a recording.
 
     Raises:
-        RecordError: the file is no recording, or has no state that early.
+        RecordError: the file is not a recording, or has no state that early.
     """
     recorded = read_record(path)
     state = State.from_bytes(recorded.state_at(time).blob)
@@ -120,8 +120,8 @@ def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
     return rates
 
 
-def taker(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
-    """What records a boat's readings, and a ball shooter's shots as events."""
+def reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
+    """A function that records a boat's readings, and a ball shooter's shots as events."""
     left: dict[str, int] = {}
 
     def take(reading: Reading) -> None:

@@ -52,14 +52,14 @@ __all__ = [
 ]
 
 Ends = Sequence[tuple[Pose, Pose]]
-"""Of gates: their buoys."""
+"""Buoys of gates, left and right."""
 Maker = Callable[[Sequence[Any]], Any]
 """From the values of an entity's rows to rerun's columns."""
 
 PLOT = "/plots/task"
 """Score and collisions."""
 WORDS = "/task"
-"""What is told of the task in words."""
+"""The entity of the task's status in words."""
 PLOT_EVERY, WORDS_EVERY, DRIFT_EVERY = 0.5, 1.0, 5.0
 """Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
 DRIFT = 0.5
@@ -85,7 +85,7 @@ WrittenFrame = tuple[float, FloatArray, list[list[Any]]]
 
 
 def frame_chunk(frames: Sequence[WrittenFrame], company: int = 0) -> Chunk:
-    """Frames of a company as one block, and what was sent with them as JSON."""
+    """Frames of the boats that sail together as one block, and what was sent with them as JSON."""
     block = pack_rows(np.array([row for _, row, _ in frames]))
     sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
     columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[company])
@@ -128,7 +128,7 @@ class TaskChunks:
     def rest(self) -> Iterator[Chunk]:
         """Chunks of what still waits, and of the last score."""
         if self._begun is not None and self._waiting:
-            self._tell(self._now, at_once=True)
+            self._write_status(self._now, at_once=True)
         for path, (maker, rows) in self._waiting.items():
             at, values = zip(*rows, strict=True)
             yield Chunk.from_columns(path, [times(at)], maker(values))
@@ -148,7 +148,7 @@ class TaskChunks:
             assert self._parameters is not None, "it has a task"
             assert self._parameters is not None, "it has a task"
             self._draw(self._begun, poses_of(self._parameters))
-            self._tell(self._begun, at_once=True)
+            self._write_status(self._begun, at_once=True)
 
     def _look(self, time: float, frame: Frame) -> None:
         """Have the referee look, and take note of what has changed."""
@@ -157,7 +157,7 @@ class TaskChunks:
         self._marks.look(time, self._referee)
         self._now = time
         self._draw(time, frame.poses)
-        self._tell(time, at_once=self._referee.status.phase != phase)
+        self._write_status(time, at_once=self._referee.status.phase != phase)
 
     def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
         """Gates, bays and circles where they have changed."""
@@ -183,7 +183,7 @@ class TaskChunks:
         spots = [gate_lines(*pair)[1][0] for pair in ends]
         self._add(f"{GATES}/numbers", number_columns, time, (spots, colors))
 
-    def _tell(self, time: float, *, at_once: bool) -> None:
+    def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
         status = self._referee.status
         if at_once or self._due(PLOT, time, PLOT_EVERY):
@@ -245,7 +245,7 @@ def number_columns(values: Sequence[Any]) -> Any:
 
 
 GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
-"""Of gates."""
+"""Signs of gates in the text, by what became of them."""
 
 
 def words(referee: Referee) -> str:
@@ -312,7 +312,7 @@ SIZE = 5.0
 
 
 class TaskMarks:
-    """Marks of a task, and the lines that its referee does not say: gates missed, and changes of a score of points."""
+    """Marks of a task, and the lines that its referee leaves out: gates missed, and changes of a score of points."""
 
     def __init__(self, task: tasks.Task) -> None:
         self._points = TASK_KINDS[task.type].unit == "points"

@@ -25,8 +25,8 @@ def open_viewer(path: str | Path, *, follow: str | None = None) -> int:
     has no blueprint yet: it is opened with the one that the recording carries.
 
     Raises:
-        UnknownNameError: there is no such boat.
-        RecordError: the file is no recording, or damaged: all of it is parsed before the viewer has it.
+        UnknownNameError: unknown boat.
+        RecordError: the file is not a recording, or damaged: all of it is parsed before the viewer has it.
     """
     record = read_record(path, whole=True)
     command = [str(viewer_binary()), "--bind", "127.0.0.1"]
@@ -44,7 +44,7 @@ def following(record: Record, boat: str, folder: Path) -> Path:
     """A copy of a recording in a folder, with a camera that follows a boat: a viewer prefers the views in a file.
 
     Raises:
-        UnknownNameError: there is no such boat.
+        UnknownNameError: unknown boat.
     """
     views, bare, copy = views_following(record, boat), folder / "bare.rrd", folder / record.path.name
     copy_without_views(record.path, bare, APPLICATION, str(uuid.uuid4()))
@@ -57,7 +57,7 @@ def views_following(record: Record, boat: str) -> bytes:
     """The blueprint of a recording with a camera that follows a boat, as the bytes of an `.rbl` file.
 
     Raises:
-        UnknownNameError: there is no such boat.
+        UnknownNameError: unknown boat.
     """
     from vrx_mj.recording.blueprint import blueprint_bytes
 

@@ -204,7 +204,7 @@ class Work:
                 self._chunks += 1
                 yield chunk
         except Exception as error:
-            self._error = error  # rerun would tell less
+            self._error = error  # rerun's own error has less detail
             raise
 
     def _all_chunks(self) -> Iterator[Any]:
@@ -301,5 +301,5 @@ def join_views(recording: Path, views: bytes, output: Path, *, chunks: int) -> N
     command = [str(viewer_binary()), "rrd", *how, str(recording), str(blueprint), "-o", str(output)]
     done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False)
     if done.returncode != 0:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise RecordError(f"rerun cannot finish '{recording}': {said[-1] if said else done.returncode}")
+        errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise RecordError(f"rerun cannot finish '{recording}': {errors[-1] if errors else done.returncode}")

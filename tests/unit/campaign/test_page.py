@@ -20,8 +20,8 @@ def sketch(name="w", task="stationkeeping"):
         "objects": [{"name": EVIL, "spot": [5.0, 5.0], "color": "#ff0000", "size": 1.0}],
         "boats": [{"name": "wamv", "x": 0.0, "y": 0.0, "yaw": 1.0}], "waypoints": [[20.0, 5.0, 0.0]],
         "gates": [{"left": [1.0, 2.0], "right": [3.0, 4.0], "yaw": 0.0}],
-        "circles": [{"x": 9.0, "y": 9.0, "radius": 10.0, "told": EVIL}],
-        "bays": [{"corners": [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]], "allowed": True, "told": EVIL}],
+        "circles": [{"x": 9.0, "y": 9.0, "radius": 10.0, "title": EVIL}],
+        "bays": [{"corners": [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]], "allowed": True, "title": EVIL}],
         "beacons": [[3.0, 3.0]], "paths": [[[0.0, 0.0], [1.0, 1.0]]],
     }  # fmt: skip
 

@@ -52,7 +52,7 @@ def test_gates_and_animals_are_found_by_the_names_of_their_objects(world):
     sketch = sketch_of(with_task(world, type="navigation_course", gates=gates))
     assert sketch["gates"] == [{"left": [10.0, 5.0], "right": [10.0, -5.0], "yaw": math.pi}]
     sketch = sketch_of(with_task(world, type="wildlife", animals=animals, engagement_distance=10.0))
-    assert sketch["circles"] == [{"x": 10.0, "y": 5.0, "radius": 10.0, "told": "red: avoid"}]
+    assert sketch["circles"] == [{"x": 10.0, "y": 5.0, "radius": 10.0, "title": "red: avoid"}]
 
 
 def test_bays_are_turned_with_their_dock(world):
@@ -68,7 +68,7 @@ def test_bays_are_turned_with_their_dock(world):
     (drawn,) = sketch_of(
         with_task(world, type="dock", anchor="pier", bays=[bay], light_buoy=None, color_sequence=["off"] * 3)
     )["bays"]
-    assert drawn == {"corners": [[21, 0], [21, 4], [19, 4], [19, 0]], "allowed": True, "told": "bay1: red circle"}
+    assert drawn == {"corners": [[21, 0], [21, 4], [19, 4], [19, 0]], "allowed": True, "title": "bay1: red circle"}
 
 
 def test_a_gates_arrow_points_the_way_it_counts():

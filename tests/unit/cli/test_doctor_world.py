@@ -129,7 +129,7 @@ def test_what_is_no_master_is_told():
     assert row == Row("ROS master", "robot:11311", "no", advice)
     with socket.create_server(("127.0.0.1", 0)) as server:
         uri = f"http://127.0.0.1:{server.getsockname()[1]}"
-        row, _ = doctor_world.master_row(uri, patience=0.05)
+        row, _ = doctor_world.master_row(uri, timeout=0.05)
     assert row == Row("ROS master", f"no ROS master at {uri}: no answer", "no", "correct ROS_MASTER_URI, or unset it")
 
 

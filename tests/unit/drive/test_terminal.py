@@ -103,13 +103,13 @@ def test_a_terminal_of_80_columns_has_wind_and_time():
     clock = iter(range(100))
     with shown(80) as (stderr, look):
         with Terminal(None, stderr, lambda: next(clock)) as terminal:
-            terminal.say("connected")
+            terminal.write_line("connected")
             terminal.show(driven())
             assert look() == ["connected", FIRST, SECOND]
             terminal.show(driven(*STATUS[:3]))
             assert look() == ["connected", "boat wamv1  power +0.50  turn +0.00"]
             terminal.show(driven())
-            terminal.say("the simulation is reset")
+            terminal.write_line("the simulation is reset")
             assert look() == ["connected", "the simulation is reset"]
             terminal.show(driven())
             terminal.show(driven())
@@ -123,7 +123,7 @@ def test_at_the_bottom_of_the_screen_the_status_stays_below():
     clock = iter(range(100))
     with shown(80) as (stderr, look), Terminal(None, stderr, lambda: next(clock)) as terminal:
         for number in range(40):
-            terminal.say(f"line {number}")
+            terminal.write_line(f"line {number}")
             terminal.show(driven())
         assert look()[-3:] == ["line 39", FIRST, SECOND]
         assert len(look()) == 24

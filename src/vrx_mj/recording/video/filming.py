@@ -24,7 +24,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video.eye import Above, Chase, Eye, view_of
-from vrx_mj.recording.video.footage import Footage, Instant, Standing
+from vrx_mj.recording.video.footage import Footage, Instant, TaskMoment
 from vrx_mj.recording.video.stage import Stage
 from vrx_mj.sensors.view import View
 
@@ -59,8 +59,8 @@ LARGEST = 4096
 """Pixels along a side, at most."""
 INSET, INSET_EDGE = 0.34, 0.02
 """Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
-TOLD_FOR = 4.0
-"""How long an event stands in the picture, in the video's time [s]."""
+EVENT_TIME = 4.0
+"""How long an event is shown in the picture, in the video's time [s]."""
 MOST_EVENTS = 3
 LEAST, MOST = 0.001, 1000.0
 """Pictures per second, and simulated seconds per second, at least and at most."""
@@ -72,7 +72,7 @@ class Shot:
     """How a recording is filmed."""
 
     view: str = "both"
-    """Of `VIEWS`."""
+    """One of `VIEWS`."""
     boat: str | None = None
     """The boat that is followed; None: the one that the task scores, or the first."""
     size: tuple[int, int] | None = None
@@ -110,9 +110,9 @@ def write_video(
 
     Raises:
         VideoError: the file or how it is filmed is invalid, or its encoder is not installed.
-        UnknownNameError: there is no such boat.
-        RecordError: the file is no recording, or has no motion.
-        RenderError: there is no way to draw here, with what to install.
+        UnknownNameError: unknown boat.
+        RecordError: the file is not a recording, or has no motion.
+        RenderError: nothing can draw here; the message names what to install.
     """
     target = Path(path)
     encoder = encoder_of(target)
@@ -215,10 +215,10 @@ class Film:
 
     def _write(self, shown: Image, time: float) -> None:
         """Time, task and score, and what has just happened."""
-        world, standing = str(self._footage.recorded.properties.get("world")), self._footage.standing(time)
+        world, status = str(self._footage.recorded.properties.get("world")), self._footage.task_at(time)
         lines = [clock_line(world, time, self._shot.speed)]
-        write_lines(shown, lines if standing is None else [*lines, *task_lines(standing)])
-        since = time - TOLD_FOR * self._shot.speed
+        write_lines(shown, lines if status is None else [*lines, *task_lines(status)])
+        since = time - EVENT_TIME * self._shot.speed
         events = [event for event in self._footage.recorded.events if since < event.time <= time and event.time > 0.0]
         write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-MOST_EVENTS:]], bottom=True)
 
@@ -239,8 +239,8 @@ def followed(recorded: Record, boat: str | None) -> str:
     """The boat that is followed: the given one, or that which the task scores, or the first.
 
     Raises:
-        UnknownNameError: there is no such boat.
-        VideoError: there is no boat.
+        UnknownNameError: unknown boat.
+        VideoError: the recording has no boat.
     """
     boats = recorded.boats
     if not boats:
@@ -303,11 +303,11 @@ def clock_line(world: str, time: float, speed: float) -> str:
     return f"{world}  {time:.1f} s{faster}"
 
 
-def task_lines(standing: Standing) -> tuple[str, str]:
+def task_lines(moment: TaskMoment) -> tuple[str, str]:
     """Phase and time left, score and collisions of a task."""
-    left = f", {standing.remaining:.0f} s left" if standing.phase == "running" else ""
-    score = f"score {standing.score:.2f} {standing.unit}, collisions {standing.collisions}"
-    return f"{standing.task}: {standing.phase}{left}", score
+    left = f", {moment.remaining:.0f} s left" if moment.phase == "running" else ""
+    score = f"score {moment.score:.2f} {moment.unit}, collisions {moment.collisions}"
+    return f"{moment.task}: {moment.phase}{left}", score
 
 
 def project(view: View, place: FloatArray, width: int, height: int) -> tuple[float, float, float] | None:
@@ -396,7 +396,7 @@ def encoder_of(path: Path) -> Encoder:
     """What writes a file, by its suffix.
 
     Raises:
-        VideoError: there is no such kind of video, or what writes it is not installed.
+        VideoError: unknown suffix, or its encoder is not installed.
     """
     if path.suffix.lower() not in ENCODERS:
         raise VideoError(f"invalid video '{path}': a name that ends in {', '.join(ENCODERS)} is needed")

@@ -1,4 +1,4 @@
-"""A recording as moments in time: where everything was between its rows, and how the task stood."""
+"""A recording as moments in time: where everything was between its rows, and the status of the task."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
 from vrx_mj.tasks.registry import TASK_KINDS
 
-__all__ = ["Footage", "Instant", "Standing"]
+__all__ = ["Footage", "Instant", "TaskMoment"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,24 +28,24 @@ class Instant:
     company: int
     """Number of the boats that sail together then, and of their world."""
     qpos: FloatArray
-    """Of the company's model."""
+    """Positions, as the model of these boats has them."""
     marks: FloatArray
     """What lights and placards show."""
 
 
 @dataclass(frozen=True)
-class Standing:
-    """How a task stands from a time on."""
+class TaskMoment:
+    """Status of a task from a time on."""
 
     time: float
-    """[s]"""
+    """Simulated time [s]."""
     task: str
     phase: str
     score: float
     unit: str
     collisions: int
     remaining: float
-    """Until it times out [s]."""
+    """Time until it times out [s]."""
 
 
 class Footage:
@@ -110,23 +110,23 @@ class Footage:
         return np.column_stack([self.recorded.time[there], track.position[there, :2], heading])
 
     @cached_property
-    def standings(self) -> tuple[Standing, ...]:
-        """How the task stood, in the order of time; nothing without a task."""
+    def task_moments(self) -> tuple[TaskMoment, ...]:
+        """Status of the task in the order of time; empty without a task."""
         task = self.recorded.companies[0].parameters.task
         if task is None:
             return ()
         unit = TASK_KINDS[task.type].unit
         return tuple(
-            Standing(
+            TaskMoment(
                 time, one.name, one.status.phase, one.status.score, unit, one.status.collisions, one.status.remaining
             )
             for time, one in scored_frames(self.recorded)
         )
 
-    def standing(self, time: float) -> Standing | None:
-        """How the task stands at a time [s]; None without a task, or before its referee first looked."""
-        count = bisect_right(self.standings, time + 1e-9, key=lambda one: one.time)
-        return self.standings[count - 1] if count else None
+    def task_at(self, time: float) -> TaskMoment | None:
+        """Status of the task at a time [s]; None without a task, or before its referee first looked."""
+        count = bisect_right(self.task_moments, time + 1e-9, key=lambda one: one.time)
+        return self.task_moments[count - 1] if count else None
 
 
 def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]) -> FloatArray:

@@ -52,7 +52,7 @@ class Stage:
             size: of the largest picture: width, height [pixels].
 
         Raises:
-            RenderError: there is no way to draw here.
+            RenderError: nothing can draw here.
             StateError: the recording holds no world.
             RecordError: its rows are not of that world.
         """
@@ -207,7 +207,7 @@ def normals_of(corners: FloatArray) -> FloatArray:
 def add_triangles(scene: mujoco.MjvScene, corners: FloatArray, shades: FloatArray) -> None:
     """Add white triangles, while the scene has room.
 
-    MuJoCo has their corners at the origin of their frames and on two of the axes, as far away as their sizes say.
+    MuJoCo has their corners at the origin of their frames and on two of the axes, at the distances in their sizes.
     """
     sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], normals_of(corners)], axis=-1)
     lengths = np.linalg.norm(sides, axis=1, keepdims=True)

@@ -282,11 +282,11 @@ def drive(url: str, *, boat: str | None = None) -> None:
             raise CommandError(
                 "no keys can be read, since standard input is not a terminal; --web serves a page to drive from"
             )
-        helmsman = Helmsman(url, boat, say=terminal.say)
+        helmsman = Helmsman(url, boat, say=terminal.write_line)
         try:
             for name, text in (*(row for row in HELP if row[0] != TIME[0]), TIME):
-                terminal.say(f"  {name:<10} {text}")
-            terminal.say("Ctrl-C stops the boats that you drove and quits.")
+                terminal.write_line(f"  {name:<10} {text}")
+            terminal.write_line("Ctrl-C stops the boats that you drove and quits.")
             while True:
                 helmsman.turn(terminal.pressed())
                 terminal.show(helmsman)
