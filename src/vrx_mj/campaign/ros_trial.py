@@ -14,13 +14,14 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, Serving
 from vrx_mj.campaign.program import ENDING, Program
 from vrx_mj.campaign.results import Stopwatch, Tracks
+from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros1 import Ros1
 from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.tasks.frame import EARLY
+from vrx_mj.runtime.timing import Schedule
 
 __all__ = ["claimed_port", "sail_by_program", "surroundings"]
 
@@ -115,7 +116,7 @@ class _Pilot:
         self._to_task, self._last = duration is None, sim.time + (planned(sim) if duration is None else duration)
         self._wall, self._deadline = wall, math.inf
         self._program: Program | None = None
-        self._status, self._number = "", -1
+        self._status, self._schedule = "", Schedule()
         self._places: dict[str, FloatArray] = {}
         self.way: dict[str, float] = dict.fromkeys(sim.boats, 0.0)
         """Of every boat over ground [m], sampled at the control rate."""
@@ -166,10 +167,9 @@ class _Pilot:
             self._stopwatch.lead(0)
 
     def _track(self) -> None:
-        number = math.floor((self._sim.time + EARLY) * CONTROL_RATE)
-        if number == self._number:
+        if not self._schedule.take("way", CONTROL_RATE, self._sim.time):
             return
-        self._number, seen = number, self._sim.observe()
+        seen = self._sim.observe()
         for boat in self._sim.boats:
             place = seen[boat].position
             before = self._places.get(boat, place)
