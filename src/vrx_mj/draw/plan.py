@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.displays import RGB
+from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
 from vrx_mj.draw.labels import INK, Thing, label, write
 from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene
