@@ -1,5 +1,6 @@
 """The `kernel` decorator: compiled by numba, cached in a folder that belongs to exactly these kernels."""
 
+import functools
 import hashlib
 import importlib.metadata
 import platform
@@ -105,8 +106,14 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, py_func: F, locals: Any = None, targetoptions: Any = None, **settings: Any) -> None:  # noqa: A002
         super().__init__(py_func, locals, targetoptions, **settings)
-        self._callee = CPUDispatcher(py_func, locals, {**targetoptions, "no_cpython_wrapper": True}, **settings)
-        self._cache, self._callee._cache = _cache_of(py_func), _cache_of(py_func, ".callee")
+        self._cache = _cache_of(py_func)
+
+    @functools.cached_property
+    def _callee(self) -> CPUDispatcher:
+        """The form for other kernels, which a process that finds those in the cache never makes."""
+        callee = CPUDispatcher(self.py_func, self.locals, {**self.targetoptions, "no_cpython_wrapper": True})
+        callee._cache = _cache_of(self.py_func, ".callee")
+        return callee
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What numba needs to know to compile a call of this kernel in another one."""

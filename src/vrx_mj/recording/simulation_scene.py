@@ -9,11 +9,10 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
-import trimesh
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.world import Georeference
@@ -40,6 +39,9 @@ from vrx_mj.recording.record_scene import (
 from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
+
+if TYPE_CHECKING:
+    import trimesh
 
 __all__ = ["Choice", "check_columns", "part_paths", "parts_of", "recorded_sensors", "scene_of"]
 
@@ -230,6 +232,8 @@ def _mount(engine: Thruster) -> tuple[float, float, float, float]:
 
 
 def _placed(position: Any, quaternion: Any) -> Any:
+    import trimesh  # takes half a second: runs without a recording do not need it
+
     place = trimesh.transformations.quaternion_matrix(quaternion)
     place[:3, 3] = position
     return place
@@ -247,6 +251,8 @@ def _surface(shape: trimesh.Trimesh, place: Any, rgba: Any) -> Surface:
 
 def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     """A geom as triangles, in its own frame; flat faces keep their edges."""
+    import trimesh
+
     kind, size = model.geom_type[geom], model.geom_size[geom]
     shapes = mujoco.mjtGeom
     if kind == shapes.mjGEOM_MESH:
@@ -274,12 +280,16 @@ def _asset(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
 @functools.lru_cache(maxsize=64)
 def _sharp_mesh(vertices: bytes, faces: bytes) -> trimesh.Trimesh:
     """A mesh of float32 (n, 3) and int32 (m, 3), kept for the next boat of its kind: making it takes up to 0.1 s."""
+    import trimesh
+
     corners = np.frombuffer(vertices, np.float32).reshape(-1, 3)
     return _sharp(trimesh.Trimesh(corners, np.frombuffer(faces, np.int32).reshape(-1, 3), process=False))
 
 
 def _sharp(shape: trimesh.Trimesh) -> trimesh.Trimesh:
     """The mesh with its vertices split along edges sharper than 40 degrees."""
+    import trimesh
+
     return trimesh.graph.smooth_shade(shape, angle=math.radians(40.0))
 
 
