@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.config.poses import quaternion
 from vrx_mj.errors import CommandError, DivergedError, shown
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
+from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.divergence import rows_divergence_message
 from vrx_mj.runtime.limits import thread_count
@@ -265,7 +265,7 @@ class Batch(RowWater):
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
             for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
-                self._qpos[row, qpos : qpos + 7] = (*place[:3], *quaternion(*(float(angle) for angle in place[3:])))
+                write_pose(self._qpos[row], qpos, place.tolist())
         if velocity is not None:
             moving = row_vectors(f"velocity of {boat}", velocity, len(which))
             turns = self._qpos[which, qpos + 3 : qpos + 7]
@@ -371,16 +371,8 @@ class Batch(RowWater):
         if given.shape != (len(which), len(self._channels)):
             needed = (len(which), len(self._channels))
             raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
-        if not np.isfinite(given).all():
-            at = np.argwhere(~np.isfinite(given))[0]
-            boat, name = self.channels[at[1]]
-            value, row = given[tuple(at)], which[at[0]]
-            raise CommandError(f"invalid command {value} for {name} of {boat} in row {row}: a finite number is needed")
+        for row, column in np.argwhere(~np.isfinite(given)):
+            self._channels[column].checked(float(given[row, column]), f" in row {which[row]}")
         state = self._stacks["thruster_state"]
         for number, channel in enumerate(self._channels):
-            state[channel.column][which, channel.row] = given[:, number]
-            if channel.column == "command":
-                timeout = float(self._rig.thrusters["timeout"][channel.row])
-                state["expires"][which, channel.row] = self._time[which] + (
-                    max(timeout, hold) if timeout > 0.0 else np.inf
-                )
+            channel.write(state, (which, channel.row), given[:, number], self._time[which], hold)

@@ -68,8 +68,7 @@ class FreeBodies:
         place = None if pose is None else several(f"pose of {name}", pose, 6, HUGE)
         motion = None if velocity is None else several(f"velocity of {name}", velocity, 6, HUGE)
         if place is not None:
-            self._data.qpos[qpos : qpos + 3] = place[:3]
-            self._data.qpos[qpos + 3 : qpos + 7] = quaternion(*place[3:])
+            write_pose(self._data.qpos, qpos, place)
         if motion is not None:
             turn = rotation_matrix(self._data.qpos[qpos + 3 : qpos + 7])
             self._data.qvel[dof : dof + 3] = turn @ motion[:3]
@@ -95,3 +94,9 @@ class FreeBodies:
             if (size := float(np.abs(values).max())) > worst:
                 worst, name = size, candidate
         return name
+
+
+def write_pose(qpos: FloatArray, at: int, pose: Sequence[float]) -> None:
+    """Write x, y, z [m], roll, pitch and yaw [rad] as the position and quaternion of a free joint."""
+    qpos[at : at + 3] = pose[:3]
+    qpos[at + 3 : at + 7] = quaternion(*pose[3:])

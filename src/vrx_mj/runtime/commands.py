@@ -1,12 +1,13 @@
 """Commands of boats: names and numbers checked, then written into the thrusters' state."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import RUDDER
+from vrx_mj.mjcf.world import World
+from vrx_mj.physics.tables import RUDDER, Table
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 Commands = Mapping[str, Mapping[str, float]]
@@ -15,19 +16,66 @@ Commands = Mapping[str, Mapping[str, float]]
 ANGLE = "_angle"
 
 
-class Helm:
-    """The names that take commands, and where they go; a rudder takes an angle alone."""
+class Channel(NamedTuple):
+    """A command that a boat takes: a thrust, or a steering angle."""
 
-    def __init__(self, boats: Sequence[str], rows: Sequence[Thruster]) -> None:
-        self._channels: dict[str, dict[str, tuple[int, str]]] = {boat: {} for boat in boats}
-        self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in boats}
-        for index, row in enumerate(rows):
-            boat = boats[row.hull]
-            if row.mapping != RUDDER:
-                self._channels[boat][row.name] = (index, "command")
-            self.thrusters[boat][row.name] = index
-        for index, row in enumerate(rows):
-            self._channels[boats[row.hull]].setdefault(row.name + ANGLE, (index, "angle_target"))
+    boat: str
+    name: str
+    row: int
+    """Row of its thruster in the tables."""
+    column: str
+    """Column of `THRUSTER_STATE` that has the command."""
+    limits: tuple[float, float]
+    """Least and greatest value that changes anything."""
+    timeout: float
+    """For how long a thrust lasts [s]; 0: until the next."""
+
+    @property
+    def acts(self) -> bool:
+        """Whether it is a thrust, or the angle of a thruster that turns."""
+        return self.column == "command" or self.limits != (0.0, 0.0)
+
+    def checked(self, value: object, where: str = "") -> float:
+        """A value of this command; CommandError if it is not a finite number."""
+        number = as_number(value)
+        if not math.isfinite(number):
+            needed = "a finite number is needed"
+            raise CommandError(f"invalid command {shown(value)} for {self.name} of {self.boat}{where}: {needed}")
+        return number
+
+    def write(self, state: Table, at: Any, values: Any, time: Any, hold: float) -> None:
+        """Set commands in `state`, a table of `THRUSTER_STATE`, `at` rows of it, at `time` [s].
+
+        A thrust lasts for the thruster's timeout, and at least `hold` [s].
+        """
+        state[self.column][at] = values
+        if self.column == "command":
+            state["expires"][at] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
+
+
+def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
+    """Every command of a world with that table of thrusters: thrusts, then steering angles; a rudder has an angle."""
+    pushing, steering = [], []
+    for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
+        boat, name, timeout = world.boats[given.hull], given.name, float(row["timeout"])
+        if given.mapping != RUDDER:
+            pushing.append(Channel(boat, name, number, "command", given.command_limits, timeout))
+        angle = float(row["max_angle"]) if given.max_angle else 0.0
+        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), timeout))
+    return (*pushing, *steering)
+
+
+class Helm:
+    """The names that take commands, and where they go."""
+
+    def __init__(self, world: World, table: Table) -> None:
+        """Commands of a world's boats with that table of thrusters."""
+        self._channels: dict[str, dict[str, Channel]] = {boat: {} for boat in world.boats}
+        self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in world.boats}
+        for channel in channels_of(world, table):
+            self._channels[channel.boat].setdefault(channel.name, channel)
+        for index, thruster in enumerate(world.parameters.thrusters):
+            self.thrusters[world.boats[thruster.hull]][thruster.name] = index
 
     def names(self, boat: str) -> tuple[str, ...]:
         """Every command that the boat takes.
@@ -39,7 +87,7 @@ class Helm:
         return tuple(self._channels[boat])
 
     def refuse(self, boat: str, given: tuple[object, ...]) -> None:
-        """Tell who gave a boat commands without names that they have names.
+        """Refuse commands that were given without their names.
 
         Raises:
             UnknownNameError: no boat has that name.
@@ -61,14 +109,10 @@ class Helm:
             UnknownNameError: no such boat, or no such thruster on it.
             CommandError: a command is not a finite number.
         """
-        for index, column, value in self._checked(commands):
-            rig.thruster_state[column][index] = value
-            if column == "command":
-                timeout = float(rig.thrusters["timeout"][index])
-                lasts = max(timeout, hold) if timeout > 0.0 else math.inf
-                rig.thruster_state["expires"][index] = time + lasts
+        for channel, value in self._checked(commands):
+            channel.write(rig.thruster_state, channel.row, value, time, hold)
 
-    def _checked(self, commands: Commands) -> list[tuple[int, str, float]]:
+    def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
             raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + EXAMPLE)
         checked = []
@@ -80,15 +124,9 @@ class Helm:
                 )
             for name, value in values.items():
                 check_name(f"thruster of {boat}", name, names)
-                checked.append((*self._channels[boat][name], _number(boat, name, value)))
+                channel = self._channels[boat][name]
+                checked.append((channel, channel.checked(value)))
         return checked
 
 
 EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
-
-
-def _number(boat: str, name: str, value: object) -> float:
-    given = as_number(value)
-    if not math.isfinite(given):
-        raise CommandError(f"invalid command {shown(value)} for {name} of {boat}: a finite number is needed")
-    return given

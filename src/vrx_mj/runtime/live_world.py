@@ -88,7 +88,7 @@ class LiveWorld:
         """Make a world and its rig the present ones."""
         self.world, self.rig, self._data = world, rig, rig.data
         self._most_contacts = most_contacts(rig.model)
-        self.helm = Helm(world.boats, world.parameters.thrusters)
+        self.helm = Helm(world, rig.thrusters)
         known, fleet = self.thrusters, self.helm.thrusters
         self.thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
         self.bodies = FreeBodies(world, rig)

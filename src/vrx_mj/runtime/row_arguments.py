@@ -1,6 +1,6 @@
 """What callers of a batch give, checked: rows, seeds, values; and which commands there are."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -8,16 +8,11 @@ import numpy.typing as npt
 from vrx_mj.arguments import MOST_SEED
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.mjcf.world import World
-from vrx_mj.physics.tables import RUDDER, Table
-from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.loop import HUGE
 
 __all__ = [
-    "Channel",
     "Rows",
     "as_numbers",
-    "channels_of",
     "row_seeds",
     "row_values",
     "row_vectors",
@@ -35,32 +30,6 @@ LEAST = {"wind_direction": -np.inf, "wave_direction": -np.inf, "wind_speed": -np
 """What it takes, at least; else 0."""
 ABOVE_ZERO = {"mass", "wave_period"}
 """Of what it takes, what must be above 0."""
-
-
-class Channel(NamedTuple):
-    """A command: a thrust, or a steering angle."""
-
-    boat: str
-    name: str
-    row: int
-    """Of the thrusters' tables."""
-    column: str
-    """Of `THRUSTER_STATE`."""
-    limits: tuple[float, float]
-    """Least and greatest value that changes anything."""
-
-
-def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
-    """Return every command of a world with that table of thrusters: thrusts, then steering angles."""
-    pushing, steering = [], []
-    for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
-        boat, name = world.boats[given.hull], given.name
-        if given.mapping != RUDDER:
-            pushing.append(Channel(boat, name, number, "command", given.command_limits))
-        if given.max_angle:
-            angle = float(row["max_angle"])
-            steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle)))
-    return (*pushing, *steering)
 
 
 def which_rows(n: int, rows: Rows) -> IntArray:

@@ -13,9 +13,9 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.ballast import with_scaled_mass
+from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
-from vrx_mj.runtime.row_arguments import channels_of
 from vrx_mj.runtime.row_memory import allocating
 from vrx_mj.runtime.row_seas import RowSeas
 from vrx_mj.runtime.rows import FEATURES
@@ -129,7 +129,7 @@ class RowTables:
         self._seas = RowSeas(rig.waves, self.world.parameters.sea, self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
         self._afloat = Afloat(rig)
-        self._channels = channels_of(self.world, rig.thrusters)
+        self._channels = tuple(one for one in channels_of(self.world, rig.thrusters) if one.acts)
 
     def _separate(self, name: str) -> npt.NDArray[Any]:
         """The stack of a table in which every row has its own part."""
