@@ -40,7 +40,10 @@ from vrx_mj.mjcf.templates import PREFIX, Piece, render
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, make_world
-from vrx_mj.model.world import FORMAT, parameters_of
+from vrx_mj.model.boats import Spawn
+from vrx_mj.model.site import Light
+from vrx_mj.model.tasks import Task
+from vrx_mj.model.world import FORMAT, parameters_of, tree_of
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -88,7 +91,7 @@ class _Assembly:
         self.placed: list[dict[str, Any]] = []
         self.contacts: list[str] = []
         self.equalities: list[str] = []
-        self.rows: dict[str, list[dict[str, Any]]] = {
+        self.rows: dict[str, list[Any]] = {
             "hulls": [],
             "stations": [],
             "thrusters": [],
@@ -103,7 +106,7 @@ class _Assembly:
         }
         self.balls: list[PlacedObject] = []
         self.shooters: list[tuple[str, str]] = []
-        self.task: dict[str, Any] | None = None
+        self.task: Task | None = None
         self.touches: list[Touch] = []
         self.lock: Lock | None = None
 
@@ -122,7 +125,9 @@ class _Assembly:
         self._check_wind()
         self._add_balls()
         self._add_task()
-        world = make_world(self._text(), self.assets, parameters_of(json.dumps(self._parameters(seed)).encode()))
+        world = make_world(
+            self._text(), self.assets, parameters_of(json.dumps(tree_of(self._parameters(seed))).encode())
+        )
         try:
             mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
         except ValueError as error:
@@ -131,7 +136,10 @@ class _Assembly:
 
     def _text(self) -> str:
         config = self.config
-        sea = {key: self.sea[key] for key in ("model", "significant_height", "period", "direction", "tau")}
+        sea = {
+            key: tree_of(getattr(self.sea, key))
+            for key in ("model", "significant_height", "period", "direction", "tau")
+        }
         return render(
             "world.xml.j2",
             name=config.name,
@@ -140,14 +148,14 @@ class _Assembly:
             gravity=config.physics.gravity,
             center=[*self.boats[0].pose[:2], 0.0] if self.boats else [0.0, 0.0, 0.0],
             water=config.sea.model != "none" or config.terrain is not None,
-            level=self.sea["level"],
+            level=self.sea.level,
             sea=json.dumps(sea).replace('"', "'"),
             assets=[Markup(item) for item in self.shapes],
             pieces=self.placed,
             contacts=Markup("".join(self.contacts)),
             equalities=Markup("".join(self.equalities)),
             asleep=bool(self.balls),
-            scored=self._base_links()[self.task["boat"]] if self.task else None,
+            scored=self._base_links()[self.task.boat] if self.task else None,
             touches=self.touches,
             lock=self.lock,
             **scene_values(config),
@@ -204,9 +212,9 @@ class _Assembly:
         if self.task is None:
             return
         links, terrain = self._base_links(), self.config.terrain is not None
-        self.touches = touches_of(self.task["boat"], links, self.objects, self.docks, terrain=terrain)
+        self.touches = touches_of(self.task.boat, links, self.objects, self.docks, terrain=terrain)
         self.lock = lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats})
-        self.task["rivals"] = [touch.name for touch in self.touches]
+        self.task = replace(self.task, rivals=tuple(touch.name for touch in self.touches))
 
     def _base_links(self) -> dict[str, str]:
         """Bodies of the boats' base links, by the boats' names."""
@@ -287,13 +295,10 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 
-def spawn_parameters(config: WorldConfig) -> dict[str, Any]:
+def spawn_parameters(config: WorldConfig) -> Spawn:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
-    return {
-        **config.spawn.model_dump(include={"robot", "thrusters", "sensors"}),
-        "wind": newcomer_wind(config.wind, config.physics),
-        "quirks": config.physics.quirks,
-    }
+    parts = config.spawn.model_dump(include={"robot", "thrusters", "sensors"})
+    return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)
 
 
 def boat_entry(boat: BoatConfig) -> dict[str, Any]:
@@ -313,10 +318,6 @@ def object_entry(item: PlacedObject) -> dict[str, Any]:
     }
 
 
-def _light_entry(item: PlacedObject, light: LightConfig) -> dict[str, Any]:
-    return {
-        "name": item.name,
-        "body": f"{item.name}/{item.config.link}",
-        "geoms": [f"{item.name}/{panel}" for panel in light.panels],
-        "pattern": light.pattern,
-    }
+def _light_entry(item: PlacedObject, light: LightConfig) -> Light:
+    panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
+    return Light(name=item.name, body=f"{item.name}/{item.config.link}", geoms=panels, pattern=light.pattern)

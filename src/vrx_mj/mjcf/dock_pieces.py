@@ -15,6 +15,8 @@ from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, Piece, geoms, meshes
 from vrx_mj.mjcf.trees import BlockTree, block_tree
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.model.afloat import Block, Mooring
+from vrx_mj.model.site import Dock, Placard
 
 __all__ = ["BLOCK_HEIGHT", "BLOCK_MODELS", "block_rows", "dock_entry", "dock_piece", "mooring_rows", "placard_entries"]
 
@@ -55,37 +57,37 @@ def dock_piece(dock: PlacedDock) -> Piece:
     return Piece(template, values, {mesh.file: mesh.content for mesh in needed})
 
 
-def dock_entry(dock: PlacedDock) -> Row:
+def dock_entry(dock: PlacedDock) -> Dock:
     """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
     placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
     bodies = _bodies(dock, block_tree(dock.layout.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
-    return {
-        "name": dock.name,
-        "pose": dock.pose,
-        "cells": dock.layout.cells,
-        "block": dock.config.block,
-        "dynamic": dock.config.dynamic,
-        "bodies": bodies,
-        "placards": placards,
-    }
+    return Dock(
+        name=dock.name,
+        pose=dock.pose,
+        cells=tuple(dock.layout.cells),
+        block=dock.config.block,
+        dynamic=dock.config.dynamic,
+        bodies=tuple(bodies),
+        placards=tuple(placards),
+    )
 
 
-def placard_entries(dock: PlacedDock) -> list[Row]:
+def placard_entries(dock: PlacedDock) -> list[Placard]:
     """The placards of a dock: name, body, the geoms of each shape, and the symbol at the start."""
     return [
-        {
-            "name": f"{dock.parent}/{item.name}",
-            "body": f"{dock.parent}/{item.name}/link",
-            "geoms": {shape: [geom.name for geom in _symbol(dock, item, shape)] for shape in item.shapes},
-            "symbol": item.symbol,
-        }
+        Placard(
+            name=f"{dock.parent}/{item.name}",
+            body=f"{dock.parent}/{item.name}/link",
+            geoms={shape: tuple(str(geom.name) for geom in _symbol(dock, item, shape)) for shape in item.shapes},
+            symbol=item.symbol,
+        )
         for item in dock.berths.placards
     ]
 
 
 def block_rows(
     dock: PlacedDock, wind: WindConfig | None, gravity: float, first: int, first_element: int
-) -> tuple[list[Row], list[Row]]:
+) -> tuple[list[Block], list[Row]]:
     """Rows of a floating dock's blocks, each after the one that it hangs on, and those of their buoyancy elements.
 
     `first` and `first_element` are the numbers that they get. Wind on a dock acts on its root, as VRX's on one link.
@@ -94,53 +96,56 @@ def block_rows(
     config = _block(edge)
     buoyancy = config.buoyancy
     assert buoyancy is not None, "a block without buoyancy"
+    assert config.mass is not None, "a block without mass"
     listed = wind_coefficients(wind, dock.name, dock.parent) or NO_WIND
-    rows: list[Row] = []
+    rows: list[Block] = []
     elements: list[Row] = []
     for index, body in enumerate(_bodies(dock, tree)):
         position, anchor, axis = _hinge(tree, index, edge)
-        rows.append({
-            "body": body,
-            "parent": first + tree.parents[index] if index else -1,
-            "depth": tree.depths[index],
-            "position": position,
-            "anchor": anchor,
-            "axis": axis,
-            "offset": _center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
-            "mass": config.mass,
-            "density": buoyancy.fluid_density,
-            "gravity": gravity,
-            "level": buoyancy.fluid_level,
-            "linear_drag": buoyancy.linear_drag,
-            "angular_drag": buoyancy.angular_drag,
-            "element_start": first_element + len(elements),
-            "element_count": len(buoyancy.elements),
-            "wind": list(listed if index == 0 else NO_WIND),
-        })  # fmt: skip
+        block = Block(
+            body=body,
+            parent=first + tree.parents[index] if index else -1,
+            depth=tree.depths[index],
+            position=position,
+            anchor=anchor,
+            axis=axis,
+            offset=_center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
+            mass=config.mass,
+            density=buoyancy.fluid_density,
+            gravity=gravity,
+            level=buoyancy.fluid_level,
+            linear_drag=buoyancy.linear_drag,
+            angular_drag=buoyancy.angular_drag,
+            element_start=first_element + len(elements),
+            element_count=len(buoyancy.elements),
+            wind=listed if index == 0 else NO_WIND,
+        )
+        rows.append(block)
         elements += [element_row(_centered(element)) for element in buoyancy.elements]
     return rows, elements
 
 
-def mooring_rows(dock: PlacedDock, first: int) -> list[Row]:
+def mooring_rows(dock: PlacedDock, first: int) -> list[Mooring]:
     """A floating dock's lines, each from a corner to where that is at the start; `first` is its first block's row."""
     mooring = dock.config.mooring
     if mooring is None:
         return []
     tree, edge = block_tree(dock.layout.cells), dock.config.block
-    turn, rows = rotation(*dock.pose[3:]), []
+    turn, rows = rotation(*dock.pose[3:]), list[Mooring]()
     for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         cell = max(dock.layout.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
         index = tree.cells.index(cell)
         corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), BLOCK_HEIGHT)
         there = apply(turn, corner)
         origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
-        rows.append({
-            "block": first + index,
-            "point": [a - b for a, b in zip(corner, origin, strict=True)],
-            "anchor": [dock.pose[0] + there[0], dock.pose[1] + there[1]],
-            "stiffness": mooring.stiffness,
-            "damping": mooring.damping,
-        })  # fmt: skip
+        line = Mooring(
+            block=first + index,
+            point=(corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]),
+            anchor=(dock.pose[0] + there[0], dock.pose[1] + there[1]),
+            stiffness=mooring.stiffness,
+            damping=mooring.damping,
+        )
+        rows.append(line)
     return rows
 
 

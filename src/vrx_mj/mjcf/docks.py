@@ -1,6 +1,6 @@
 """Docks of a world: their bays, placards and holes, and where they are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from vrx_mj.config.bays import Box
 from vrx_mj.config.poses import apply, rotation
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.placement import PlacedDock
+from vrx_mj.model import tasks
 
 __all__ = ["block_corners", "dock_zones", "docks_overlap", "find_dock"]
 
@@ -74,8 +75,8 @@ def dock_zones(dock: PlacedDock) -> Row:
     }
 
 
-def _box(box: Box) -> Mapping[str, list[float]]:
-    return {"center": list(box.center), "size": list(box.size)}
+def _box(box: Box) -> tasks.Box:
+    return tasks.Box(center=box.center, size=box.size)
 
 
 def docks_overlap(a: PlacedDock, b: PlacedDock) -> bool:

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import replace
 
 import mujoco
 
 from vrx_mj.config.scene import MarkersConfig
+from vrx_mj.model.site import Marker
 from vrx_mj.model.world import Parameters
 
 __all__ = ["MARKER", "add_markers", "marker_names", "marker_rows"]
@@ -19,17 +20,19 @@ GROUP = 1
 """Of their geoms, as of the water: cameras see them, lidars do not."""
 
 
-def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> list[dict[str, Any]]:
+def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:
     """The cylinders of a world's markers, two for each place: those of `goals` [x, y, yaw] come first."""
     diameter, _, length = config.scaling
     middle = config.height + length / 2.0
-    rows: list[dict[str, Any]] = []
+    rows: list[Marker] = []
     for x, y, yaw in (*(goals if config.task else ()), *config.places):
-        along = [math.cos(yaw), math.sin(yaw), 0.0]
-        looks = {"radius": diameter / 2.0, "length": length, "color": list(config.color)}
-        rows.append({"position": [x, y, middle], "axis": [0.0, 0.0, 1.0], **looks})
-        rows.append({"position": [x + AHEAD * along[0], y + AHEAD * along[1], middle], "axis": along, **looks})
-    return rows
+        along = (math.cos(yaw), math.sin(yaw), 0.0)
+        upright = Marker(
+            position=(x, y, middle), axis=(0.0, 0.0, 1.0), radius=diameter / 2.0, length=length, color=config.color
+        )
+        ahead = (x + AHEAD * along[0], y + AHEAD * along[1], middle)
+        rows += [upright, replace(upright, position=ahead, axis=along)]
+    return tuple(rows)
 
 
 def marker_names(world: Parameters) -> list[str]:

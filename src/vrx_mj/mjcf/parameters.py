@@ -11,6 +11,7 @@ from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
 from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.model.water import Sea, Wave
 from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
@@ -25,26 +26,25 @@ DENSITY = 997.0
 """
 
 
-def sea_parameters(sea: SeaConfig) -> Row:
+def sea_parameters(sea: SeaConfig) -> Sea:
     """Wave components and start-up ramp; `model: none` is a sea without components."""
-    along = tuple(sea.direction)
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
     waves: Sequence[Row] = ()
     if sea.model == "pms":
-        waves = pms_components(*shape, gain=sea.gain, period=sea.period, direction=along)
+        waves = pms_components(*shape, gain=sea.gain, period=sea.period, direction=sea.direction)
     elif sea.model == "cwr":
-        waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=along)
+        waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=sea.direction)
     afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
-    return {
-        "model": sea.model,
-        "tau": sea.tau,
-        "level": 0.0,
-        "waves": list(afloat),
-        "significant_height": height,
-        "period": sea.period,
-        "direction": list(along),
-    }
+    return Sea(
+        model=sea.model,
+        tau=sea.tau,
+        level=0.0,
+        waves=tuple(Wave(**wave) for wave in afloat),
+        significant_height=height,
+        period=sea.period,
+        direction=sea.direction,
+    )
 
 
 def hull_physics(physics: PhysicsConfig) -> Row:

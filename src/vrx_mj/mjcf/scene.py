@@ -8,6 +8,7 @@ from vrx_mj.config.scene import FogConfig, SkyConfig
 from vrx_mj.config.world import SceneConfig, WorldConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.daylight import DAY, Daylight, daylight
+from vrx_mj.model.site import Scene
 
 EXTENT = 20.0
 """`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
@@ -42,10 +43,10 @@ def scene_values(config: WorldConfig) -> dict[str, Any]:
     }
 
 
-def scene_parameters(config: WorldConfig) -> dict[str, Any]:
+def scene_parameters(config: WorldConfig) -> Scene:
     """What renderers and viewers set by hand: fog is a flag of the scene, not of the model."""
     fog = config.scene.fog
-    return {"fog": bool(fog and fog.type != "none"), "grid": config.scene.grid}
+    return Scene(fog=bool(fog and fog.type != "none"), grid=config.scene.grid)
 
 
 def fog_range(fog: FogConfig) -> tuple[float, float]:

@@ -6,11 +6,11 @@ carrier that may heave, roll and pitch; whoever lets the boat go switches the we
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from vrx_mj.config.poses import Pose
 from vrx_mj.mjcf.dock_pieces import dock_entry
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
+from vrx_mj.model.tasks import TaskBase
 
 __all__ = ["Lock", "Touch", "lock_of", "touches_of"]
 
@@ -55,14 +55,14 @@ def _things(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock], *, ter
         if item.config.collisions:
             yield Touch(item.name, f"{item.name}/{item.config.link}")
     for dock in docks:
-        yield Touch(dock.name, dock_entry(dock)["bodies"][0], tree=True)
+        yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
     if terrain:
         yield Touch("terrain", WORLD_BODY)
 
 
-def lock_of(task: Mapping[str, Any], links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:
+def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:
     """What holds a task's boat; None if nothing does."""
-    if not task["locked"]:
+    if not task.locked:
         return None
-    boat = task["boat"]
-    return Lock(boat, links[boat], poses[boat][:3], poses[boat][5])
+    pose = poses[task.boat]
+    return Lock(task.boat, links[task.boat], pose[:3], pose[5])

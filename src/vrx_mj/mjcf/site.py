@@ -13,6 +13,7 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.mjcf.docks import find_dock
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import on_land
+from vrx_mj.model.tasks import Goal, Pinger
 
 __all__ = ["Loc", "Row", "Site", "listed", "model_of"]
 
@@ -80,24 +81,24 @@ class Site:
             return None
         return dock
 
-    def place(self, loc: Loc, value: tuple[float, float, float], *, geodetic: bool) -> Row:
+    def place(self, loc: Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw] or [x, y, yaw], both ways; m, degrees and rad."""
         first, second, yaw = value
         earth = self.config.georeference
         if geodetic:
             assert earth is not None, "checked with the world"
             x, y, _ = earth.to_enu(first, second)
-            place = {"x": x, "y": y, "yaw": yaw, "latitude": first, "longitude": second}
+            place = Goal(x=x, y=y, yaw=yaw, latitude=first, longitude=second)
         else:
-            place = {"x": first, "y": second, "yaw": yaw, **self._geodetic(first, second, 0.0)}
-        self._on_water(loc, place["x"], place["y"])
+            place = Goal(x=first, y=second, yaw=yaw, **self._geodetic(first, second, 0.0))
+        self._on_water(loc, place.x, place.y)
         return place
 
-    def point(self, loc: Loc, value: tuple[float, float, float]) -> Row:
+    def point(self, loc: Loc, value: tuple[float, float, float]) -> Pinger:
         """A point x, y, z [m] in or over the water, with its latitude and longitude [degrees]."""
         x, y, z = value
         self._on_water(loc, x, y)
-        return {"x": x, "y": y, "z": z, **self._geodetic(x, y, z)}
+        return Pinger(x=x, y=y, z=z, **self._geodetic(x, y, z))
 
     def parts(self, course: str | None) -> list[str]:
         """Names of the single objects of a course, without its own; of the whole world if it is None."""

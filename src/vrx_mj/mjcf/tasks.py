@@ -2,8 +2,8 @@
 
 import re
 import warnings
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
@@ -15,13 +15,15 @@ from vrx_mj.mjcf.docks import dock_zones
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.site import Loc, Row, Site, listed, model_of
+from vrx_mj.model import tasks as model
 
 __all__ = ["Shooter", "task_parameters", "waypoints"]
 
+Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
 Shooter = tuple[str, str]
 """Names of a boat and of one of its ball shooters."""
 
-ANIMALS = {
+ANIMALS: Mapping[str, Habit] = {
     "crocodile": "avoid",
     "platypus": "circumnavigate_clockwise",
     "turtle": "circumnavigate_counterclockwise",
@@ -40,7 +42,7 @@ def task_parameters(
     objects: Sequence[PlacedObject],
     docks: Sequence[PlacedDock],
     shooters: Sequence[Shooter] = (),
-) -> Row | None:
+) -> model.Task | None:
     """The task of a world, resolved; None if it has none. What the boat may touch is added by who builds it.
 
     Raises:
@@ -51,22 +53,24 @@ def task_parameters(
         return None
     site = Site(config, boats, objects, docks)
     boat = site.boat()
-    row = {
+    common = {
         "type": "stationkeeping" if isinstance(task, tasks.StationkeepingTask) else task.type,
         "name": task.name or task.type,
         "boat": boat,
         "profile": config.physics.profile,
-        "durations": [task.initial_state_duration, task.ready_state_duration, task.running_state_duration],
+        "durations": (task.initial_state_duration, task.ready_state_duration, task.running_state_duration),
         "collision_buffer": task.collision_buffer,
         "locked": task.locked,
         "held": isinstance(task, tasks.PerceptionTask),
-        **_RESOLVERS[type(task)](task, site),
         "fixed": _fixed(objects, docks),
+        "rivals": (),
     }
     if isinstance(task, tasks.DockTask):
-        row["balls"] = [ball_name(*shooter) for shooter in shooters if shooter[0] == boat]
+        common["balls"] = tuple(ball_name(*shooter) for shooter in shooters if shooter[0] == boat)
+    kind, resolve = _RESOLVERS[type(task)]
+    resolved = kind(**common, **resolve(task, site))
     site.check()
-    return row
+    return resolved
 
 
 def _fixed(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> dict[str, Pose]:
@@ -75,10 +79,11 @@ def _fixed(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> dict
     return still | {dock.name: dock.pose for dock in docks if not dock.config.dynamic}
 
 
-def waypoints(task: Row | None) -> list[list[float]]:
-    """The task's goal or waypoints as [x, y, yaw] in world coordinates, m and rad."""
-    places = ([task["goal"]] if "goal" in task else task.get("waypoints", [])) if task else []
-    return [[place["x"], place["y"], place["yaw"]] for place in places]
+def waypoints(task: model.Task | None) -> tuple[tuple[float, float, float], ...]:
+    """The task's goal or waypoints as (x, y, yaw) in world coordinates, m and rad."""
+    goals = (task.goal,) if isinstance(task, model.Stationkeeping) else ()
+    places = task.waypoints if isinstance(task, model.Wayfinding) else goals
+    return tuple((place.x, place.y, place.yaw) for place in places)
 
 
 def _stationkeeping(task: tasks.StationkeepingTask, site: Site) -> Row:
@@ -92,19 +97,21 @@ def _wayfinding(task: tasks.WayfindingTask, site: Site) -> Row:
     key = "waypoints" if task.waypoints else "waypoints_cart"
     places = task.waypoints or task.waypoints_cart or ()
     geodetic = key == "waypoints"
-    return {"waypoints": [site.place((key, index), place, geodetic=geodetic) for index, place in enumerate(places)]}
+    return {
+        "waypoints": tuple(site.place((key, index), place, geodetic=geodetic) for index, place in enumerate(places))
+    }
 
 
 def _perception(task: tasks.PerceptionTask, site: Site) -> Row:
-    shown = [_shown(site, ("objects", index, "name"), item) for index, item in enumerate(task.objects)]
-    return {"objects": shown, "loop_forever": task.loop_forever}
+    shown = (_shown(site, ("objects", index, "name"), item) for index, item in enumerate(task.objects))
+    return {"objects": tuple(shown), "loop_forever": task.loop_forever}
 
 
-def _shown(site: Site, loc: Loc, item: ShownObject) -> Row:
+def _shown(site: Site, loc: Loc, item: ShownObject) -> model.Shown:
     thing = site.object(loc, item.name, floating=True)
     kind = item.type or (model_of(thing) if thing else "")
     stash = thing.pose if thing else item.pose
-    return {**item.model_dump(), "type": kind, "stash": stash}
+    return model.Shown(**{**item.model_dump(), "type": kind, "stash": stash})
 
 
 def _navigation(task: tasks.NavigationTask, site: Site) -> Row:
@@ -116,13 +123,13 @@ def _follow_path(task: tasks.FollowPathTask, site: Site) -> Row:
     return {"gates": _gates(site, (), task), **task.model_dump(include=keys)}
 
 
-def _gates(site: Site, at: Loc, channel: ChannelConfig) -> list[Row]:
+def _gates(site: Site, at: Loc, channel: ChannelConfig) -> tuple[model.Gate, ...]:
     """The gates of a channel, whose section is at `at`, by the full names of their buoys."""
     course = channel.course
     parts = site.parts(course)
     if course is not None and not parts:
         site.fault((*at, "course"), str(UnknownNameError("course", course, site.courses())))
-        return []
+        return ()
     owner = f"course '{course}'" if course else "the world"
     for index, gate in enumerate(channel.gates):
         for name in (side for side in gate if side not in parts):
@@ -135,7 +142,7 @@ def _gates(site: Site, at: Loc, channel: ChannelConfig) -> list[Row]:
     if lone and not channel.gates:
         warnings.warn(f"{owner}: no gate at {listed(lone)}, without a partner", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
-    return [{"left": prefix + left, "right": prefix + right} for left, right in pairs]
+    return tuple(model.Gate(left=prefix + left, right=prefix + right) for left, right in pairs)
 
 
 def _red_right(parts: Sequence[str]) -> list[tuple[str, str]]:
@@ -157,28 +164,28 @@ def _dock(task: tasks.DockTask, site: Site) -> Row:
     return {
         "dock": task.dock,
         "anchor": zones["anchor"],
-        "bays": _bays(task, site, zones["bays"]) if dock else [],
-        "holes": _holes(task, site, zones) if dock else [],
+        "bays": _bays(task, site, zones["bays"]) if dock else (),
+        "holes": _holes(task, site, zones) if dock else (),
         **task.model_dump(include=keys),
     }
 
 
-def _bays(task: tasks.DockTask, site: Site, known: Sequence[Row]) -> list[Row]:
+def _bays(task: tasks.DockTask, site: Site, known: Sequence[Row]) -> tuple[model.Bay, ...]:
     """The dock's bays with what the task says of them, in their order."""
     if len(task.bays) != len(known):
         names = listed(str(bay["name"]) for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")
-        return []
+        return ()
     for index, (bay, its) in enumerate(zip(task.bays, known, strict=True)):
         if bay.name is not None and bay.name != its["name"]:
             site.fault(("bays", index, "name"), f"this bay of '{task.dock}' is '{its['name']}', not '{bay.name}'")
-    return [
-        {**its, "symbol": bay.symbol, "dock_allowed": bay.dock_allowed}
+    return tuple(
+        model.Bay(**{**its, "symbol": bay.symbol, "dock_allowed": bay.dock_allowed})
         for bay, its in zip(task.bays, known, strict=True)
-    ]
+    )
 
 
-def _holes(task: tasks.DockTask, site: Site, zones: Row) -> list[Row]:
+def _holes(task: tasks.DockTask, site: Site, zones: Row) -> tuple[model.Hole, ...]:
     """The holes that count, with their points."""
     known, names = (
         {(hole["bay"], hole["size"]): hole for hole in zones["holes"]},
@@ -186,45 +193,45 @@ def _holes(task: tasks.DockTask, site: Site, zones: Row) -> list[Row]:
     )
     if task.targets is None:
         counts = task.type == "scan_dock_deliver"
-        return [{**hole, "points": POINTS[hole["size"]]} for hole in zones["holes"]] if counts else []
+        return tuple(model.Hole(**hole, points=POINTS[hole["size"]]) for hole in zones["holes"]) if counts else ()
     rows = []
     for index, target in enumerate(task.targets):
         hole = known.get((names[target.bay - 1], target.size)) if target.bay <= len(names) else None
         if hole:
-            rows.append({**hole, "points": target.points})
+            rows.append(model.Hole(**hole, points=target.points))
         else:
             site.fault(("targets", index), f"bay {target.bay} of '{task.dock}' has no {target.size} hole")
-    return rows
+    return tuple(rows)
 
 
 def _wildlife(task: tasks.WildlifeTask, site: Site) -> Row:
     all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(model_of(item))]
-    animals = [_animal(site, index, animal) for index, animal in enumerate(task.animals or all_of_them)]
+    animals = tuple(_animal(site, index, animal) for index, animal in enumerate(task.animals or all_of_them))
     if not animals:
         site.fault(("animals",), f"the world has no animals; models of animals start with {', '.join(ANIMALS)}")
     return {"animals": animals, **task.model_dump(include={"engagement_distance", "time_bonus", "publication_rate"})}
 
 
-def _animal(site: Site, index: int, animal: AnimalConfig) -> Row:
+def _animal(site: Site, index: int, animal: AnimalConfig) -> model.Animal:
     thing = site.object(("animals", index, "name"), animal.name, floating=True)
-    model = model_of(thing) if thing else ""
-    goal = animal.goal or _habit(model)
+    kind = model_of(thing) if thing else ""
+    goal = animal.goal or _habit(kind)
     if thing and goal is None:
-        text = f"required for the model {model}; only {', '.join(ANIMALS)} have goals of their own"
+        text = f"required for the model {kind}; only {', '.join(ANIMALS)} have goals of their own"
         site.fault(("animals", index, "goal"), text)
-    return {"name": animal.name, "model": model, "goal": goal}
+    return model.Animal(name=animal.name, model=kind, goal=goal or "avoid")
 
 
-def _habit(model: str) -> str | None:
+def _habit(kind: str) -> Habit | None:
     """The goal of an animal's model."""
-    return ANIMALS.get(model.partition("_")[0])
+    return ANIMALS.get(kind.partition("_")[0])
 
 
 def _gymkhana(task: tasks.GymkhanaTask, site: Site) -> Row:
     channel = task.channel
-    gates = _gates(site, ("channel",), channel)
+    limits = channel.model_dump(include={"obstacle_penalty", "collision_buffer"})
     return {
-        "channel": {"gates": gates, **channel.model_dump(include={"obstacle_penalty", "collision_buffer"})},
+        "channel": model.Channel(gates=_gates(site, ("channel",), channel), **limits),
         "pinger": site.point(("pinger",), task.pinger),
         "obstacle_penalty": task.obstacle_penalty,
     }
@@ -239,15 +246,15 @@ def _acoustic_tracking(task: tasks.AcousticTrackingTask, site: Site) -> Row:
     return task.model_dump(include={"pinger", "pinger_depth", "obstacle_penalty"})
 
 
-_RESOLVERS: dict[type[tasks.TaskConfig], Callable[[Any, Site], Row]] = {
-    tasks.StationkeepingTask: _stationkeeping,
-    tasks.WayfindingTask: _wayfinding,
-    tasks.PerceptionTask: _perception,
-    tasks.NavigationTask: _navigation,
-    tasks.FollowPathTask: _follow_path,
-    tasks.DockTask: _dock,
-    tasks.WildlifeTask: _wildlife,
-    tasks.GymkhanaTask: _gymkhana,
-    tasks.AcousticPerceptionTask: _acoustic_perception,
-    tasks.AcousticTrackingTask: _acoustic_tracking,
+_RESOLVERS: dict[type[tasks.TaskConfig], tuple[Callable[..., model.Task], Callable[[Any, Site], Row]]] = {
+    tasks.StationkeepingTask: (model.Stationkeeping, _stationkeeping),
+    tasks.WayfindingTask: (model.Wayfinding, _wayfinding),
+    tasks.PerceptionTask: (model.Perception, _perception),
+    tasks.NavigationTask: (model.Navigation, _navigation),
+    tasks.FollowPathTask: (model.FollowPath, _follow_path),
+    tasks.DockTask: (model.Dock, _dock),
+    tasks.WildlifeTask: (model.Wildlife, _wildlife),
+    tasks.GymkhanaTask: (model.Gymkhana, _gymkhana),
+    tasks.AcousticPerceptionTask: (model.AcousticPerception, _acoustic_perception),
+    tasks.AcousticTrackingTask: (model.AcousticTracking, _acoustic_tracking),
 }

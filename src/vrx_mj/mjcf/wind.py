@@ -3,13 +3,14 @@
 import math
 import warnings
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.errors import VrxWarning
+from vrx_mj.model.boats import WindCoefficients
+from vrx_mj.model.water import Wind
 
 __all__ = [
     "NO_WIND",
@@ -33,19 +34,19 @@ SHOWN_NAMES = 3
 Coefficients = Sequence[float]
 
 
-def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> dict[str, Any]:
+def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
     toward = math.radians(wind.direction)
-    return {
-        "direction": [math.cos(toward), math.sin(toward)],
-        "mean": wind.mean_velocity,
-        "gain": wind.var_gain,
-        "time_constant": wind.var_time,
-        "first_step": FIRST_GUST[profile],
-        "seed": wind.seed,
-        "update_rate": wind.update_rate,
-    }
+    return Wind(
+        direction=(math.cos(toward), math.sin(toward)),
+        mean=wind.mean_velocity,
+        gain=wind.var_gain,
+        time_constant=wind.var_time,
+        first_step=FIRST_GUST[profile],
+        seed=wind.seed,
+        update_rate=wind.update_rate,
+    )
 
 
 def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float] | None:
@@ -70,11 +71,11 @@ def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
     return physics.profile == CLASSIC if wind is None else wind.objects != ()
 
 
-def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> list[dict[str, Any]] | None:
-    """What the wind pushes, for boats that join later; None: those with coefficients of their own, []: nothing."""
+def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[WindCoefficients, ...] | None:
+    """What the wind pushes, for boats that join later; None: those with coefficients of their own, (): nothing."""
     if wind is not None and wind.objects:
-        return [item.model_dump() for item in wind.objects]
-    return None if _pushes_boats(wind, physics) else []
+        return tuple(WindCoefficients(**item.model_dump()) for item in wind.objects)
+    return None if _pushes_boats(wind, physics) else ()
 
 
 def warn_if_unpushed(

@@ -21,9 +21,9 @@ STILL = (3.0, -2.0, 0.0, 0.0, 0.0, 0.0)
 def test_an_upright_marker_stands_at_its_height_and_the_other_points_ahead_of_its_top():
     config = MarkersConfig(scaling=(0.2, 0.2, 2.0), height=0.5, places=((10.0, 20.0, math.pi / 2),))
     upright, ahead = marker_rows(config, [])
-    assert upright["position"][2] - upright["length"] / 2 == pytest.approx(0.5)
-    assert ahead["position"] == pytest.approx([10.0, 20.0 + AHEAD, 1.5])
-    assert ahead["axis"] == pytest.approx([0.0, 1.0, 0.0])
+    assert upright.position[2] - upright.length / 2 == pytest.approx(0.5)
+    assert ahead.position == pytest.approx([10.0, 20.0 + AHEAD, 1.5])
+    assert ahead.axis == pytest.approx([0.0, 1.0, 0.0])
     assert len(marker_rows(config, [(1.0, 2.0, 0.0)])) == 4
     assert len(marker_rows(config.model_copy(update={"task": False}), [(1.0, 2.0, 0.0)])) == 2
 
@@ -31,15 +31,15 @@ def test_an_upright_marker_stands_at_its_height_and_the_other_points_ahead_of_it
 def test_the_significant_height_is_four_standard_deviations_of_the_surface():
     """Of cosines: the variance is half the sum of their squared amplitudes."""
     sea = sea_parameters(SeaConfig(model="cwr", number=3, amplitude=0.4, scale=1.5, period=6.0))
-    variance = sum(wave["amplitude"] ** 2 / 2.0 for wave in sea["waves"])
-    assert sea["significant_height"] == pytest.approx(4.0 * math.sqrt(variance))
-    assert sea_parameters(SeaConfig(model="none"))["significant_height"] == 0.0
+    variance = sum(wave.amplitude**2 / 2.0 for wave in sea.waves)
+    assert sea.significant_height == pytest.approx(4.0 * math.sqrt(variance))
+    assert sea_parameters(SeaConfig(model="none")).significant_height == 0.0
 
 
 def test_the_wind_blows_toward_its_direction_and_pushes_whom_it_names():
     wind = WindConfig(direction=120.0, mean_velocity=3.0, objects=[{"model": "a", "coefficients": [1, 2, 3]}])
     row = wind_parameters(wind)
-    assert row["direction"] == pytest.approx([-0.5, math.sqrt(0.75)])
+    assert row.direction == pytest.approx([-0.5, math.sqrt(0.75)])
     physics = PhysicsConfig()
     assert boat_wind(wind, physics, "a", "wamv", None) == [1, 2, 3]
     assert boat_wind(wind, physics, "b", "wamv", (4, 5, 6)) == [4, 5, 6]
@@ -63,10 +63,10 @@ def test_a_swimmer_s_tolerance_is_in_degrees_in_its_file():
     path = PathConfig(waypoints=((1.0, 2.0), (3.0, 4.0)), bearing_tolerance=90.0, start=1)
     thing = PlacedObject("turtle", "turtle", load_object("mb_marker_buoy_red"), STILL, path)
     row, points = follower_row(thing, "vrx", 5)
-    assert row["tolerance"] == pytest.approx(math.pi / 2)
-    assert (row["waypoint_start"], row["waypoint_count"], row["turns_first"]) == (5, 2, 0)
-    assert [point["position"] for point in points] == [[3.0, 4.0], [1.0, 2.0]]
-    assert follower_row(thing, "vrx3", 0)[0]["turns_first"] == 1
+    assert row.tolerance == pytest.approx(math.pi / 2)
+    assert (row.waypoint_start, row.waypoint_count, row.turns_first) == (5, 2, 0)
+    assert [point.position for point in points] == [(3.0, 4.0), (1.0, 2.0)]
+    assert follower_row(thing, "vrx3", 0)[0].turns_first == 1
 
 
 def test_the_scored_boat_is_not_its_own_rival():

@@ -12,6 +12,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.wind import boat_wind, newcomer_wind
+from vrx_mj.model.world import tree_of
 
 WAMV = (0.5, 0.5, 0.33)
 """Coefficients that VRX's worlds list for the WAM-V."""
@@ -51,7 +52,7 @@ def test_still_air_is_no_drag_in_a_world_without_wind(profile, wind, expected):
     """The wind of vrx3 is the apparent one, that of vrx the true one; who joins later is pushed as the others."""
     physics, config = PhysicsConfig(profile=profile), None if wind is None else WindConfig.model_validate(wind)
     assert boat_wind(config, physics, "a", "wamv", WAMV) == list(expected)
-    later = WindConfig.model_validate({"objects": newcomer_wind(config, physics)})
+    later = WindConfig.model_validate({"objects": tree_of(newcomer_wind(config, physics))})
     assert boat_wind(later, physics, "a", "wamv", WAMV) == list(expected)
 
 
