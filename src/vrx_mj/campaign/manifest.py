@@ -49,7 +49,7 @@ class Manifest:
     controllers: Mapping[str, str]
     """Digest of each controller's files."""
     code: str
-    """Of vrx_mj: version and digest."""
+    """Version and digest of vrx_mj."""
     platform: str
     began: str
     """Date and time, UTC, ISO 8601."""

@@ -16,7 +16,7 @@ from vrx_mj.mjcf.world import World
 __all__ = ["COLORS", "SHAPES", "map_values", "sketch_of"]
 
 COLORS = ("#d1495b", "#00798c", "#6a4c93", "#c2571a", "#3f7d20", "#30638e", "#a8760b", "#8d5a97")
-"""Of the controllers' tracks, in their order."""
+"""Colours of the controllers' tracks, in their order."""
 SHAPE = 1.5
 """Width by height of a map."""
 PIXELS = 720.0
@@ -24,7 +24,7 @@ PIXELS = 720.0
 MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
 BEND = 1.0
-"""Of the shore, what is smaller than this is left out [m]."""
+"""Details of the shore that are smaller than this are left out [m]."""
 NEAR = 40.0
 """An object that is farther from everything that matters [m] does not widen a map."""
 Box = tuple[float, float, float, float]

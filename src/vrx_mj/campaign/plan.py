@@ -26,7 +26,7 @@ class Cell:
     """One trial of a campaign."""
 
     controller: str
-    """As `my_boat:controller`, or the line that starts a program."""
+    """Controller, such as `my_boat:controller`, or the line that starts a program."""
     world: str
     """Name, or path of a file."""
     seed: int
@@ -66,7 +66,7 @@ class Plan:
     """Wall time of a trial [s]; None: by its duration."""
     record: bool = False
     serving: Serving | None = None
-    """Where the controllers are programs."""
+    """How worlds are served, where the controllers are programs."""
 
     @property
     def cells(self) -> tuple[Cell, ...]:

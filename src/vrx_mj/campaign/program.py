@@ -23,14 +23,14 @@ ENDING = sum(GRACES.values()) + 3.0
 LOOK = 0.02
 """How often it is seen whether all have ended [s]."""
 MOST_OUTPUT = 10_000_000
-"""Of what a program prints, so much is kept [bytes]."""
+"""Output of a program that is kept [bytes]."""
 BITE = 1 << 16
 TAIL = 4096
 """Bytes in which the last lines are looked for."""
 SHOWN_LINES, SHOWN = 3, 200
 """Last lines that are shown, and characters of each."""
 SET_CHILD_SUBREAPER = 36
-"""Of prctl(2)."""
+"""Option of prctl(2)."""
 
 
 class Sink(Protocol):

@@ -26,7 +26,7 @@ LOOK = 0.5
 FAREWELL = 10.0
 """How long trials may take to stop [s]."""
 LEFT_HOME = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
-"""Of the current folder, what no node needs."""
+"""Files of the current folder that no node needs."""
 Files = dict[str, bytes]
 
 

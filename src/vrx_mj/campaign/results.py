@@ -48,13 +48,13 @@ class Result:
 
     cell: Cell
     error: str | None = None
-    """Why it failed; None for one that did not."""
+    """Error that ended the trial; None where it did not fail."""
     task: Mapping[str, Any] | None = None
     """type, name, state, score, unit, better, elapsed, timed_out, num_collisions, events; None without a task."""
     sim_time: float = 0.0
-    """[s]."""
+    """Simulated time [s]."""
     wall_time: float = 0.0
-    """[s]."""
+    """Wall time [s]."""
     state_sha256: str = ""
     """Fingerprint of the last state: equal runs have equal ones."""
     world_sha256: str = ""
@@ -67,7 +67,7 @@ class Result:
 
     @property
     def failed(self) -> bool:
-        """Whether it has no result."""
+        """Whether the trial has no result."""
         return self.error is not None
 
     @property
@@ -108,7 +108,7 @@ def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, dict[str, An
 
 
 def sketch_file(folder: Path, world: str) -> Path:
-    """Where what the page's map of a world needs is kept."""
+    """The file of what is in a world, for its map on the page."""
     return folder / "worlds" / f"{folder_name(world)}.json"
 
 

@@ -27,7 +27,7 @@ __all__ = ["claimed_port", "sail_by_program", "surroundings"]
 
 LOOPBACK = "127.0.0.1"
 PORTS = range(21311, 29311)
-"""Of masters and rosbridges: below those that systems give to whoever asks for any."""
+"""Ports of masters and rosbridges: below those that systems assign by themselves."""
 
 
 def sail_by_program(
@@ -119,7 +119,7 @@ class _Pilot:
         self._status, self._schedule = "", Schedule()
         self._places: dict[str, FloatArray] = {}
         self.way: dict[str, float] = dict.fromkeys(sim.boats, 0.0)
-        """Of every boat over ground [m], sampled at the control rate."""
+        """Way of every boat over ground [m], sampled at the control rate."""
         self.finished = False
 
     def start(self, transports: Sequence[Transport]) -> None:

@@ -38,11 +38,11 @@ class Change:
     before: Result
     after: Result
     gain: float | None
-    """By how much the score is better, in its unit; None where one of the two has none."""
+    """Improvement of the score in its unit; None where one of the two has no score."""
 
     @property
     def kind(self) -> str:
-        """What has become of it, in one word."""
+        """The kind of change, in a few words."""
         if self.gain is None:
             return "fails now" if self.after.failed else "works now"
         return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "different track, same score"
@@ -63,7 +63,7 @@ class Test:
     p: float | None
     """Two-sided, of Wilcoxon's signed ranks; None for too few pairs that differ."""
     adjusted: float | None = None
-    """After Holm, for all tests of the comparison."""
+    """p-value after Holm's adjustment for all tests of the comparison."""
 
     @property
     def verdict(self) -> str:
@@ -88,7 +88,7 @@ class Comparison:
     common: int
     """Cells that both have."""
     same: int
-    """Of these, the ones that went the same way to the last bit, or failed with the same words."""
+    """Cells that have the same result in both to the last bit, or failed with the same words."""
     changes: tuple[Change, ...]
     """The others, losses first."""
     tests: tuple[Test, ...]
@@ -238,7 +238,7 @@ class Mean:
 
     @property
     def mean(self) -> float:
-        """Their mean; NaN where there are none."""
+        """Mean of the scores; NaN without any."""
         return fmean(self.scores) if self.scores else math.nan
 
     @property
@@ -259,9 +259,9 @@ class Line:
 
     controller: str
     means: Mapping[str, Mean]
-    """By type of task."""
+    """Means by type of task."""
     ranks: Mapping[str, int]
-    """By type of task; 1 is the best, and equals share the better rank."""
+    """Ranks by type of task; 1 is the best, and equals share the better rank."""
 
     @property
     def total(self) -> int:

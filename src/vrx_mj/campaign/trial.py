@@ -28,7 +28,7 @@ EXTRA_TIME = 60.0
 INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
 EVENTS = 200
-"""Of the referee's lines, at most so many are kept."""
+"""Lines of the referee that are kept, at most."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Trial:
     """Wall time from the loading of the controller on [s]; None: as long as it simulates, and a minute."""
     record: bool = False
     serving: Serving | None = None
-    """Where the controller is a program."""
+    """How the world is served, where the controller is a program."""
 
 
 class _RaisedError(VrxError):

@@ -10,9 +10,9 @@ from vrx_mj.errors import CommandError, UnknownNameError
 __all__ = ["DEFAULT_PORT", "DEFAULT_WEB_PORT", "convert_lightly", "with_default_port"]
 
 DEFAULT_PORT = "9090"
-"""Of rosbridge."""
+"""Port of rosbridge."""
 DEFAULT_WEB_PORT = "8090"
-"""Of teleop's page."""
+"""Port of teleop's page."""
 PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
 """Options whose port may be left out."""
 

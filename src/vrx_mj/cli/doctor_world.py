@@ -39,7 +39,7 @@ MASTER_TIMEOUT = 3.0
 SHOWN = 8
 """Names of boats that are shown, at most."""
 HALF = 0.25
-"""Of a square in the middle of a boat that must not be on land [m]."""
+"""Half the edge of a square in the middle of a boat that must not be on land [m]."""
 Publishers = Sequence[tuple[str, Sequence[str]]]
 """Topics on a master, each with the nodes that publish it."""
 WORLD, OVERLAPS, FRAMES, LAND, COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"

@@ -31,7 +31,7 @@ class GateBar:
     """A gate between two buoys at the start. Lengths in m, world frame, as in all that follows."""
 
     number: int
-    """From 1, in the order in which gates are to be crossed."""
+    """Number from 1, in the order in which gates are to be crossed."""
     left: Point
     """The buoy that comes to starboard, as VRX's files call it."""
     right: Point
@@ -76,7 +76,7 @@ class Animal:
     x: float
     y: float
     radius: float
-    """Within which a boat is engaged with it."""
+    """Distance within which a boat is engaged with it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class Beacon:
     x: float
     y: float
     radius: float = 0.0
-    """Within which it counts as found; 0 where only the distance counts."""
+    """Distance within which it counts as found [m]; 0 where only the distance counts."""
 
 
 @dataclass(frozen=True)

@@ -215,7 +215,7 @@ def ground(axes: Any, scene: MapScene, view: Box) -> None:
 
 
 Row = tuple[Any, Any, Any, str]
-"""Of the legend: marker, colour of its face, colour of its edge, text."""
+"""Row of the legend: marker, colour of its face, colour of its edge, text."""
 
 GATE, RIGHT, WRONG, PATH, BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
 AVOID, CIRCLE = "#c0392b", "#1c6fb5"
@@ -226,10 +226,10 @@ GOALS = {
     "circumnavigate_clockwise": (CIRCLE, -1, "circle clockwise"),
     "circumnavigate_counterclockwise": (CIRCLE, 1, "circle counter-clockwise"),
 }
-"""Of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
+"""Goals of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
 SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
 ARROWS = 3
-"""On a circle."""
+"""Arrows on a circle."""
 
 
 def draw_course(axes: Any, scene: MapScene, pixel: float) -> None:

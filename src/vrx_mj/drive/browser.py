@@ -135,7 +135,7 @@ class Server:
         self.page_port = free_port(PAGE_PORT)
         self.data_port = free_port(DATA_PORT)
         self.data_url = f"rerun+http://{LOOPBACK}:{self.data_port}/proxy"
-        """Where recordings are sent."""
+        """Address to which recordings are sent."""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 -- closed with the process
         command = [
             str(viewer_binary()), "--serve-web", "--bind", LOOPBACK, "--port", str(self.data_port),

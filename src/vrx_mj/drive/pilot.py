@@ -120,7 +120,7 @@ class Pilot:
 
 
 def _share(value: float) -> float:
-    """Within [-1, 1], and without the dust of adding tenths."""
+    """A share within [-1, 1], rounded after adding tenths."""
     return round(min(max(value, -1.0), 1.0), 6) + 0.0
 
 

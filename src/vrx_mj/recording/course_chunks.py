@@ -37,7 +37,7 @@ __all__ = [
 Rgb = tuple[int, int, int]
 
 HEIGHT = 0.35
-"""Of what is drawn over the mean water [m], so that few waves hide it."""
+"""Height over the mean water of what is drawn [m], so that few waves hide it."""
 FATES: Mapping[str, Rgb] = {
     "next": (255, 214, 64),
     "ahead": (235, 245, 255),
@@ -47,7 +47,7 @@ FATES: Mapping[str, Rgb] = {
 }
 """Colours of gates by what became of them; `next` is the first that is ahead."""
 RIGHT, WRONG, INSIDE, DOCKED = (70, 220, 110), (150, 160, 170), (255, 214, 64), (60, 150, 255)
-"""Of bays: to dock in, others, with the boat in it, docked in."""
+"""Colours of bays: to dock in, others, with the boat in it, docked in."""
 STATUS: Mapping[str, Rgb] = {
     "never_engaged": (235, 245, 255),
     "engaged": (255, 214, 64),
@@ -56,14 +56,14 @@ STATUS: Mapping[str, Rgb] = {
 }
 """Colours of circles by what the boat does with the animal."""
 LOST: Rgb = (130, 90, 90)
-"""Of the circle of an animal to keep away from, once the boat did not."""
+"""Colour of the circle of an animal to keep away from, once the boat did not."""
 AVOID, PATH, BEACON, SHOWING = (255, 70, 60), (170, 150, 255), (255, 64, 200), (190, 200, 210)
 GATES = "/world/course/gates"
 ARROW_SHARE = 0.35
 HEAD_SHARE = 0.08
 """Length of a gate's arrow and of its head, in widths of the gate."""
 CORNERS = 48
-"""Of a circle."""
+"""Corners of a circle."""
 
 
 def animal_path(name: str) -> str:

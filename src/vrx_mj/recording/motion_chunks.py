@@ -178,7 +178,7 @@ class MovingChunks:
         yield transforms("/world/fleet", rows[:, 0], middle)
 
     def _boat_positions(self, rows: FloatArray) -> FloatArray:
-        """(n, boats, 3) [m]."""
+        """Positions (n, boats, 3) of the boats [m]."""
         start = [self._layout.pose(boat).start for boat in self._boats]
         return rows[:, np.add.outer(start, np.arange(3))]
 
@@ -241,11 +241,11 @@ class MovingChunks:
             yield plot(f"{name}/{boat}", rows, values[:, own])
 
     def _layout_poses(self, rows: FloatArray) -> FloatArray:
-        """(n, boats, 7)."""
+        """Poses (n, boats, 7) of the boats."""
         return np.stack([rows[:, self._layout.pose(boat)] for boat in self._boats], axis=1)
 
     def _boat_velocities(self, rows: FloatArray) -> FloatArray:
-        """(n, boats, 6)."""
+        """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
     def _wind(self, rows: FloatArray) -> Chunk:
@@ -403,7 +403,7 @@ HORIZON = 2500.0
 STEP = 1.0 / 64.0
 """Heights are rounded to this [m]: they compress twice as well, and nobody sees it."""
 SUN = (0.55, 0.35)
-"""Where the light comes from, east and north."""
+"""Direction from which the light comes, east and north."""
 DEEP, CREST = np.array([9.0, 48.0, 79.0]), np.array([112.0, 178.0, 196.0])
 
 

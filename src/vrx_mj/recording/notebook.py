@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["in_notebook", "progress", "register", "show", "terminal_bar"]
 
 MAP_SIZE = (1000, 720)
-"""Of a world's map [px]."""
+"""Width and height of a world's map [px]."""
 COLUMNS = ("boat", "east [m]", "north [m]", "up [m]", "heading [deg]", "speed [m/s]")
 
 
@@ -155,7 +155,7 @@ def terminal_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
 
 @contextmanager
 def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
-    """The same in a notebook, where it stays when the run is over; with the referee's lines under it."""
+    """A bar in a notebook, which stays when the run is over, with the referee's lines under it."""
     from IPython.display import HTML, display
 
     lines: list[str] = []

@@ -67,15 +67,15 @@ class Track:
     name: str
     """Name of the boat or object."""
     position: FloatArray
-    """(n, 3) [m, ENU]."""
+    """Positions (n, 3) [m, ENU]."""
     quaternion: FloatArray
-    """(n, 4): w, x, y, z."""
+    """Quaternions (n, 4): w, x, y, z."""
     velocity: FloatArray
-    """(n, 3) [m/s], of the body's origin, body axes."""
+    """Velocities (n, 3) of the body's origin, body axes [m/s]."""
     angular_velocity: FloatArray
-    """(n, 3) [rad/s], body axes."""
+    """Angular velocities (n, 3), body axes [rad/s]."""
     thrust: Mapping[str, FloatArray]
-    """By thruster, (n,) [N]; empty for an object."""
+    """Thrusts (n,) by thruster [N]; empty for an object."""
     angle: Mapping[str, FloatArray]
     """Steering angle by thruster, (n,) [rad]."""
 
@@ -93,9 +93,9 @@ class Record:
     timestep: float
     """Physics step [s]."""
     time: FloatArray
-    """(n,) simulated time [s]."""
+    """Simulated times (n,) [s]."""
     wind: FloatArray
-    """(n,) wind speed [m/s]."""
+    """Wind speeds (n,) [m/s]."""
     wind_direction: tuple[float, float]
     """Unit vector the wind blows toward, east and north."""
     boats: Mapping[str, Track]
@@ -115,7 +115,7 @@ class Record:
     layout: RowLayout
     """Which column of `rows` is what."""
     rows: FloatArray
-    """(n, columns): everything recorded, as it was; `layout.names()` names the columns. NaN of who was not there."""
+    """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
     """(n,) numbers of the companies that the rows are of."""
     views: bytes

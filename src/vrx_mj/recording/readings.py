@@ -52,9 +52,9 @@ class RecordedReadings(Sequence[Reading]):
         time = np.array(columns["time"], np.float64).reshape(-1)
         self._order = np.argsort(time, kind="stable")
         self.time: FloatArray = time[self._order]
-        """(n,) when they were measured [s]."""
+        """Times (n,) of the measurements [s]."""
         self.sequence = np.array(columns["sequence"], np.int64).reshape(-1)[self._order]
-        """(n,) their numbers."""
+        """Sequence numbers (n,) of the readings."""
         self._columns = columns
 
     @classmethod

@@ -62,11 +62,11 @@ class Surface:
     """A triangle mesh of one colour."""
 
     vertices: npt.NDArray[np.float32]
-    """(n, 3) [m], in the frame of the body that carries it."""
+    """Vertices (n, 3) [m], in the frame of the body that carries it."""
     faces: npt.NDArray[np.integer[Any]]
-    """(m, 3) indices of vertices, counter-clockwise seen from outside."""
+    """Faces (m, 3) as indices of vertices, counter-clockwise seen from outside."""
     normals: npt.NDArray[np.float32] | None
-    """(n, 3) unit vectors; None: every face is flat."""
+    """Normals (n, 3) of the vertices, unit vectors; None: every face is flat."""
     rgba: tuple[float, ...]
     """Colour: red, green, blue, alpha, 0 to 1."""
 
@@ -115,7 +115,7 @@ class RecordedThruster:
     name: str
     boat: str
     position: Vec3
-    """Where the engine is mounted [m], body frame."""
+    """Place where the engine is mounted, in the body frame [m]."""
     mount: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
     direction: Vec3 = (1.0, 0.0, 0.0)
@@ -146,14 +146,14 @@ class RecordedSensor:
     boat: Name
     name: Name
     type: str
-    """As that of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
+    """Type of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
     frame: str
     rate: Finite
     """Readings per simulated second."""
     position: FiniteVec3
-    """Of the measuring frame (x forward, z up) on the boat [m]."""
+    """Position of the measuring frame (x forward, z up) on the boat [m]."""
     rotation: tuple[FiniteVec3, FiniteVec3, FiniteVec3]
-    """Measuring frame to boat."""
+    """Rotation from the measuring frame to the boat's."""
     config: Mapping[str, Any]
     """The fields of its `SensorConfig`. JSON values."""
 
@@ -253,7 +253,7 @@ class RowLayout:
     nq: Count
     nv: Count
     thrusters: Annotated[tuple[tuple[Name, Name], ...], FailFast()]
-    """(boat, thruster) in the order of their columns."""
+    """Boat and name of each thruster, in the order of their columns."""
     bodies: Annotated[tuple[MovingBody, ...], FailFast()]
     display_marks: Count = 0
     """Number of columns for what lights and placards show."""

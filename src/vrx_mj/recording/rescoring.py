@@ -22,9 +22,9 @@ class Scored:
     """A task as a recording has it."""
 
     referee: Referee
-    """After the last frame."""
+    """Referee of the task, after the last frame."""
     events: tuple[tuple[float, str, str], ...]
-    """Of all the recording: time [s], text, level."""
+    """Lines of the referee over all of the recording: time [s], text, level."""
 
     @property
     def status(self) -> TaskStatus:

@@ -54,7 +54,7 @@ class Part:
     static: bool
     """Whether it is without time."""
     columns: Mapping[str, Sequence[Cell]]
-    """By name, a cell for every row."""
+    """Columns by name, with a cell for every row."""
 
     def texts(self, name: str) -> list[str]:
         """A column of texts.

@@ -22,7 +22,7 @@ from typing import Any, BinaryIO
 __all__ = ["LENGTH", "NUMBERS"]
 
 LENGTH = struct.Struct("<Q")
-"""Of a block's header [bytes], before it."""
+"""Length of a block's header [bytes], written before it."""
 NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
 """Kinds of numbers in a cell, as numpy names them; other cells are `text`, `bytes` or `none`."""
 

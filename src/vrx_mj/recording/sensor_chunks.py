@@ -29,20 +29,20 @@ __all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 Readings = Sequence[Reading]
 
 QUALITY = 75
-"""Of the JPEG pictures, of 100."""
+"""Quality of the JPEG pictures, of 100."""
 PICTURE_AT = 1.2
 """How far before a camera its picture hangs in the sea view [m]."""
 FRUSTUM_COLOR = (255, 240, 180)
 NEAR_COLOR, MIDDLE_COLOR, FAR_COLOR = (255, 236, 110), (255, 96, 80), (150, 60, 200)
-"""Of a lidar's points: near the boat, halfway on a scale of logarithms, at the end of the range."""
+"""Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
 SHADES = 64
 AXIS_COLORS = ((240, 90, 80), (120, 210, 110), (90, 160, 255))
-"""Of x, y and z in plots."""
+"""Colours of x, y and z in plots."""
 SOUND_COLOR = (190, 150, 255)
 SOUND_LENGTH = 8.0
 """Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
 SOUND_HEIGHT = 2.2
-"""Of that arrow over the boat's origin [m]."""
+"""Height of the arrow to a beacon over the boat's origin [m]."""
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
 

@@ -113,7 +113,7 @@ def resume(path: str | Path, time: float) -> Simulation:
 
 
 def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
-    """By boat, its sensors and how often they measure [1/s]."""
+    """Measurements per second [1/s] of each boat's sensors."""
     rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
     for sensor in sim.world.parameters.sensors:
         rates[sensor.boat][sensor.name] = float(sensor.config["rate"])
@@ -139,7 +139,7 @@ ALL = "all"
 """The word for every sensor: of a boat, or of all boats."""
 
 Rates = Mapping[str, Mapping[str, float]]
-"""By boat, its sensors with their measurements per second."""
+"""Measurements per second by boat and sensor."""
 
 
 def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:

@@ -54,7 +54,7 @@ __all__ = [
 Ends = Sequence[tuple[Pose, Pose]]
 """Buoys of gates, left and right."""
 Maker = Callable[[Sequence[Any]], Any]
-"""From the values of an entity's rows to rerun's columns."""
+"""Function from the values of an entity's rows to rerun's columns."""
 
 PLOT = "/plots/task"
 """Score and collisions."""
@@ -63,7 +63,7 @@ WORDS = "/task"
 PLOT_EVERY, WORDS_EVERY, DRIFT_EVERY = 0.5, 1.0, 5.0
 """Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
 DRIFT = 0.5
-"""By how much a buoy must have drifted for its gate to be drawn anew [m]."""
+"""Least drift of a buoy for which its gate is drawn anew [m]."""
 BLOCK = 20.0
 """How much simulated time waits to be written at once [s]: blocks cost more than what is in them."""
 SCORE_COLOR, HITS_COLOR = (255, 214, 64), (255, 84, 48)

@@ -50,7 +50,7 @@ MANY_CHUNKS = 4000
 """Recordings of more chunks are compacted when they are closed: a viewer opens those faster."""
 
 KINDS = ("rows", "event", "mark", "state", "reading", "frame", "scene")
-"""Of what waits in the queue."""
+"""Kinds of items in the queue."""
 
 Item = tuple[str, Any]
 

@@ -24,7 +24,7 @@ TURN_CALM = 2.0
 SMOOTHED = 10.0
 """Places of a smoothed path per second."""
 BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
-"""Of the chasing camera: behind the boat, over the water, and its target before the boat [m]."""
+"""Distances of the chasing camera behind the boat and over the water, and of its target before the boat [m]."""
 FIELD = 1.15
 """Horizontal field of view [rad]."""
 ROOM = 12.0
@@ -40,9 +40,9 @@ class Eye:
     """A place and a direction to look."""
 
     position: FloatArray
-    """(3,) [m]"""
+    """Position (3,) [m]."""
     rotation: FloatArray
-    """(3, 3), camera to world axes; x forward, y left, z up."""
+    """Rotation (3, 3) from camera to world axes; x forward, y left, z up."""
     field: float = FIELD
     """Horizontal field of view [rad]."""
 

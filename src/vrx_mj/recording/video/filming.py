@@ -50,7 +50,7 @@ __all__ = [
 
 Picture = ByteArray
 VIEWS = ("both", "chase", "above")
-"""From where a video is seen; both: behind a boat, with the view from above in a corner."""
+"""Views of a video; both: behind a boat, with the view from above in a corner."""
 SIZES = {".mp4": (1280, 720), ".webp": (800, 450), ".gif": (640, 360)}
 """Width and height [pixels] by the kind of file."""
 RATES = {".mp4": 25.0, ".webp": 12.5, ".gif": 12.5}
@@ -389,7 +389,7 @@ CRF = "21"
 """Quality of MP4: less is better; below 18 no difference is visible."""
 WEBP_QUALITY, WEBP_EFFORT = 72, 4
 COLORS = 128
-"""Of a GIF."""
+"""Colours of a GIF."""
 
 
 def encoder_of(path: Path) -> Encoder:
@@ -476,4 +476,4 @@ def reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
 
 
 ENCODERS: dict[str, Encoder] = {".mp4": write_mp4, ".webp": write_webp, ".gif": write_gif}
-"""By suffix."""
+"""Encoders by suffix."""

@@ -35,9 +35,9 @@ STEEP = 0.5
 RELIEF = 5.0
 """How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
 LIGHTER = 0.14
-"""By what share of the sky such a sea is lighter."""
+"""Share of the sky by which a sea that is seen from above is lighter."""
 TRIANGLES = 4
-"""Of foam: two between two pieces, and as many to spare."""
+"""Triangles of foam per piece: two between two pieces, and as many to spare."""
 
 
 class Stage:
