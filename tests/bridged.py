@@ -7,12 +7,10 @@ import numpy as np
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import messages
-from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.graph import Graph, Wires
+from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent, Service
 from vrx_mj.ros.network import Network
-from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.ros.rosbridge import Rosbridge
-from vrx_mj.ros.wires import Wires
 
 COVARIANCE = [0.5, 0.0, float("nan"), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 PIXELS = np.arange(24, dtype=np.uint8)
@@ -40,7 +38,7 @@ def table():
         Service("/wamv/fire", "std_srvs/Trigger", fire),
         Service("/gazebo/delete_model", "gazebo_msgs/DeleteModel", delete),
     ]
-    return Table(
+    return RosInterface(
         {output.name: output for output in outputs},
         {entry.name: entry for entry in inputs},
         {service.name: service for service in services},

@@ -13,14 +13,12 @@ from typing import Self
 
 from needs import ROS1_TOOLS, needs
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Command, Inbox, UnknownTopicPublisher
+from vrx_mj.ros.graph import Graph, Wires
+from vrx_mj.ros.interface import Command, Inbox, Input, Output, RosInterface, Sent, Service, UnknownTopicPublisher
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.network import Network
-from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 from vrx_mj.ros.ros1 import Ros1
 from vrx_mj.ros.rosbridge import Rosbridge
-from vrx_mj.ros.wires import Wires
 
 LEFT = "/wamv/thrusters/left_thrust_cmd"
 needs_tools = needs(ROS1_TOOLS)
@@ -42,7 +40,7 @@ def nothing():
     return None
 
 
-def small_table(*names: str, **parameters) -> Table:
+def small_table(*names: str, **parameters) -> RosInterface:
     """A table of `/clock`, a latched topic, the IMU and a thruster of each boat of these names, and three services."""
     outputs = [
         Output("/clock", "rosgraph_msgs/Clock", nothing),
@@ -55,7 +53,7 @@ def small_table(*names: str, **parameters) -> Table:
         Service("/trigger", "std_srvs/Trigger", trigger),
         Service("/failing", "std_srvs/Trigger", failing),
     ]
-    return Table(
+    return RosInterface(
         {one.name: one for one in outputs},
         {one.name: one for one in inputs},
         {one.name: one for one in services},
@@ -83,7 +81,7 @@ class Served:
     With `rosbridge=True` it is on a rosbridge too.
     """
 
-    def __init__(self, port: int, table: Table, **options) -> None:
+    def __init__(self, port: int, table: RosInterface, **options) -> None:
         self.port, self.table = port, table
         self.network, self.inbox = Network(), Inbox()
         self.uri = f"http://127.0.0.1:{port}"
@@ -124,7 +122,7 @@ class Served:
         """Of the rosbridge, if there is one."""
         return f"ws://127.0.0.1:{self.bridge.port}"
 
-    def offer(self, table: Table) -> None:
+    def offer(self, table: RosInterface) -> None:
         self.table = table
         self.wires.offer(table)
         self.ros.settle(10.0)

@@ -3,14 +3,13 @@
 from types import SimpleNamespace
 
 import vrx_mj
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox, Traffic
 from vrx_mj.ros.messages import encode, new
-from vrx_mj.ros.offer import Traffic
 from vrx_mj.ros.ros_server import RosServer
 
-__all__ = ["STATIONS", "Fake", "call", "run", "served"]
+__all__ = ["SERVERS", "Fake", "call", "run", "served"]
 
-STATIONS = []
+SERVERS = []
 
 
 class Fake:
@@ -44,25 +43,25 @@ class Fake:
 
 
 def served(world, *, wanted=(), **options):
-    """A station, its network, its inbox, and what it told."""
+    """A server, its network, its inbox, and what it told."""
     sim = world if isinstance(world, vrx_mj.Simulation) else vrx_mj.Simulation(world)
     network, inbox, told = Fake(wanted), Inbox(), []
-    station = RosServer(sim, [network], inbox, tell=lambda _level, text: told.append(text), **options)
-    STATIONS.append(station)
-    return SimpleNamespace(sim=sim, station=station, network=network, inbox=inbox, told=told)
+    server = RosServer(sim, [network], inbox, tell=lambda _level, text: told.append(text), **options)
+    SERVERS.append(server)
+    return SimpleNamespace(sim=sim, server=server, network=network, inbox=inbox, told=told)
 
 
 def run(scene, seconds):
     """Advance, taking what came."""
     for _ in range(round(seconds * 100)):
-        scene.station.receive()
-        scene.station.tick()
+        scene.server.receive()
+        scene.server.tick()
 
 
 def call(scene, name, kind, **fields):
     """Call a service; its response, or the reason why there is none."""
     answers = []
     scene.inbox.call(name, new(f"{kind}Request", **fields), "/test", lambda *answer: answers.append(answer))
-    scene.station.receive()
+    scene.server.receive()
     ((response, why),) = answers
     return response if response is not None else why

@@ -10,8 +10,8 @@ from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of
 from ros1_served import Served, free_port, small_table, trigger, until
 from rosbridge_client import Talk
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.interface import Input, Output, RosInterface, Sent, Service
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Input, Output, Sent, Service, Table
 
 pytestmark = pytest.mark.slow
 
@@ -31,7 +31,9 @@ def talker_table():
         Service("/talker/trigger", "std_srvs/Trigger", trigger),
         Service("/talker/pump", "std_srvs/Trigger", refuse),
     ]
-    return Table(*({one.name: one for one in part} for part in (outputs, inputs, services)), {"/talker/gain": 2.5})
+    return RosInterface(
+        *({one.name: one for one in part} for part in (outputs, inputs, services)), {"/talker/gain": 2.5}
+    )
 
 
 @pytest.fixture(scope="module", params=["own master", "another master"])
@@ -42,7 +44,7 @@ def served(request):
         with Served(port, small_table("wamv"), rosbridge=True) as one:
             yield one
     else:
-        core = Table({"/course": Output("/course", STRING, lambda: None)})
+        core = RosInterface({"/course": Output("/course", STRING, lambda: None)})
         with Served(port, core, node="/core"), Served(port, small_table("wamv"), rosbridge=True) as one:
             yield one
 

@@ -15,7 +15,7 @@ from ros1_served import LEFT, Served, free_port, needs_tools, running, small_tab
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros.access import announced, is_local
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.ros1 import Ros1
 

@@ -12,9 +12,9 @@ import pytest
 
 from ros1_peer import ME, dial, frame, frame_of, service_of, stream_of, taken
 from ros1_served import LEFT, Served, free_port, small_table, until
+from vrx_mj.ros.interface import Sent
 from vrx_mj.ros.limits import MOST_FRAME_BYTES
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Sent
 from vrx_mj.ros.ros1.connection import decode_header, encode_header
 
 STRING = "992ce8a1687cec8c8bd883ec73ca41d1"  # std_msgs/String, as Debian's genpy has it

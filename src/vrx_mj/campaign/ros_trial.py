@@ -16,7 +16,7 @@ from vrx_mj.campaign.program import ENDING, Program
 from vrx_mj.campaign.results import Stopwatch, Tracks
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
-from vrx_mj.ros.offer import Transport
+from vrx_mj.ros.interface import Transport
 from vrx_mj.ros.ros1 import Ros1
 from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize

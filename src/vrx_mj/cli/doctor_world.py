@@ -138,7 +138,7 @@ def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishe
     async def asked() -> Any:
         proxy = Proxy(uri)
         try:
-            return await proxy.ros("getSystemState", "/vrx_mj_doctor", patience=timeout)
+            return await proxy.ros("getSystemState", "/vrx_mj_doctor", timeout=timeout)
         finally:
             proxy.close()
 
@@ -161,7 +161,7 @@ def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishe
 
 def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     """Whether somebody publishes commands for boats that are not in this world."""
-    from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
+    from vrx_mj.ros.interface import Inbox, UnknownTopicPublisher
     from vrx_mj.ros.ros_server import RosServer
 
     messages: list[str] = []

@@ -22,9 +22,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import RecordError, UnknownNameError
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.messages import Message, definition, encode, full_name, md5sum, new, stamp, typestore
-from vrx_mj.ros.offer import Sent, Table, Traffic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.boats import command_topic
 from vrx_mj.runtime.observation import Observation
@@ -318,7 +317,7 @@ class Bag:
             self._file = open_bag(self.path)
         return [f"bag: {self.path}"]
 
-    def offer(self, table: Table) -> None:
+    def offer(self, table: RosInterface) -> None:
         """Write these topics from now on.
 
         Raises:
@@ -423,12 +422,12 @@ def bagged(
     bag.start()
     try:
         rate = min(CLOCK_RATE, 1.0 / sim.timestep)
-        station = RosServer(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
+        server = RosServer(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
         try:
-            station.announce()
-            yield station.advance, None if controller is None else heard(bag, sim, controller)
+            server.announce()
+            yield server.advance, None if controller is None else heard(bag, sim, controller)
         finally:
-            station.close()
+            server.close()
     finally:
         bag.close()
 

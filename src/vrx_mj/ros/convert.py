@@ -16,8 +16,8 @@ from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, re
 from vrx_mj.recording.readings import RecordedReadings
 from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.ros.bags import COMMAND, Bag
+from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, encode, new
-from vrx_mj.ros.offer import Output
 from vrx_mj.ros.table import make_table
 from vrx_mj.ros.table.boats import command_topic, description
 from vrx_mj.ros.table.host import Bodies, Host, header, turned, vector

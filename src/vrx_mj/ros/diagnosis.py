@@ -16,7 +16,7 @@ from vrx_mj.runtime.upsets import FASTEST_SPIN, is_capsized, spin
 __all__ = ["Diagnosis", "TopicHints", "meant_topic", "overlaps", "shared_frames"]
 
 if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.offer import Input, Table
+    from vrx_mj.ros.interface import Input, RosInterface
 
 
 KNOWN = ("/thrusters/", "/cmd_vel", "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
@@ -50,10 +50,10 @@ class TopicHints:
     """What those may mean who publish without a subscriber; each topic is looked at once for a table."""
 
     def __init__(self) -> None:
-        self._table: Table | None = None
+        self._table: RosInterface | None = None
         self._hints: dict[tuple[str, str], str] = {}
 
-    def __call__(self, topic: str, type_name: str, table: "Table", boats: Sequence[str]) -> str:
+    def __call__(self, topic: str, type_name: str, table: "RosInterface", boats: Sequence[str]) -> str:
         """A hint for people; empty for a topic that has nothing to do with the simulation."""
         if self._table is not table or len(self._hints) > MOST_HINTS:
             self._table, self._hints = table, {}
@@ -152,8 +152,7 @@ def _edits(one: str, other: str) -> float:
 
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.inbox import Command, UnknownTopicPublisher
-    from vrx_mj.ros.offer import Table
+    from vrx_mj.ros.interface import Command, RosInterface, UnknownTopicPublisher
 
 
 DEEP = 0.05
@@ -202,7 +201,7 @@ class Diagnosis:
         for line in overlaps(self._sim):
             self._once(line.partition(" by ")[0], line)
 
-    def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "Table") -> None:
+    def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "RosInterface") -> None:
         """Somebody publishes where nobody listens."""
         topic, key = unknown_publisher.topic, f"{unknown_publisher.topic} {unknown_publisher.sender}"
         if topic in table.inputs or key in self._told:

@@ -9,13 +9,13 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Se
 from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.inbox import Answer, Inbox
+from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
-from vrx_mj.ros.offer import Sent, Table
 from vrx_mj.ros.parameters import Parameters, joined, plain
 
-__all__ = ["ROSOUT", "Graph", "Registrations", "Service", "Wire"]
+__all__ = ["ROSOUT", "Graph", "Registrations", "Server", "Service", "Wire", "Wires"]
 
 ROSOUT, LOG, LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
@@ -167,7 +167,7 @@ class Graph:
         """Where ROS 1's nodes call the nodes of this process; empty without that wire."""
         self.clock: float | None = None
         """Simulated time [s], once there is one."""
-        self.table = Table()
+        self.table = RosInterface()
         self.wires: list[Wire] = []
         self.local = {node}
         """Nodes of this process."""
@@ -216,7 +216,7 @@ class Graph:
 
     # The simulation
 
-    def offer(self, table: Table) -> None:
+    def offer(self, table: RosInterface) -> None:
         """Have the simulation's node publish, listen to and provide what is in a table, and nothing else."""
         own = dict(self._checked(table))
         self.table = table
@@ -398,7 +398,7 @@ class Graph:
             if wire is not origin:
                 wire.deliver(name, type_name, message)
 
-    def _checked(self, table: Table) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
+    def _checked(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
         """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""
         for output in table.outputs.values():
             if self._is_known(output.name, output.type):
@@ -490,3 +490,70 @@ class Graph:
             return
         self._level = level
         answer(new("roscpp/SetLoggerLevelResponse"), "")
+
+
+class Server(Protocol):
+    """One wire, as the simulation's thread has it."""
+
+    @property
+    def traffic(self) -> Traffic:
+        """What it has carried."""
+
+    def start(self) -> Sequence[str]:
+        """Open it; returns lines that tell people where it is. NetworkError: it cannot be opened, and why."""
+
+    def close(self) -> None:
+        """Withdraw all, and close every connection."""
+
+
+class Wires:
+    """A `Transport` (see `vrx_mj.ros.interface`) of one graph and all wires on which it is shown.
+
+    Messages that it is given are written later, in the network's thread: they must not be changed after `publish`.
+    """
+
+    title = "ROS"
+
+    def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
+        self.graph, self.servers = graph, servers
+        self._queue = TopicQueue()
+        self._dropped = 0
+
+    def start(self) -> Sequence[str]:
+        """Open every wire; NetworkError: one cannot be opened, and why."""
+        return [line for server in self.servers for line in server.start()]
+
+    def offer(self, table: RosInterface) -> None:
+        """Offer this table from now on, and nothing else."""
+        self._dropped += self._queue.dropped
+        self._queue = TopicQueue()  # what was published before goes before it
+        self.graph.network.soon(self.graph.offer, table)
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Names of the outputs that somebody listens to now."""
+        return self.graph.wanted
+
+    def publish(self, batch: Sequence[Sent]) -> None:
+        """Send messages of one moment to who listens."""
+        if self._queue.put(batch):
+            self.graph.network.soon(self._send, self._queue)
+
+    def log(self, level: str, text: str) -> None:
+        """Tell people on the networks a line: `INFO`, `WARN` or `ERROR`."""
+        self.graph.network.soon(self.graph.log, level, text)
+
+    @property
+    def traffic(self) -> Traffic:
+        """What all wires have carried."""
+        clients, sent, dropped = map(sum, zip((0, 0, 0), *(server.traffic for server in self.servers), strict=True))
+        return Traffic(clients, sent, dropped + self._dropped + self._queue.dropped)
+
+    def close(self) -> None:
+        """Withdraw all, close every connection, and wait until that is done."""
+        for server in reversed(self.servers):
+            server.close()
+
+    def _send(self, queue: TopicQueue) -> None:
+        for sent in queue.take():
+            self.graph.send(sent)

@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import is_loopback
-from vrx_mj.ros.offer import Sent
+from vrx_mj.ros.interface import Sent
 
 __all__ = [
     "MOST_FRAMES",

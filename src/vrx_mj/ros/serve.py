@@ -11,13 +11,11 @@ from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import Pacer
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.graph import Graph, Server, Wires
+from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
-from vrx_mj.ros.offer import Transport
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, RosServer, Tell
 from vrx_mj.ros.table.host import CmdVel
-from vrx_mj.ros.wires import Server, Wires
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
@@ -29,12 +27,12 @@ KB, MB = 1e3, 1e6
 class Meter:
     """Differences since the last line."""
 
-    def __init__(self, station: RosServer, transports: Sequence[Transport], now: float) -> None:
-        self._station, self._transports = station, transports
-        self._begun = self._then = now, station.sim.time, time.process_time(), 0
+    def __init__(self, server: RosServer, transports: Sequence[Transport], now: float) -> None:
+        self._server, self._transports = server, transports
+        self._begun = self._then = now, server.sim.time, time.process_time(), 0
         self._stepped = self._last = 0.0
         self._read: dict[tuple[str, str], float] = {}
-        self._latest = station.sim.time
+        self._latest = server.sim.time
         self.pace = 0.0
         """Simulated seconds per second since the line before."""
         self.load: Mapping[tuple[str, str], float] = {}
@@ -46,7 +44,7 @@ class Meter:
         wall = max(now - self._then[0], 1e-9)
         self.pace = max(0.0, moment - self._then[1]) / wall
         self._stepped += max(0.0, moment - self._then[1])
-        spent = dict(self._station.sim.reading_times)
+        spent = dict(self._server.sim.reading_times)
         self.load = {
             key: (total - self._read.get(key, 0.0)) / wall
             for key, total in spent.items()
@@ -54,7 +52,7 @@ class Meter:
         }
         parts = [
             f"t {moment:.1f} s",
-            "paused" if self._station.paused else f"pace {self.pace:.2f}",
+            "paused" if self._server.paused else f"pace {self.pace:.2f}",
             f"CPU {100.0 * (cpu - self._then[2]) / wall:.0f} %",
             f"{memory() / MB:.0f} MB",
             f"{(sent - self._then[3]) / wall / KB:.0f} KB/s to {self._clients()} clients",
@@ -65,8 +63,8 @@ class Meter:
         if self.load:
             (boat, sensor), share = max(self.load.items(), key=lambda item: item[1])
             parts.append(f"dearest: {sensor} of {boat}, {100.0 * share:.0f} %")
-        if self._station.lockstep is not None and self._station.lockstep.missing:
-            first, *others = self._station.lockstep.missing
+        if self._server.lockstep is not None and self._server.lockstep.missing:
+            first, *others = self._server.lockstep.missing
             parts.append(f"waits for {first}{f' and {len(others)} more' if others else ''}")
         self._then, self._read = (now, moment, cpu, sent), spent
         return "  ".join(parts)
@@ -83,7 +81,7 @@ class Meter:
 
     def _now(self) -> tuple[float, float, float, int]:
         sent = sum(transport.traffic.sent for transport in self._transports)
-        return time.perf_counter(), self._station.sim.time, time.process_time(), sent
+        return time.perf_counter(), self._server.sim.time, time.process_time(), sent
 
     def _clients(self) -> int:
         return sum(transport.traffic.clients for transport in self._transports)
@@ -170,7 +168,7 @@ def serve(
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
             loud = _Loud(sim, transports, tell)
-            station = RosServer(
+            server = RosServer(
                 sim,
                 transports,
                 inbox,
@@ -182,12 +180,12 @@ def serve(
             )
             for line in lines:
                 tell("INFO", line)
-            _greet(station, wanted, tell)
+            _greet(server, wanted, tell)
             try:
                 ready(transports)
-                _Loop(station, inbox, wanted, transports, over).run(ending, status, loud)
+                _Loop(server, inbox, wanted, transports, over).run(ending, status, loud)
             finally:
-                station.close()
+                server.close()
     finally:
         network.close()
 
@@ -210,27 +208,27 @@ class _Loop:
 
     def __init__(
         self,
-        station: RosServer,
+        server: RosServer,
         inbox: Inbox,
         wanted: Wanted,
         transports: Sequence[Transport],
         over: Callable[[], bool],
     ) -> None:
-        self._station, self._inbox, self._wanted, self._over = station, inbox, wanted, over
+        self._server, self._inbox, self._wanted, self._over = server, inbox, wanted, over
         now = time.perf_counter()
-        self._pacer = Pacer(station.sim.timestep, wanted.rate or 1.0, now)
+        self._pacer = Pacer(server.sim.timestep, wanted.rate or 1.0, now)
         self._free = wanted.rate is None or wanted.lockstep is not None
-        self._meter = Meter(station, transports, now)
+        self._meter = Meter(server, transports, now)
         self._owed = 0
 
     def run(self, ending: threading.Event, status: Callable[[str], None], tell: Tell) -> None:
         """Until the end."""
-        station = self._station
-        station.announce()
+        server = self._server
+        server.announce()
         due = time.perf_counter() + STATUS_PERIOD
         while not (ending.is_set() or self._is_over()):
-            station.receive()
-            if station.paused:
+            server.receive()
+            if server.paused:
                 self._pacer.restart(time.perf_counter())
                 self._inbox.wait(LONGEST_WAIT)
             else:
@@ -238,28 +236,28 @@ class _Loop:
             if time.perf_counter() > due:
                 due += STATUS_PERIOD
                 status(self._meter.line())
-                station.pace, station.sensor_load = self._meter.pace, self._meter.load
+                server.pace, server.sensor_load = self._meter.pace, self._meter.load
         tell("INFO", self._meter.summary())
 
     def _go(self) -> None:
         begun = time.perf_counter()
         if self._free:
             while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
-                if not self._station.tick():
+                if not self._server.tick():
                     self._inbox.wait(LONGEST_WAIT)
                     return
             return
         self._owed += self._pacer.due(begun)
         while self._owed > 0 and time.perf_counter() - begun < BUDGET and not self._is_over():
-            steps = self._station.tick()
+            steps = self._server.tick()
             self._owed -= steps
             self._pacer.did(steps, time.perf_counter())
         if self._owed <= 0:
-            ahead = (1 - self._owed) * self._station.sim.timestep / self._pacer.pace
+            ahead = (1 - self._owed) * self._server.sim.timestep / self._pacer.pace
             self._inbox.wait(min(LONGEST_WAIT, max(0.0, ahead - (time.perf_counter() - begun))))
 
     def _is_over(self) -> bool:
-        wanted, sim = self._wanted, self._station.sim
+        wanted, sim = self._wanted, self._server.sim
         if wanted.duration is not None and sim.time >= wanted.duration - 1e-6:
             return True
         return (wanted.exit_on_completion and sim.task_is_over) or self._over()
@@ -299,8 +297,8 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-def _greet(station: RosServer, wanted: Wanted, tell: Tell) -> None:
-    sim, tables = station.sim, station.tables
+def _greet(server: RosServer, wanted: Wanted, tell: Tell) -> None:
+    sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
     tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
     for dialect, table in tables.items():

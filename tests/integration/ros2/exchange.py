@@ -13,9 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Bool, Float64, String
 
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Input, Output, Sent, Table
 from vrx_mj.ros.ros2 import Ros2
 from vrx_mj.ros.table.host import header
 
@@ -77,7 +76,7 @@ def main():
     inbox = Inbox()
     ros2 = Ros2(inbox)
     told = {"lines": list(ros2.start())}
-    ros2.offer(Table(OUTPUTS, INPUTS))
+    ros2.offer(RosInterface(OUTPUTS, INPUTS))
     send(ros2, "/goal")  # before anybody listens
     client = Client()
     told |= outputs(client, ros2)
@@ -168,7 +167,7 @@ def cost(ros2, inbox):
 
 def withdraw(client, ros2):
     kept = {name: OUTPUTS[name] for name in ("/goal", "/image")}
-    ros2.offer(Table(kept, {}))
+    ros2.offer(RosInterface(kept, {}))
     client.until(lambda: not client.node.count_publishers("/imu"), "a topic is withdrawn")
     client.until(lambda: not client.node.count_subscribers("/fire"), "an input is withdrawn")
 

@@ -3,7 +3,7 @@
 import pytest
 
 import vrx_mj
-from ros_scene import STATIONS, served
+from ros_scene import SERVERS, served
 
 SENSORS = ["gps", "imu", "pinger"]
 
@@ -12,8 +12,8 @@ SENSORS = ["gps", "imu", "pinger"]
 def _closed():
     """Close what a test served."""
     yield
-    while STATIONS:
-        STATIONS.pop().close()
+    while SERVERS:
+        SERVERS.pop().close()
 
 
 @pytest.fixture(scope="session")

@@ -16,8 +16,8 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError
 from vrx_mj.ros.bags import HEAVY, KINDS, Bag
+from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
-from vrx_mj.ros.offer import Output, Sent, Table, Transport
 
 PYTHON = "/usr/bin/python3"
 NAMES = ("out.bag", "out.mcap", "out_dir")
@@ -57,7 +57,7 @@ def batch(time):
 def written(path, times=(0.0, 0.5, 1.0), **options):
     bag: Transport = Bag(path, **options)
     bag.start()
-    bag.offer(Table(OUTPUTS))
+    bag.offer(RosInterface(OUTPUTS))
     for time in times:
         bag.publish(batch(time))
     bag.close()
@@ -114,7 +114,7 @@ def test_images_and_points_are_written_only_where_they_are_named(tmp_path):
 def test_a_topic_that_is_not_there_is_told(tmp_path):
     bag = Bag(tmp_path / "out.bag", topics=["/wamv/cameras/front"])
     with pytest.raises(UnknownNameError) as caught:
-        bag.offer(Table(OUTPUTS))
+        bag.offer(RosInterface(OUTPUTS))
     assert str(caught.value) == f"no topic named '/wamv/cameras/front'; known: {IMAGE}"
 
 
@@ -123,7 +123,7 @@ def test_what_joins_later_is_written_and_what_leaves_is_not(tmp_path):
     bag.start()
     clock = {"/clock": OUTPUTS["/clock"]}
     for time, table in ((0.1, clock), (0.2, OUTPUTS), (0.3, clock)):
-        bag.offer(Table(table))
+        bag.offer(RosInterface(table))
         bag.publish(batch(time))
     bag.close()
     times = {topic: [time for name, _, time, _ in read(tmp_path / "out.bag") if name == topic] for topic in TYPES}
@@ -134,7 +134,7 @@ def test_what_joins_later_is_written_and_what_leaves_is_not(tmp_path):
 def test_what_people_are_told_is_on_rosout(tmp_path):
     bag = Bag(tmp_path / "out.bag")
     bag.start()
-    bag.offer(Table(OUTPUTS))
+    bag.offer(RosInterface(OUTPUTS))
     bag.publish(batch(2.0))
     bag.log("WARN", "wamv is aground")
     bag.close()
@@ -151,7 +151,7 @@ def test_debians_rosbag_reads_a_bag_of_several_chunks(tmp_path):
     rng = np.random.default_rng(1)
     bag = Bag(path, topics=[IMAGE])
     bag.start()
-    bag.offer(Table(OUTPUTS))
+    bag.offer(RosInterface(OUTPUTS))
     image = new("sensor_msgs/Image", height=700, width=1000, data=rng.integers(0, 9, 700_000, np.uint8))
     for k in range(5):
         bag.publish([*batch(k), Sent(OUTPUTS[IMAGE], image, float(k))])
@@ -198,7 +198,7 @@ import test_bags
 made = [bags.Bag(os.path.join(sys.argv[1], name)) for name in test_bags.NAMES]
 for bag in made:
     bag.start()
-    bag.offer(test_bags.Table(test_bags.OUTPUTS))
+    bag.offer(test_bags.RosInterface(test_bags.OUTPUTS))
 for k in range(101):
     bags.FLUSH = 0.0 if k < 100 else 1e9  # what came last was not yet due
     for bag in made:
@@ -296,7 +296,7 @@ def test_a_bag_that_cannot_be_written_is_told_at_once(tmp_path, path, reason):
 def test_a_full_disk_is_told_and_ends_the_bag(tmp_path, monkeypatch):
     bag = Bag(tmp_path / "out.bag")
     bag.start()
-    bag.offer(Table(OUTPUTS))
+    bag.offer(RosInterface(OUTPUTS))
     bag._file._writer.bio.close()
     bag._file._writer.bio = Path("/dev/full").open("wb")  # noqa: SIM115
     monkeypatch.setattr("vrx_mj.ros.bags.FLUSH", 0.0)

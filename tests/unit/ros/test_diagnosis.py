@@ -12,7 +12,7 @@ from trees import partial
 from vrx_mj.physics.tables import NEWTONS
 from vrx_mj.ros import diagnosis
 from vrx_mj.ros.diagnosis import Diagnosis
-from vrx_mj.ros.inbox import Command
+from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 
 
@@ -31,7 +31,7 @@ from vrx_mj.ros.messages import new
 def test_who_publishes_where_no_boat_listens_is_told_what_was_meant(scene, topic, hint):
     scene.inbox.unknown_publisher(topic, "std_msgs/Float32", "/rostopic_1")
     scene.inbox.unknown_publisher("/rosbag/other", "std_msgs/Float32", "/rostopic_1")
-    scene.station.receive()
+    scene.server.receive()
     assert scene.told[-1] == f"{topic} has a publisher, /rostopic_1, but no subscriber: {hint}"
 
 
@@ -65,7 +65,7 @@ def test_a_boat_that_has_capsized_is_told_once_until_it_is_upright_again(scene):
 
 def test_a_boat_that_spins_is_told(scene):
     scene.sim.set_boat("wamv1", velocity=(0, 0, 0, 0, 0, 40))
-    scene.station.diagnosis.look()
+    scene.server.diagnosis.look()
     assert scene.told == [
         "t = 0.0 s: wamv1 spins at 40 rad/s, more than 12: check masses, inertias and floats of its robot"
     ]
@@ -74,7 +74,7 @@ def test_a_boat_that_spins_is_told(scene):
 def test_a_held_boat_says_until_when(course):
     scene = served(vrx_mj.compile_world("stationkeeping_task"))
     scene.inbox.message("/wamv/thrusters/left_thrust_cmd", new("std_msgs/Float32", data=0.5), "/test")
-    scene.station.receive()
+    scene.server.receive()
     assert scene.told == ["wamv is held by its task until t = 10 s: thrust has no effect before"]
 
 

@@ -6,10 +6,9 @@ import pytest
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import LEVELS, ROSOUT, Graph, Service
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
+from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Input, Output, Sent, Table
-from vrx_mj.ros.offer import Service as Offered
 from vrx_mj.ros.rosbridge.rosapi import MOST_PARAMETERS, MOST_TEXT, ClientParameters
 
 STRING, CLIENT, TALKER = "std_msgs/String", "/rosbridge/client_1", "/talker"
@@ -46,7 +45,7 @@ def graph():
 
 
 def table(**parameters):
-    return Table(
+    return RosInterface(
         {"/info": Output("/info", STRING, lambda: None, latched=True)},
         {"/order": Input("/order", STRING, lambda _: None)},
         {"/reset": Offered("/reset", "std_srvs/Empty", lambda _: None)},
@@ -108,7 +107,7 @@ def test_a_table_takes_the_place_of_the_one_before_and_what_stays_stays(graph):
     graph.send(Sent(graph.table.outputs["/info"], text("old"), 0.0))
     wire = graph.wires[0]
     wire.changed.clear()
-    graph.offer(Table({"/info": Output("/info", "std_msgs/Int8", lambda: None)}, table().inputs, {}, {}))
+    graph.offer(RosInterface({"/info": Output("/info", "std_msgs/Int8", lambda: None)}, table().inputs, {}, {}))
     assert wire.changed == [("publisher", "/info"), ("service", "/reset"), ("publisher", "/info")]
     assert graph.latched("/info") == []
     assert graph.type_of("/info") == "std_msgs/Int8"

@@ -1,15 +1,15 @@
 """What came over networks and waits for the simulation: the newest of each sender, and no more than there is room."""
 
-from vrx_mj.ros.inbox import LONGEST, MOST_CALLS, MOST_UNKNOWN_PUBLISHERS, Inbox
+from vrx_mj.ros.interface import MOST_CALLS, MOST_UNKNOWN_PUBLISHERS, MOST_WAITING, Inbox
 
 
 def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
     inbox = Inbox()
-    for number in range(LONGEST + 6):
+    for number in range(MOST_WAITING + 6):
         inbox.message("/a", number, "me")
     inbox.message("/a", "one", "you")
     commands, _, _ = inbox.drain()
-    assert [command.message for command in commands] == [*range(6, LONGEST + 6), "one"]
+    assert [command.message for command in commands] == [*range(6, MOST_WAITING + 6), "one"]
     assert inbox.dropped == 6
     assert inbox.drain() == ([], [], [])
 

@@ -11,7 +11,7 @@ import pytest
 from ros_scene import Fake, call, served
 from vrx_mj import Simulation
 from vrx_mj.ros import serve as serving
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros_server import MOST_ANSWERS, Lockstep, RosServer
 from vrx_mj.ros.serve import Wanted
@@ -64,18 +64,18 @@ class Nodes(Fake):
 
 @pytest.fixture
 def loop(monkeypatch):
-    """Runs a station's loop until something holds; the lines of status."""
+    """Runs a server's loop until something holds; the lines of status."""
     monkeypatch.setattr(serving, "STATUS_PERIOD", 0.03)
 
-    def run(station, network, inbox, over, duration=None):
+    def run(server, network, inbox, over, duration=None):
         lines, give_up = [], time.monotonic() + 60.0
-        wanted = Wanted(lockstep=station.lockstep.topics, duration=duration)
+        wanted = Wanted(lockstep=server.lockstep.topics, duration=duration)
 
         def done():
             assert time.monotonic() < give_up, lines[-1:]
             return over(lines)
 
-        loop = serving._Loop(station, inbox, wanted, [network], done)
+        loop = serving._Loop(server, inbox, wanted, [network], done)
         loop.run(threading.Event(), lines.append, lambda *_: None)
         return lines
 
@@ -87,14 +87,14 @@ def test_the_same_bits_however_late_the_answers_come(bay, loop):
     for seed in range(3):
         sim, inbox = Simulation(bay), Inbox()
         nodes = Nodes(inbox, (LEFT, RIGHT, OTHER), seed)
-        station = RosServer(
+        server = RosServer(
             sim, [nodes], inbox, tell=lambda *_: None, clock_rate=CLOCK_RATE, lockstep=Lockstep((LEFT, RIGHT, OTHER))
         )
         try:
-            loop(station, nodes, inbox, lambda _: False, duration=5.0)
+            loop(server, nodes, inbox, lambda _: False, duration=5.0)
         finally:
             nodes.close()
-            station.close()
+            server.close()
         ends.append((sim.time, sim.get_state().sha256))
     assert ends[0][0] == pytest.approx(5.0)
     assert ends[0] == ends[1] == ends[2]
@@ -105,16 +105,16 @@ def test_the_same_bits_however_late_the_answers_come(bay, loop):
 def test_who_never_answers_stops_time_and_the_status_names_it(bay, loop):
     scene = served(bay, lockstep=Lockstep((LEFT, OTHER, RIGHT)))
     scene.inbox.message(LEFT, thrust(1.0), "/quick")
-    lines = loop(scene.station, scene.network, scene.inbox, lambda lines: len(lines) >= 2)
+    lines = loop(scene.server, scene.network, scene.inbox, lambda lines: len(lines) >= 2)
     assert scene.sim.time == 0.0
     assert lines[-1].endswith(f"  waits for {OTHER} and 1 more")
     scene.inbox.message(OTHER, thrust(1.0), "/late")
-    lines = loop(scene.station, scene.network, scene.inbox, lambda lines: len(lines) >= 1)
+    lines = loop(scene.server, scene.network, scene.inbox, lambda lines: len(lines) >= 1)
     assert (scene.sim.time, lines[-1].split("  ")[-1]) == (0.0, f"waits for {RIGHT}")
     scene.inbox.message(RIGHT, thrust(1.0), "/later")
-    loop(scene.station, scene.network, scene.inbox, lambda _: scene.sim.time > 0.0)
+    loop(scene.server, scene.network, scene.inbox, lambda _: scene.sim.time > 0.0)
     assert scene.sim.time == pytest.approx(0.01)
-    assert scene.station.tick() == 0  # each answer counts for one clock
+    assert scene.server.tick() == 0  # each answer counts for one clock
 
 
 def test_answers_are_taken_one_for_each_clock_in_their_order(scene):
@@ -130,19 +130,19 @@ def test_answers_are_taken_one_for_each_clock_in_their_order(scene):
 def test_by_steps_alone_time_advances_exactly(bay, loop):
     scene = served(bay, lockstep=Lockstep(()), clock_rate=10.0)
     step = scene.sim.timestep
-    scene.station.announce()
+    scene.server.announce()
     for duration in (0.05, 3 * step, 0.31, 2.0):
         before = scene.sim.time
         told = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=duration)
         assert told.sim_time == scene.sim.time == pytest.approx(before + duration, abs=1e-9)
-        assert scene.station.tick() == 0
+        assert scene.server.tick() == 0
     last = scene.sim.time
     told = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=0.0)
     assert told.sim_time == pytest.approx(math.floor(last * 10.0 + 1.0) / 10.0)  # to the clock's next moment
     moments = [at(sent.message) for sent in scene.network.got["/clock"]]
     assert moments == pytest.approx([0.1 * k for k in range(len(moments))])
     assert len(moments) == 1 + round(10.0 * told.sim_time)
-    lines = loop(scene.station, scene.network, scene.inbox, lambda lines: len(lines) >= 1)
+    lines = loop(scene.server, scene.network, scene.inbox, lambda lines: len(lines) >= 1)
     assert lines[-1].endswith("  waits for /vrx_mj/step")
     assert scene.sim.time == told.sim_time
 
@@ -157,9 +157,9 @@ def test_commands_on_other_topics_act_at_once(bay):
 
     scene.inbox.message(LEFT, thrust(0.25), "/node")
     scene.inbox.message(OTHER, thrust(0.75), "/node")
-    scene.station.receive()
+    scene.server.receive()
     assert commanded() == (0.0, 0.75)
-    assert scene.station.tick() == 1
+    assert scene.server.tick() == 1
     assert commanded() == (0.25, 0.75)
 
 
@@ -167,11 +167,11 @@ def test_after_a_reset_the_clock_is_told_again_and_old_answers_are_forgotten(bay
     scene = served(bay, lockstep=Lockstep((LEFT,)))
     for _ in range(3):
         scene.inbox.message(LEFT, thrust(0.5), "/node")
-    scene.station.receive()
-    assert scene.station.tick() == 1
+    scene.server.receive()
+    assert scene.server.tick() == 1
     call(scene, "/gazebo/reset_simulation", "std_srvs/Empty")
     assert at(scene.network.got["/clock"][-1].message) == 0.0
-    assert scene.station.tick() == 0
+    assert scene.server.tick() == 0
     scene.inbox.message(LEFT, thrust(0.5), "/node")
-    scene.station.receive()
-    assert scene.station.tick() == 1
+    scene.server.receive()
+    assert scene.server.tick() == 1

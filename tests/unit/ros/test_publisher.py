@@ -2,9 +2,9 @@
 
 from types import SimpleNamespace
 
+from vrx_mj.ros.interface import Output, RosInterface
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Output, Table
-from vrx_mj.ros.publisher import Publisher
+from vrx_mj.ros.ros_server import Publisher
 
 
 class Transport:
@@ -24,7 +24,7 @@ def told(text):
 def posting(*outputs, wanted):
     sim, transport = SimpleNamespace(time=0.0, boats=()), Transport(*wanted)
     post = Publisher(sim, [transport], lambda _level, _text: None)
-    post.offer(Table({output.name: output for output in outputs}))
+    post.offer(RosInterface({output.name: output for output in outputs}))
     return sim, post, transport
 
 

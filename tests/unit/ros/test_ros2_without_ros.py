@@ -10,10 +10,9 @@ import pytest
 from vrx_mj.errors import NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import fields
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
 from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.offer import Output, Sent, Table
 from vrx_mj.ros.ros2 import Ros2
 from vrx_mj.ros.ros2 import node as ros2_node
 from vrx_mj.ros.ros2.node import RANGE
@@ -168,7 +167,7 @@ def test_what_waits_is_bounded_and_what_is_latched_is_kept(opened):
 
 
 def test_the_newest_table_and_all_lines_are_passed_on(opened):
-    table = Table({PLAIN.name: PLAIN})
+    table = RosInterface({PLAIN.name: PLAIN})
     opened.ros2.log("WARN", "aground")
     opened.ros2.offer(table)
     opened.node.free.set()

@@ -25,7 +25,7 @@ def test_a_command_moves_its_boat_and_only_that_for_a_second(scene):
 
 def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
     scene.inbox.message("/wamv1/cmd_vel", new("geometry_msgs/Twist", linear={"x": 0.5}, angular={"z": 1.0}), "/test")
-    scene.station.receive()
+    scene.server.receive()
     rows = scene.sim._live.helm.thrusters["wamv1"]
     commands = scene.sim._live.rig.thruster_state["command"]
     assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
@@ -45,10 +45,10 @@ def test_cmd_vel_as_a_velocity_is_kept(bay):
 
 def test_a_formation_is_kept_and_told(scene):
     scene.inbox.message("/swarm/formation", new("std_msgs/String", data='{"shape": "line", "spacing": 15}'), "/test")
-    scene.station.receive()
+    scene.server.receive()
     assert scene.told[-1] == "formation: line, 15 m apart, led by wamv1"
     scene.inbox.message("/swarm/formation", new("std_msgs/String", data="off"), "/test")
-    scene.station.receive()
+    scene.server.receive()
     assert scene.told[-1] == "formation: off"
 
 
@@ -72,7 +72,7 @@ def test_a_formation_is_kept_and_told(scene):
 )
 def test_a_wrong_formation_is_told(scene, text, message):
     scene.inbox.message("/swarm/formation", new("std_msgs/String", data=text), "/pilot")
-    scene.station.receive()
+    scene.server.receive()
     assert scene.told[-1] == f"/swarm/formation from /pilot: {message}"
 
 
@@ -189,10 +189,10 @@ def test_a_state_that_is_set_is_got_and_without_a_twist_the_boat_stops(scene):
 
 def test_a_pause_stops_nothing_but_time(scene):
     call(scene, "/gazebo/pause_physics", "std_srvs/Empty")
-    assert scene.station.paused
+    assert scene.server.paused
     stepped = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=0.5)
     assert (stepped.success, stepped.sim_time) == (True, pytest.approx(0.5))
     call(scene, "/gazebo/unpause_physics", "std_srvs/Empty")
-    assert not scene.station.paused
+    assert not scene.server.paused
     why = call(scene, "/vrx_mj/step", "vrx_mj_msgs/Step", duration=-1.0)
     assert why == "invalid step -1 s: at least 0 and below 3600 s is needed"

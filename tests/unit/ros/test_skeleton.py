@@ -16,7 +16,7 @@ from vrx_mj.config.urdf.model import link_pose
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.table.skeleton import Spin, bones
+from vrx_mj.ros.table.boats import Spin, bones
 
 WATCHED = {"/tf", "/tf_static"}
 ROBOTS = [
@@ -46,7 +46,7 @@ def afloat(request):
     scene = served(world, wanted=WATCHED)
     run(scene, 0.5)
     (boat,) = scene.sim.boats
-    return scene, boat, scene.station.description(boat)
+    return scene, boat, scene.server.description(boat)
 
 
 def frames_of(scene):
@@ -95,7 +95,7 @@ def test_every_link_is_where_the_description_has_it(afloat):
 
 def test_joints_are_the_descriptions_own(afloat):
     scene, boat, text = afloat
-    told = scene.station.table.outputs[f"/{boat}/joint_states"].make()
+    told = scene.server.table.outputs[f"/{boat}/joint_states"].make()
     kinds = {joint.get("name"): joint.get("type") for joint in ET.fromstring(text).findall("joint")}
     assert {kinds[name] for name in told.name} <= {"revolute", "continuous"}
     thrusters = scene.sim.observe()[boat].thrusters
@@ -136,9 +136,9 @@ def test_a_boat_whose_files_are_gone_keeps_its_sensors_and_vrxs_joints(bay, monk
         raise VrxError("no such file")
 
     scene = served(bay)
-    monkeypatch.setattr(scene.station, "description", gone)
-    scene.station._offer()
-    table = scene.station.table
+    monkeypatch.setattr(scene.server, "description", gone)
+    scene.server._offer()
+    table = scene.server.table
     left = ["wamv1/left_chasis_engine_joint", "wamv1/left_engine_propeller_joint"]
     assert table.outputs["/wamv1/joint_states"].make().name[:2] == left
     still = {frame.child_frame_id: frame.header.frame_id for frame in table.outputs["/tf_static"].make().transforms}

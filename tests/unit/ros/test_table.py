@@ -112,14 +112,14 @@ def test_the_clock_comes_last_of_a_moment(scene):
     order = []
     scene.network.publish = lambda batch: order.extend(sent.output.name for sent in batch)
     scene.network.wanted = frozenset(scene.network.table.outputs)
-    scene.station.tick()
+    scene.server.tick()
     assert order[-1] == "/clock"
 
 
 def test_model_states_tell_where_boats_are_and_how_they_move_in_the_world(scene):
     scene.sim.set_boat("wamv1", velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.3))
     scene.network.wanted = frozenset({"/gazebo/model_states", "/gazebo/link_states"})
-    scene.station.tick()
+    scene.server.tick()
     states = scene.network.got["/gazebo/model_states"][-1].message
     index, seen = states.name.index("wamv1"), scene.sim.observe()["wamv1"]
     position, linear = states.pose[index].position, states.twist[index].linear

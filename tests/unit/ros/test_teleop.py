@@ -11,7 +11,7 @@ from vrx_mj import compile_world
 from vrx_mj.drive.pilot import Engine, Wheel, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.ros import messages
-from vrx_mj.ros.offer import Input, Output, Service, Table
+from vrx_mj.ros.interface import Input, Output, RosInterface, Service
 from vrx_mj.ros.table.world import _course, chart_output
 from vrx_mj.ros.teleop import driving
 from vrx_mj.ros.teleop.driving import Helmsman, topics
@@ -39,7 +39,7 @@ class World(Bridged):
             Output("/gazebo/model_states", "gazebo_msgs/ModelStates", nothing),
         ]
         services = [Service(f"/gazebo/{name}", "std_srvs/Empty", self.noting(name)) for name in EMPTY]
-        return Table(
+        return RosInterface(
             {output.name: output for output in outputs},
             {entry.name: entry for entry in inputs},
             {service.name: service for service in services},

@@ -15,8 +15,8 @@ def tables():
     """The tables of both dialects for three boats, one of them with other thrusters."""
     boats = [{"name": name, "pose": [0, 12 * i, 0, 0, 0, 0]} for i, name in enumerate(BOATS)]
     fleet = {"sensors": "none", "boats": [*boats[:2], {**boats[2], "thrusters": "X"}]}
-    station = served(vrx_mj.compile_world("ocean", fleet=fleet)).station
-    return {"vrx": station.table, "vrx3": make_vrx3_table(station, station.table)}
+    server = served(vrx_mj.compile_world("ocean", fleet=fleet)).server
+    return {"vrx": server.table, "vrx3": make_vrx3_table(server, server.table)}
 
 
 def misspelt(name):

@@ -12,7 +12,7 @@ from integration.sensing import SYDNEY
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import is_known, new
 from vrx_mj.ros.ros_server import RosServer
 from vrx_mj.ros.table.vrx3 import PACKAGES, RETOLD, middle_ring
@@ -70,7 +70,7 @@ class Fake:
         self.sent += batch
 
 
-def station(sim, *transports):
+def server(sim, *transports):
     lines = []
     inbox = Inbox()
     commands, command = {}, sim.command_all
@@ -81,7 +81,7 @@ def station(sim, *transports):
 
     sim.command_all = spied
     made = RosServer(sim, transports, inbox, tell=lambda level, text: lines.append(text))
-    return SimpleNamespace(station=made, inbox=inbox, lines=lines, sim=sim, transport=transports[0], commands=commands)
+    return SimpleNamespace(server=made, inbox=inbox, lines=lines, sim=sim, transport=transports[0], commands=commands)
 
 
 def compiled(sensors, profile="vrx"):
@@ -101,8 +101,8 @@ def opened():
     with contextlib.ExitStack() as stack:
 
         def make(*arguments):
-            served = station(*arguments)
-            stack.callback(served.station.close)
+            served = server(*arguments)
+            stack.callback(served.server.close)
             return served
 
         yield make
@@ -115,22 +115,22 @@ def served(world, opened):
 
 @pytest.fixture(scope="module")
 def table(world):
-    served = station(Simulation(world), Fake())
-    served.station.close()
+    served = server(Simulation(world), Fake())
+    served.server.close()
     return served.transport.table
 
 
 def give(served, topic, data, sender="/client"):
     message = data if not isinstance(data, float | bool) else SimpleNamespace(data=data)
     served.inbox.message(topic, message, sender, "vrx3")
-    served.station.receive()
+    served.server.receive()
 
 
 def run(served, seconds):
     end = served.sim.time + seconds - 1e-6
     while served.sim.time < end:
-        served.station.tick()
-        served.station.receive()
+        served.server.tick()
+        served.server.receive()
 
 
 def test_a_boat_has_vrx_3s_topics_and_types(table):
@@ -194,7 +194,7 @@ def test_thrust_is_in_newtons_by_the_thrusters_own_mapping(served):
 def test_thrust_lasts_until_the_next_one(served):
     """VRX's own commands end after a second."""
     give(served, "/wamv/thrusters/left/thrust", 200.0)
-    served.station.command("wamv", {"right": 0.9})
+    served.server.command("wamv", {"right": 0.9})
     run(served, 4.0)
     pushed = served.sim.observe()["wamv"]
     give(served, "/wamv/thrusters/left/thrust", 0.0)
@@ -206,14 +206,14 @@ def test_thrust_lasts_until_the_next_one(served):
 
 def test_a_command_by_vrxs_names_ends_it(served):
     give(served, "/wamv/thrusters/left/thrust", 200.0)
-    served.station.command("wamv", {"left": 0.0})
+    served.server.command("wamv", {"left": 0.0})
     run(served, 2.0)
     assert served.commands["left"] == 0.0
 
 
 def test_time_that_begins_again_ends_it(served, world):
     give(served, "/wamv/thrusters/left/thrust", 200.0)
-    served.station.reset_simulation()
+    served.server.reset_simulation()
     run(served, 2.0)
     untouched = Simulation(world)
     untouched.advance(round(2.0 / untouched.timestep))

@@ -8,8 +8,8 @@ import pytest
 from trees import partial
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import Input, Output, RosInterface, Service
 from vrx_mj.ros.messages import new, stamp
-from vrx_mj.ros.offer import Input, Output, Service, Table
 from vrx_mj.ros.table.host import header
 from vrx_mj.ros.table.vrx3 import make_vrx3_table
 
@@ -75,7 +75,7 @@ def tasks():
         placards=(),
         lights=(),
     )
-    old = Table(
+    old = RosInterface(
         {name: Output(name, "", lambda message=message: message, 1.0) for name, message in OLD.items()},
         {"/vrx/perception/landmark": Input("/vrx/perception/landmark", "", report("landmark"))},
         {

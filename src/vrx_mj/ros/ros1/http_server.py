@@ -127,10 +127,10 @@ class HttpServer:
             writer.transport.abort()
 
     async def _requests(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, place: Place) -> None:
-        patience, goes_on = HANDSHAKE, True
+        timeout, goes_on = HANDSHAKE, True
         reached = str((writer.get_extra_info("sockname") or ("",))[0])
         while goes_on:
-            words, fields = await self._head(reader, place, patience)
+            words, fields = await self._head(reader, place, timeout)
             try:
                 size = checked_size(words, fields, lambda host: self._names.has(host, reached))
             except CommandError as error:
@@ -143,13 +143,13 @@ class HttpServer:
             body = await self._body(reader, place, size)
             answer = await self._answered(body, place, lambda: writer.transport.is_closing() or reader.at_eof())
             await self._send(writer, "200 OK", answer, place, keep=goes_on)
-            patience = IDLE
+            timeout = IDLE
 
     async def _head(
-        self, reader: asyncio.StreamReader, place: Place, patience: float
+        self, reader: asyncio.StreamReader, place: Place, timeout: float
     ) -> tuple[list[str], dict[str, str]]:  # fmt: skip
         self._connection_limit.wait(place)
-        async with asyncio.timeout(patience):
+        async with asyncio.timeout(timeout):
             first = await reader.readexactly(1)
         async with asyncio.timeout(STALL):
             return await read_head(reader, first)

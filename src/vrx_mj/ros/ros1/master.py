@@ -56,7 +56,7 @@ class Notifier:
         try:
             while calls:
                 key = next(iter(calls))
-                await proxy.call(key[0], "/master", *calls.pop(key), patience=NODE_TIMEOUT)
+                await proxy.call(key[0], "/master", *calls.pop(key), timeout=NODE_TIMEOUT)
         except ConnectionRefusedError:
             self._unreachable(api)
         except (*BROKEN, Fault, TypeError, OverflowError):

@@ -9,9 +9,9 @@ from typing import Any
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import addresses, announced, bound, is_local, own_names
 from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake, Place
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.offer import Traffic
 from vrx_mj.ros.ros1.connection import encode_header
 from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Reader, Role, Stream, TcprosListener

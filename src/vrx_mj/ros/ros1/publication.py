@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.inbox import Answer
+from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.limits import MOST_FRAME_BYTES, MOST_FRAMES, Backlog, ConnectionLimit, Counts, Intake, Place, Stall
 from vrx_mj.ros.messages import (
     Message,

@@ -27,7 +27,7 @@ Request = tuple[str, Sequence[Any]]
 class Link(Protocol):
     """The way to a master."""
 
-    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
         """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
 
     def close(self) -> None:
@@ -40,9 +40,9 @@ class NearLink:
     def __init__(self, master: Master) -> None:
         self._master = master
 
-    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
         """As `Link` has it."""
-        del patience  # it answers at once
+        del timeout  # it answers at once
         return [_value(list(self._master.call(method, values))) for method, values in requests]
 
     def close(self) -> None:
@@ -56,33 +56,33 @@ class FarLink:
         self._proxy = Proxy(uri)
         self._takes_many = True
 
-    async def many(self, requests: Sequence[Request], patience: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
         """As `Link` has it."""
         values: list[Any] = []
         for start in range(0, len(requests), MOST_AT_ONCE):
-            values += await self._some(requests[start : start + MOST_AT_ONCE], patience)
+            values += await self._some(requests[start : start + MOST_AT_ONCE], timeout)
         return values
 
     def close(self) -> None:
         """Close the connection."""
         self._proxy.close()
 
-    async def _some(self, requests: Sequence[Request], patience: float) -> list[Any]:
+    async def _some(self, requests: Sequence[Request], timeout: float) -> list[Any]:
         if self._takes_many and len(requests) > 1:
             calls = [{"methodName": method, "params": list(values)} for method, values in requests]
             try:
-                answers = await self._proxy.call("system.multicall", calls, patience=patience)
+                answers = await self._proxy.call("system.multicall", calls, timeout=timeout)
             except Fault:
                 self._takes_many = False  # masters that are not in Python may not have it
             else:
                 if not isinstance(answers, list) or len(answers) != len(requests):
                     raise CommandError("the master does not answer system.multicall as ROS does")
                 return [_value(answer[0] if isinstance(answer, list) and answer else None) for answer in answers]
-        return [await self._one(method, values, patience) for method, values in requests]
+        return [await self._one(method, values, timeout) for method, values in requests]
 
-    async def _one(self, method: str, values: Sequence[Any], patience: float) -> Any:
+    async def _one(self, method: str, values: Sequence[Any], timeout: float) -> Any:
         try:
-            return _value(await self._proxy.call(method, *values, patience=patience))
+            return _value(await self._proxy.call(method, *values, timeout=timeout))
         except Fault:
             return None
 
@@ -135,7 +135,7 @@ async def open_master(
     proxy = Proxy(uri, LARGEST_REPLY)
     try:
         await proxy.ros(
-            "hasParam", graph.node, "/rosdistro", patience=MASTER_TIMEOUT
+            "hasParam", graph.node, "/rosdistro", timeout=MASTER_TIMEOUT
         )  # a node would not know what that is
     except ConnectionRefusedError:
         master, hosts = _own(graph, uri, where, port, host)
@@ -192,14 +192,14 @@ async def _refuse_second(uri: str, node: str) -> None:
     """A node of our name that is alive is not to be taken over."""
     proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        api = await proxy.ros("lookupNode", node, node, patience=MASTER_TIMEOUT)
+        api = await proxy.ros("lookupNode", node, node, timeout=MASTER_TIMEOUT)
     except (*BROKEN, Fault):
         return  # there is none
     finally:
         proxy.close()
     other = Proxy(str(api), LARGEST_REPLY)
     try:
-        pid = await other.ros("getPid", node, patience=MASTER_TIMEOUT)
+        pid = await other.ros("getPid", node, timeout=MASTER_TIMEOUT)
         where, _ = address(str(api))
     except (*BROKEN, Fault):
         return  # it has died, and its registration has stayed

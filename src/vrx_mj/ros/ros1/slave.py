@@ -237,7 +237,7 @@ async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
     proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        await proxy.ros("getPid", "/vrx_mj", patience=2.0)
+        await proxy.ros("getPid", "/vrx_mj", timeout=2.0)
     except (*BROKEN, Fault):
         return False
     finally:

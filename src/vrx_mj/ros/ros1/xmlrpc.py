@@ -180,7 +180,7 @@ class Proxy:
         self._lock = asyncio.Lock()
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
-    async def call(self, method: str, *values: Any, patience: float = ANSWER_TIMEOUT) -> Any:
+    async def call(self, method: str, *values: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
         """What the other end answers.
 
         Raises:
@@ -189,7 +189,7 @@ class Proxy:
             Fault: it says so.
         """
         request = call_bytes(method, values)
-        async with self._lock, asyncio.timeout(patience):
+        async with self._lock, asyncio.timeout(timeout):
             kept = self._streams is not None
             try:
                 return await self._exchange(request)
@@ -199,9 +199,9 @@ class Proxy:
                     raise
             return await self._exchange(request)  # the other end had closed it while it was idle
 
-    async def ros(self, method: str, *values: Any, patience: float = ANSWER_TIMEOUT) -> Any:
+    async def ros(self, method: str, *values: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
         """The value of an answer as ROS has it, of code, text and value; CommandError where the code is no success."""
-        answer = await self.call(method, *values, patience=patience)
+        answer = await self.call(method, *values, timeout=timeout)
         if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):
             raise CommandError(f"{self.uri} does not answer {method} as ROS does")
         if answer[0] != 1:

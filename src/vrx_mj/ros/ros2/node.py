@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros.cdr import decode, encode, fields, kind
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import stamp
-from vrx_mj.ros.offer import Dialect, Input, Output, Sent, Table, Traffic
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
 __all__ = ["Node", "Ros2", "has_package", "load_rclpy", "message_class"]
@@ -135,7 +134,7 @@ class Node:
         self.wanted: frozenset[str] = frozenset()
         self.clients = self.sent = 0
 
-    def offer(self, table: Table) -> None:
+    def offer(self, table: RosInterface) -> None:
         """Publish and listen to what the table says, as far as ROS 2 here has its messages."""
         for name in [name for name, out in self._out.items() if not _alike(out.output, table.outputs.get(name))]:
             self._node.destroy_publisher(self._out.pop(name).publisher)
@@ -284,7 +283,7 @@ _logger = logging.getLogger(__name__)
 
 
 class Ros2:
-    """A `Transport` (see `vrx_mj.ros.offer`) by VRX 3's names, on the rclpy of the user's ROS 2."""
+    """A `Transport` (see `vrx_mj.ros.interface`) by VRX 3's names, on the rclpy of the user's ROS 2."""
 
     title = "ROS 2"
     dialect: Dialect = "vrx3"
@@ -293,7 +292,7 @@ class Ros2:
         """A node of this name; with a host of loopback it looks for others on this machine alone."""
         self._inbox, self._host, self._name = inbox, host, node
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
-        self._table: Table | None = None
+        self._table: RosInterface | None = None
         self._queue = TopicQueue()
         self._lines: deque[tuple[str, str]] = deque(maxlen=MOST_LINES)
         self._node: Node | None = None
@@ -320,7 +319,7 @@ class Ros2:
                 lines.append(f"ROS 2: no {package} here (apt-get install {debian}): its topics{told} are not published")
         return lines
 
-    def offer(self, table: Table) -> None:
+    def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
         with self._lock:
             self._table = table

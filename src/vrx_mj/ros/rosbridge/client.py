@@ -1,20 +1,22 @@
 """One client: its operations, one after the other."""
 
 import asyncio
+import itertools
 import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
-from vrx_mj.ros.limits import ClientPace, Intake, Outgoing, Place
+from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.limits import ClientPace, Counts, Intake, Outgoing, Place
 from vrx_mj.ros.messages import known_type, ros1_name
+from vrx_mj.ros.network import Notices
 from vrx_mj.ros.rosbridge.codec import from_png, reply_frames, taken
-from vrx_mj.ros.rosbridge.hub import Hub
 from vrx_mj.ros.rosbridge.protocol import (
     MOST_INCOMING,
     Operation,
@@ -26,9 +28,51 @@ from vrx_mj.ros.rosbridge.protocol import (
     options,
     text,
 )
-from vrx_mj.ros.rosbridge.topics import Offered, Subscription, node_name, respond
+from vrx_mj.ros.rosbridge.rosapi import Rosapi
+from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, node_name, respond
 
-__all__ = ["Client", "Fragments", "Publishing"]
+__all__ = ["Client", "Fragments", "Hub", "Publishing"]
+
+MOST_FRAGMENTS = 1 << 25
+"""Characters of all clients' fragments that wait for the rest of their messages, at most."""
+
+
+class Ending(Protocol):
+    """A client, as far as the hub is concerned."""
+
+    host: str
+    """The peer's address."""
+    is_silent: bool
+    """Whether it has said nothing yet."""
+
+    def abort(self) -> None:
+        """End its connection at once."""
+
+
+class Hub:
+    """The graph as clients have it, and who is there."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.counts = Counts()
+        self.flooding: set[ClientPace] = set()
+        self.fragments = Intake(MOST_FRAGMENTS)
+        self.topics = Topics(graph)
+        self.services = Services(graph)
+        self.clients: dict[int, Ending] = {}
+        self.numbers = itertools.count(1)
+        self._notices = Notices()
+        self._rosapi = Rosapi(graph, self.services)
+
+    def open(self) -> None:
+        """Show the graph to clients, and them to it."""
+        self.graph.wires.append(self.topics)
+        self._rosapi.provide()
+
+    def tell_once(self, peer: str, kind: str, text: str) -> None:
+        """Warn people, once for a peer and kind of mistake."""
+        self._notices.tell("WARN", kind, peer, f"rosbridge: {peer}: {text}")
+
 
 MOST_OPEN = 16
 """Messages of a client of which fragments are missing, at most: the oldest are thrown away."""

@@ -18,10 +18,9 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros import messages
 from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
 from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.network import who_listens
-from vrx_mj.ros.offer import Traffic
-from vrx_mj.ros.rosbridge.client import Client
-from vrx_mj.ros.rosbridge.hub import Hub
+from vrx_mj.ros.rosbridge.client import Client, Hub
 from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
 
 __all__ = ["Rosbridge"]

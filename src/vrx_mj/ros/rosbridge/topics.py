@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph, Service
-from vrx_mj.ros.inbox import Answer
+from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.limits import Outgoing
 from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken

@@ -5,19 +5,18 @@ from itertools import chain
 from typing import Any
 
 from vrx_mj.errors import VrxError
-from vrx_mj.ros.offer import Table
-from vrx_mj.ros.table.boats import boat_inputs, cmd_vel
+from vrx_mj.ros.interface import RosInterface
+from vrx_mj.ros.table.boats import Skeleton, boat_inputs, cmd_vel
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
-from vrx_mj.ros.table.skeleton import Skeleton
 from vrx_mj.ros.table.tasks import task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 
 __all__ = ["CLOCK", "make_table"]
 
 
-def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> Table:
+def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> RosInterface:
     """The table of a simulation with the boats that it has now; `/clock` is told at a rate [Hz].
 
     Where time `waits` for answers, who comes late gets the last clock.
@@ -39,7 +38,7 @@ def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> Table:
         [cmd_vel(host, boats[0], "/cmd_vel")] if len(boats) == 1 else [],
     )
     services = chain(world_services(host), gazebo_services(host), task_services(host))
-    return Table(
+    return RosInterface(
         {output.name: output for output in outputs},
         {entry.name: entry for entry in inputs},
         {service.name: service for service in services},

@@ -1,24 +1,31 @@
-"""A boat's thrusters: VRX's topics of actuators; and its description."""
+"""A boat for ROS: its thrusters, its description, and the joints and frames of its links."""
 
 import math
-from collections.abc import Iterator
-from functools import lru_cache
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
+import mujoco
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.build import Order, boat_urdf
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.poses import quaternion
+from vrx_mj.config.urdf.elements import Findings, Node
+from vrx_mj.config.urdf.links import read_joint, root_of
+from vrx_mj.config.urdf.model import Joint
+from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
-from vrx_mj.errors import CommandError
+from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.mjcf.world import World
-from vrx_mj.ros.messages import Message
-from vrx_mj.ros.offer import Input
-from vrx_mj.ros.table.host import Host
+from vrx_mj.model.boats import Thruster
+from vrx_mj.physics.tables import RUDDER
+from vrx_mj.ros.interface import Input, Output
+from vrx_mj.ros.messages import Message, new
+from vrx_mj.ros.table.host import Host, header, turned, vector
 
-__all__ = [
-    "boat_inputs",
-    "command_topic",
-    "description",
-    "twist_commands",
-]
+__all__ = ["BASE", "Bone", "Skeleton", "boat_inputs", "bones", "command_topic", "description", "twist_commands"]
 
 ORDERED = ("name", "robot", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
@@ -88,3 +95,269 @@ def description(world: World, boat: str) -> str:
 @lru_cache(maxsize=256)
 def _urdf(boat: str, order: Order) -> str:
     return boat_urdf(order, boat)
+
+
+BASE = "base_link"
+"""What the frame of a boat's root link is called, whatever the link's own name."""
+FIXED = "fixed"
+
+
+class Bone(NamedTuple):
+    """A joint, and the link that it carries; frames have the boat's name before theirs, as `wamv/base_link`."""
+
+    joint: str
+    """As the description calls it."""
+    parent: str
+    child: str
+    """Frames."""
+    position: FloatArray
+    quaternion: FloatArray
+    """(3,) [m] and (w, x, y, z): the child in the parent, the joint at zero."""
+    axis: FloatArray
+    """(3,) unit vector about which it turns, or along which it slides, in the child's frame."""
+    moves: bool
+    place: FloatArray
+    """(3,) of the child in the root's frame, all joints at zero [m]."""
+
+
+@lru_cache(maxsize=256)
+def bones(text: str, boat: str) -> tuple[Bone, ...]:
+    """The joints of a URDF, parents first; none for a text that is no robot."""
+    findings = Findings("robot_description")
+    try:
+        root = Node(parse_robot(text, findings.file), "", findings)
+        links = {node.name(): node for node in root.children("link")}
+        joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
+        findings.settle()
+        top = root_of(links, joints, findings)
+        findings.settle()
+    except ConfigError:
+        return ()
+    return tuple(_grown(top, list(joints.values()), boat)) if top else ()
+
+
+def _grown(top: str, joints: Sequence[Joint], boat: str) -> Iterator[Bone]:
+    namespace, slash, name = top.rpartition("/")
+    places = {top: (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))}
+    base = f"{boat}/{BASE}"
+    frames = {top: base}
+    if name != BASE:
+        frames[top] = f"{boat}/{name}"
+        yield Bone("", base, frames[top], *places[top], np.zeros(3), False, places[top][0])
+    children: dict[str, list[Joint]] = {}
+    for joint in joints:
+        children.setdefault(joint.parent, []).append(joint)
+    waiting = [top]
+    while waiting:
+        parent = waiting.pop()
+        for joint in children.get(parent, ()):
+            position, turn = np.array(joint.pose[:3]), np.array(quaternion(*joint.pose[3:]))
+            frames[joint.child] = f"{boat}/{joint.child.removeprefix(namespace + slash)}"
+            places[joint.child] = _carried(places[parent], position, turn)
+            yield Bone(
+                joint.name,
+                frames[parent],
+                frames[joint.child],
+                position,
+                turn,
+                np.array(joint.axis),
+                joint.type != FIXED and not joint.locked,
+                places[joint.child][0],
+            )
+            waiting.append(joint.child)
+
+
+def _carried(
+    outer: tuple[FloatArray, FloatArray], position: FloatArray, turn: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where something is that is at `position`, turned by `turn`, in a frame that is at `outer`."""
+    place, around = np.empty(3), np.empty(4)
+    mujoco.mju_rotVecQuat(place, position, outer[1])
+    mujoco.mju_mulQuat(around, outer[1], turn)
+    return outer[0] + place, around
+
+
+JOINT_RATE = 100.0
+"""[Hz], as VRX's."""
+NEAR = 1e-6
+"""Places that are this near are one [m]."""
+
+
+class Spin(NamedTuple):
+    """How a propeller turns."""
+
+    angle: float = 0.0
+    """[rad], within +-pi."""
+    rate: float = 0.0
+    """[rad/s]."""
+    torque: float = 0.0
+    """[N m]."""
+
+    def after(self, time: float, command: float) -> "Spin":
+        """After some time [s] under a share of full power.
+
+        VRX drives the shaft by 2 N m at full power, beyond a tenth of it; its joint has a damping of 0.05 N m s, a
+        friction of 0.05 N m and at most 100 rad/s, and the propeller 0.008545 kg m2. Nothing is pushed by that.
+        """
+        torque = 2.0 * command if abs(command) > 0.1 else 0.0
+        inertia = 0.008545 + 0.05 * time  # with the damping of the whole time: an implicit step
+        rate = (0.008545 * self.rate + torque * time) / inertia
+        rate = math.copysign(min(max(abs(rate) - 0.05 * time / inertia, 0.0), 100.0), rate)
+        return Spin(math.remainder(self.angle + rate * time, math.tau), rate, torque)
+
+
+class ThrusterJoints(NamedTuple):
+    """What of a thruster moves, where its description has it."""
+
+    name: str
+    engine: Bone | None
+    """Steers."""
+    shaft: Bone | None
+    """Turns the propeller."""
+
+
+class Skeleton:
+    """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
+
+    def __init__(self, host: Host, boat: str) -> None:
+        self._host, self._boat = host, boat
+        self._spins: dict[str, Spin] = {}
+        self._time = host.sim.time
+
+    def outputs(self) -> Iterator[Output]:
+        """`joint_states`: of each thruster the joint that steers it and its propeller's."""
+        yield Output(f"/{self._boat}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
+
+    def joints(self) -> Message:
+        """sensor_msgs/JointState."""
+        spins, angles = self._spun(), self._host.sim.steering(self._boat)
+        rows: list[tuple[str, Spin]] = []
+        for limb in self._thruster_joints:
+            if limb.engine is not None:
+                rows.append((limb.engine.joint, Spin(angles[limb.name])))
+            if limb.shaft is not None:
+                rows.append((limb.shaft.joint, spins[limb.name]))
+        return new(
+            "sensor_msgs/JointState",
+            header=header(self._host.sim.time),
+            name=[name for name, _ in rows],
+            position=np.array([spin.angle for _, spin in rows]),
+            velocity=np.array([spin.rate for _, spin in rows]),
+            effort=np.array([spin.torque for _, spin in rows]),
+        )
+
+    def still(self) -> list[Message]:
+        """geometry_msgs/TransformStamped of what does not move in the boat: its sensors and the links of its URDF."""
+        boat, frames = self._boat, dict[str, Message]()
+        for sensor in self._host.sim.mounted(boat):
+            link, mount = f"{boat}/{sensor.config.link}", sensor.mount
+            if sensor.config.link != BASE:
+                frames[link] = _transform(0.0, f"{boat}/{BASE}", link, mount.position, mount.orientation)
+            if sensor.frame != link:
+                optical = (0.5, -0.5, 0.5, -0.5) if sensor.config.type == "camera" else (1.0, 0.0, 0.0, 0.0)
+                frames[sensor.frame] = _transform(0.0, link, sensor.frame, (0.0, 0.0, 0.0), optical)
+        moving = {
+            bone.child for limb in self._thruster_joints for bone in (limb.engine, limb.shaft) if bone is not None
+        }
+        for bone in self._bones:
+            if bone.child not in frames and bone.child not in moving:
+                frames[bone.child] = _transform(0.0, bone.parent, bone.child, bone.position, bone.quaternion)
+        return list(frames.values())
+
+    def moving(self) -> list[Message]:
+        """Of its engines, as they are steered, and its propellers; and of the boat in `map`, if the truth is told."""
+        host, boat = self._host, self._boat
+        spins, angles = self._spun(), host.sim.steering(boat)
+        frames = []
+        for limb in self._thruster_joints:
+            if limb.engine is not None:
+                frames.append(_bent(host.sim.time, limb.engine, angles[limb.name]))
+            if limb.shaft is not None:
+                frames.append(_bent(host.sim.time, limb.shaft, spins[limb.name].angle))
+        if host.truth:
+            placed = host.bodies.model(boat)
+            frames.append(_transform(host.sim.time, "map", f"{boat}/{BASE}", placed.position, placed.quaternion))
+        return frames
+
+    # Inside
+
+    @cached_property
+    def _rows(self) -> Sequence[Thruster]:
+        return self._host.sim.world.parameters.thrusters_of(self._boat)
+
+    @cached_property
+    def _bones(self) -> Sequence[Bone]:
+        try:
+            described = bones(self._host.description(self._boat), self._boat)
+        except VrxError:  # made elsewhere, of files that are not here
+            described = ()
+        return described or [bone for row in self._rows for bone in _stand_ins(row, self._boat)]
+
+    @cached_property
+    def _thruster_joints(self) -> Sequence[ThrusterJoints]:
+        """The joints that are where the thrusters are."""
+        moving = [bone for bone in self._bones if bone.moves]
+        return [_joints_of(row, moving) for row in self._rows]
+
+    @cached_property
+    def _drives(self) -> Mapping[str, Any]:
+        return self._host.sim.observe()[self._boat].thrusters
+
+    def _spun(self) -> Mapping[str, Spin]:
+        """How the propellers turn now."""
+        time = self._host.sim.time
+        passed, self._time = time - self._time, time
+        if passed < 0.0:  # time began anew
+            self._spins = {}
+        thrust = self._host.sim.thrust(self._boat)
+        for name, drive in self._drives.items():
+            share = drive.command(thrust[name]) / drive.max_command
+            self._spins[name] = self._spins.get(name, Spin()).after(max(passed, 0.0), share)
+        return self._spins
+
+
+def _joints_of(row: Thruster, moving: Sequence[Bone]) -> ThrusterJoints:
+    shaft = None if row.mapping == RUDDER else _at(_propeller(row), moving[::-1])  # the outermost that is there
+    engine = _at(np.array(row.position), [bone for bone in moving if bone is not shaft])
+    return ThrusterJoints(row.name, engine, shaft)
+
+
+def _at(place: FloatArray, moving: Sequence[Bone]) -> Bone | None:
+    return next((bone for bone in moving if np.abs(bone.place - place).max() < NEAR), None)
+
+
+def _propeller(row: Thruster) -> FloatArray:
+    """(3,): where a thruster pushes at zero steering [m], in the boat's frame."""
+    hinge, turn, propeller = (np.array(part, np.float64) for part in (row.position, row.rotation, row.propeller))
+    return hinge + turn @ propeller
+
+
+def _stand_ins(row: Thruster, boat: str) -> Iterator[Bone]:
+    """The joints that a thruster has in VRX, for a boat whose description is not here."""
+    stem, hinge, turn = f"{boat}/{row.name}", np.array(row.position), np.empty(4)
+    mujoco.mju_mat2Quat(turn, np.array(row.rotation, np.float64).reshape(9))
+    yield Bone(
+        f"{stem}_chasis_engine_joint", f"{boat}/{BASE}", f"{stem}_engine_link", hinge, turn,
+        np.array([0.0, 0.0, 1.0]), True, hinge,
+    )  # fmt: skip
+    yield Bone(
+        f"{stem}_engine_propeller_joint", f"{stem}_engine_link", f"{stem}_propeller_link", np.array(row.propeller),
+        np.array([1.0, 0.0, 0.0, 0.0]), np.array(row.direction), True, _propeller(row),
+    )  # fmt: skip
+
+
+def _bent(time: float, bone: Bone, angle: float) -> Message:
+    """The frame of a joint at an angle [rad]."""
+    turn, result = np.empty(4), np.empty(4)
+    mujoco.mju_axisAngle2Quat(turn, bone.axis, angle)
+    mujoco.mju_mulQuat(result, bone.quaternion, turn)
+    return _transform(time, bone.parent, bone.child, bone.position, result)
+
+
+def _transform(time: float, parent: str, child: str, position: Sequence[float] | Any, turn: Any) -> Message:
+    return new(
+        "geometry_msgs/TransformStamped",
+        header=header(time, parent),
+        child_frame_id=child,
+        transform={"translation": vector(position), "rotation": turned(turn)},
+    )

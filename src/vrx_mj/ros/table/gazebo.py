@@ -9,8 +9,8 @@ import numpy as np
 from vrx_mj.config.poses import angles, rotation
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.offer import Input, Output, Service
 from vrx_mj.ros.table.host import Host, Placed, header, pose_message, twist_message
 from vrx_mj.sensors.places import conjugate, product
 

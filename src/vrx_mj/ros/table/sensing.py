@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.config.sensors import LidarConfig
+from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.offer import Input, Output
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.intrinsics import intrinsics

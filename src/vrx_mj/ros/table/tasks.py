@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, duration, new, stamp
-from vrx_mj.ros.offer import Input, Output, Service
 from vrx_mj.ros.table.host import Host, header, link_name, turned
 
 __all__ = ["TASK_TOPICS", "TaskTopics", "collision_name", "task_inputs", "task_outputs", "task_services"]

@@ -11,12 +11,11 @@ from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros.cdr import kind
+from vrx_mj.ros.interface import Input, Output, RosInterface
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.offer import Input, Output, Table
-from vrx_mj.ros.table.boats import ANGLE
+from vrx_mj.ros.table.boats import ANGLE, Skeleton
 from vrx_mj.ros.table.host import Host, header, vector
 from vrx_mj.ros.table.sensing import TOPICS, scan_message
-from vrx_mj.ros.table.skeleton import Skeleton
 from vrx_mj.ros.table.tasks import collision_name
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.readings import PointCloud, Reading, Scan
@@ -62,7 +61,7 @@ TAILS: Mapping[str, tuple[tuple[str, bool], ...]] = {
 BEACON = "/pinger/set_pinger_position"
 
 
-def vrx3_sensor_outputs(host: Host, table: Table, boat: str) -> Iterator[Output]:
+def vrx3_sensor_outputs(host: Host, table: RosInterface, boat: str) -> Iterator[Output]:
     """The topics of a boat's sensors, made from those of VRX's table."""
     for sensor, stem in _stems(host, boat):
         key = (boat, sensor.name)
@@ -75,7 +74,7 @@ def vrx3_sensor_outputs(host: Host, table: Table, boat: str) -> Iterator[Output]
                 yield replace(output, name=f"{stem}/range_bearing", type="ros_gz_interfaces/ParamVec", make=_heard)
 
 
-def vrx3_sensor_inputs(host: Host, table: Table, boat: str) -> Iterator[Input]:
+def vrx3_sensor_inputs(host: Host, table: RosInterface, boat: str) -> Iterator[Input]:
     """What fires a boat's shooters, and `/pinger/set_pinger_position`, which places the beacons of all boats."""
     fires = [entry for name, entry in table.inputs.items() if entry.boat == boat and name.endswith("/fire")]
     stems = [stem for sensor, stem in _stems(host, boat) if sensor.config.type == "ball_shooter"]
@@ -175,7 +174,7 @@ class TopicMapping(NamedTuple):
     tell: Callable[[Message], Message | None]
 
 
-def make_vrx3_table(host: Host, table: Table) -> Table:
+def make_vrx3_table(host: Host, table: RosInterface) -> RosInterface:
     """VRX 3's topics, from the table by VRX's names; VRX 3 has no services."""
     outputs = [
         *(_mapped(table.outputs[row.of], row) for row in RETOLD if row.of in table.outputs),
@@ -189,7 +188,7 @@ def make_vrx3_table(host: Host, table: Table) -> Table:
         *(entry for boat in host.sim.boats for entry in _boat_inputs(host, table, boat)),
         *_task_inputs(table),
     ]
-    return Table({output.name: output for output in outputs}, {entry.name: entry for entry in inputs})
+    return RosInterface({output.name: output for output in outputs}, {entry.name: entry for entry in inputs})
 
 
 def _mapped(output: Output, row: TopicMapping, rate: float | None = None) -> Output:
@@ -200,7 +199,7 @@ def _mapped(output: Output, row: TopicMapping, rate: float | None = None) -> Out
     return replace(output, name=row.name, type=row.type, make=make, rate=output.rate if rate is None else rate)
 
 
-def _boat_outputs(host: Host, table: Table, boat: str) -> Iterator[Output]:
+def _boat_outputs(host: Host, table: RosInterface, boat: str) -> Iterator[Output]:
     skeleton = Skeleton(host, boat)
 
     def moving() -> Message:
@@ -219,7 +218,7 @@ def _boat_outputs(host: Host, table: Table, boat: str) -> Iterator[Output]:
     yield from vrx3_sensor_outputs(host, table, boat)
 
 
-def _boat_inputs(host: Host, table: Table, boat: str) -> Iterator[Input]:
+def _boat_inputs(host: Host, table: RosInterface, boat: str) -> Iterator[Input]:
     """Of each thruster `thrust` [N], which stays until the next one, and `pos` [rad]."""
     for name in host.sim.command_names(boat):
         stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE)}"
@@ -234,14 +233,14 @@ def _boat_inputs(host: Host, table: Table, boat: str) -> Iterator[Input]:
     yield from vrx3_sensor_inputs(host, table, boat)
 
 
-def _infos(host: Host, table: Table) -> Iterator[Output]:
+def _infos(host: Host, table: RosInterface) -> Iterator[Output]:
     info = table.outputs.get("/vrx/task/info")
     if info is not None:
         row = TopicMapping(info.name, info.name, "ros_gz_interfaces/ParamVec", lambda told: _info(host.sim.time, told))
         yield _mapped(info, row)
 
 
-def _animals(host: Host, table: Table) -> Iterator[Output]:
+def _animals(host: Host, table: RosInterface) -> Iterator[Output]:
     """A topic for each animal."""
     poses = table.outputs.get("/vrx/wildlife/animals/poses")
     task = host.sim.world.parameters.task
@@ -273,7 +272,7 @@ def _touching(host: Host) -> Message:
     return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)
 
 
-def _task_inputs(table: Table) -> Iterator[Input]:
+def _task_inputs(table: RosInterface) -> Iterator[Input]:
     landmark = table.inputs.get("/vrx/perception/landmark")
     if landmark is not None:
         report = landmark.take

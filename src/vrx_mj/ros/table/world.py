@@ -12,10 +12,10 @@ from weakref import WeakKeyDictionary
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.mjcf.world import World
+from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.offer import Input, Output, Service
+from vrx_mj.ros.table.boats import Skeleton
 from vrx_mj.ros.table.host import Host
-from vrx_mj.ros.table.skeleton import Skeleton
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["CLOCK", "WORLD", "chart_output", "world_inputs", "world_outputs", "world_services"]

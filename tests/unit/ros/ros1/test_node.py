@@ -6,7 +6,7 @@ import os
 import pytest
 
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Inbox, UnknownTopicPublisher
+from vrx_mj.ros.interface import Inbox, UnknownTopicPublisher
 from vrx_mj.ros.limits import Intake, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
@@ -101,7 +101,7 @@ def test_the_slave_api(slave, method, values, answer):
 class FarAway:
     """A master that knows one node on another machine."""
 
-    async def many(self, requests, patience=1.0):
+    async def many(self, requests, timeout=1.0):
         answers = {"lookupNode": "http://10.0.0.7:4000/", "getTopicTypes": [["/typo", "std_msgs/Float32"]]}
         return [answers[method] for method, _ in requests]
 

@@ -5,8 +5,8 @@ from collections import deque
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrx_mj.ros.interface import Output, Sent
 from vrx_mj.ros.limits import Backlog, Counts, TopicQueue
-from vrx_mj.ros.offer import Output, Sent
 
 SIZES = st.lists(st.one_of(st.integers(0, 40), st.just(None)), max_size=60)
 

@@ -11,7 +11,7 @@ from bridged import Bridged
 from rosbridge_client import Talk
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.inbox import Inbox
+from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.network import Network
 from vrx_mj.ros.rosbridge import Rosbridge
 

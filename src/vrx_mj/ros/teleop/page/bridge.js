@@ -1,7 +1,7 @@
 // A client of a rosbridge that connects again whenever the connection is lost.
 
 const RETRY = 1500; // [ms]
-const PATIENCE = 20000; // for an answer [ms]
+const ANSWER_TIMEOUT = 20000; // for an answer [ms]
 
 export class Bridge {
   constructor(url, { opened, closed, told }) {
@@ -66,8 +66,8 @@ export class Bridge {
       const id = `call:${this.number++}`;
       const timer = setTimeout(() => {
         this.calls.delete(id);
-        fail(new Error(`no answer in ${PATIENCE / 1000} s`));
-      }, PATIENCE);
+        fail(new Error(`no answer in ${ANSWER_TIMEOUT / 1000} s`));
+      }, ANSWER_TIMEOUT);
       this.calls.set(id, { done, fail, timer });
       this.send({ op: "call_service", id, service, args });
     });

@@ -1,0 +1,248 @@
+"""What a simulation offers to networks, whichever they are, and what they bring for it.
+
+An interface is made once for the boats that there are, and again when boats come or go. Every function in it is
+called by the simulation's own thread.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple, Protocol
+
+from vrx_mj.ros.messages import Message
+
+__all__ = [
+    "Answer",
+    "Call",
+    "Command",
+    "Dialect",
+    "Inbox",
+    "Input",
+    "Output",
+    "RosInterface",
+    "Sent",
+    "Service",
+    "Traffic",
+    "Transport",
+    "UnknownTopicPublisher",
+    "dialect_of",
+]
+
+Dialect = Literal["vrx", "vrx3"]
+"""Whose names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Output:
+    """A topic that the simulation publishes."""
+
+    name: str
+    """Absolute, as `/wamv/joint_states`."""
+    type: str
+    """As ROS 1 names it, `sensor_msgs/JointState`."""
+    make: Callable[..., Message | None]
+    """Gives the present message, or None where there is nothing to tell; of a sensor it takes the reading."""
+    rate: float = 0.0
+    """Messages per simulated second; 0: whenever there is a new one."""
+    sensor: tuple[str, str] | None = None
+    """Boat and sensor whose readings it carries."""
+    blind: Callable[[], Message | None] | None = None
+    """Gives the present message without a reading, where nothing else needs one: a camera's info needs no picture."""
+    latched: bool = False
+    """Whether who subscribes later gets the last message."""
+
+
+@dataclass(frozen=True, eq=False)
+class Input:
+    """A topic that the simulation listens to."""
+
+    name: str
+    type: str
+    take: Callable[[Message], None]
+    """Raises a VrxError with what is wrong with a message."""
+    boat: str | None = None
+    """The boat that it commands."""
+
+
+@dataclass(frozen=True, eq=False)
+class Service:
+    """A service of the simulation."""
+
+    name: str
+    type: str
+    """As ROS 1 names it, `std_srvs/Empty`."""
+    answer: Callable[[Message], Message]
+    """From the request to the response; raises a VrxError where it fails without one."""
+
+
+@dataclass(frozen=True)
+class RosInterface:
+    """All that a simulation offers, by name."""
+
+    outputs: Mapping[str, Output] = field(default_factory=dict)
+    inputs: Mapping[str, Input] = field(default_factory=dict)
+    services: Mapping[str, Service] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    """Numbers, strings, lists and mappings, by absolute name."""
+
+
+class Sent(NamedTuple):
+    """A message on its way out."""
+
+    output: Output
+    message: Message
+    time: float
+    """Simulated time [s]."""
+
+
+class Traffic(NamedTuple):
+    """What a transport has carried since it started."""
+
+    clients: int
+    """Connected now."""
+    sent: int
+    """[bytes]"""
+    dropped: int
+    """Messages that were thrown away because a client did not keep up."""
+
+
+class Transport(Protocol):
+    """A network on which a table is offered. Its methods are called by the simulation's thread, and none may block it.
+
+    What comes in goes to the inbox that it was made with.
+    """
+
+    title: str
+    """For people, as `ROS 1`."""
+
+    def start(self) -> Sequence[str]:
+        """Open it; returns lines that tell people where it is. NetworkError: it cannot be opened, and why."""
+
+    def offer(self, table: RosInterface) -> None:
+        """Offer this table from now on, and nothing else: what is new in it is announced, what is gone withdrawn."""
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Names of the outputs that somebody listens to now; only these are made."""
+
+    def publish(self, batch: Sequence[Sent]) -> None:
+        """Send messages of one moment to who listens. One that is latched is kept, and sent whoever listens."""
+
+    def log(self, level: str, text: str) -> None:
+        """Tell people on the network a line: `INFO`, `WARN` or `ERROR`."""
+
+    @property
+    def traffic(self) -> Traffic:
+        """What it has carried."""
+
+    def close(self) -> None:
+        """Withdraw all, close every connection, and wait until that is done: 2 s at most."""
+
+
+def dialect_of(transport: Transport) -> Dialect:
+    """Of the table that is offered on a transport: what its attribute `dialect` says, else VRX's."""
+    dialect: Dialect = getattr(transport, "dialect", "vrx")
+    return dialect
+
+
+MOST_WAITING = 64
+"""Messages of one topic and sender that wait, at most: the oldest go first."""
+MOST_CALLS = 256
+"""Calls of services that wait, at most; more are refused."""
+MOST_TOPICS = 4096
+"""Pairs of topic and sender of which messages wait, at most."""
+MOST_UNKNOWN_PUBLISHERS = 256
+
+Answer = Callable[[Message | None, str], None]
+"""Takes the response, or None and why there is none. It is called by the simulation's thread."""
+
+
+class Command(NamedTuple):
+    """A message on one of the table's inputs."""
+
+    topic: str
+    message: Message
+    sender: str
+    """Who sent it, for people: a node's name, or an address."""
+    dialect: Dialect = "vrx"
+    """Of the table that has the topic."""
+
+
+class Call(NamedTuple):
+    """A call of one of the table's services."""
+
+    service: str
+    request: Message
+    caller: str
+    answer: Answer
+
+
+class UnknownTopicPublisher(NamedTuple):
+    """Somebody publishes on a topic that is none of the table's inputs."""
+
+    topic: str
+    type: str
+    sender: str
+    dialect: Dialect = "vrx"
+
+
+class Inbox:
+    """Bounded, and safe for any number of threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._arrived = threading.Event()
+        self._commands: dict[tuple[str, str], deque[Command]] = {}
+        self._calls: deque[Call] = deque()
+        self._unknown_publishers: dict[tuple[str, str], UnknownTopicPublisher] = {}
+        self.dropped = 0
+        """Messages that were thrown away, as they came faster than the simulation takes them."""
+
+    def message(self, topic: str, message: Message, sender: str, dialect: Dialect = "vrx") -> None:
+        """A message has come."""
+        key = (topic, sender)
+        with self._lock:
+            if key not in self._commands and len(self._commands) >= MOST_TOPICS:
+                self.dropped += 1
+                return
+            waiting = self._commands.setdefault(key, deque(maxlen=MOST_WAITING))
+            self.dropped += len(waiting) == MOST_WAITING
+            waiting.append(Command(topic, message, sender, dialect))
+        self._arrived.set()
+
+    def call(self, service: str, request: Message, caller: str, answer: Answer) -> None:
+        """A service was called; `answer` is called once, now if too many calls wait."""
+        with self._lock:
+            full = len(self._calls) >= MOST_CALLS
+            if not full:
+                self._calls.append(Call(service, request, caller, answer))
+        if full:
+            answer(None, f"{service}: {MOST_CALLS} calls are already waiting")
+        self._arrived.set()
+
+    def unknown_publisher(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
+        """Somebody publishes, or tries to, on a topic that nobody here listens to."""
+        with self._lock:
+            if len(self._unknown_publishers) < MOST_UNKNOWN_PUBLISHERS:
+                self._unknown_publishers[topic, sender] = UnknownTopicPublisher(topic, type_name, sender, dialect)
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until something came, or so long [s]; whether something came."""
+        return self._arrived.wait(seconds)
+
+    @property
+    def pending(self) -> bool:
+        """Whether something waits."""
+        return self._arrived.is_set()
+
+    def drain(self) -> tuple[list[Command], list[Call], list[UnknownTopicPublisher]]:
+        """Take all that came: of every topic and sender in the order in which it did."""
+        with self._lock:
+            self._arrived.clear()
+            commands = [command for waiting in self._commands.values() for command in waiting]
+            calls, unknown_publishers = list(self._calls), list(self._unknown_publishers.values())
+            self._commands.clear()
+            self._calls.clear()
+            self._unknown_publishers.clear()
+        return commands, calls, unknown_publishers
