@@ -173,7 +173,7 @@ def played(env, steps):
         if isinstance(env, ParallelEnv):
             action = {boat: random.uniform(-1, 1, env.action_space(boat).shape) for boat in env.agents}
         else:
-            shape = env.action_space.shape if hasattr(env, "action_space") else env._last.shape
+            shape = env.action_space.shape if hasattr(env, "action_space") else env._core._last.shape
             action = random.uniform(-1, 1, shape).astype(np.float32)
         seen.append(env.step(action))
     return plain(seen)

@@ -6,8 +6,8 @@ import pytest
 
 import vrx_mj
 from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
+from vrx_mj.rl.generators import VARIED
 from vrx_mj.rl.problems import ALONE, TEAMS
-from vrx_mj.rl.variety import VARIED
 
 GOALS = {"StationKeeping": "goal", "Wayfinding": "waypoints", "FollowPath": "gates", "Docking": "bay",
          "Formation": "leader", "Rendezvous": "places", "Encounter": "goals"}  # fmt: skip
@@ -28,9 +28,9 @@ def test_boats_begin_afloat_and_hardly_heave(problem):
     """On flat water they stand still from the first step on; dropped from 0.1 m they fell by 0.28 m."""
     env = made(problem, 3, waves=0, mass=(0.6, 1.8), wind_speed=0, gusts=0)
     env.reset(seed=5)
-    first = env._batch.features[..., 2].copy()
+    first = env._core.batch.features[..., 2].copy()
     assert np.ptp(first) > 0.01  # as heavy as they were drawn
-    heights = [(env.step(still(env)), env._batch.features[..., 2].copy())[1] for _ in range(20)]
+    heights = [(env.step(still(env)), env._core.batch.features[..., 2].copy())[1] for _ in range(20)]
     assert np.abs(np.array(heights) - first).max() < (0.03 if problem in {"Formation", "Encounter"} else 1e-4)
 
 
@@ -41,10 +41,10 @@ def test_boats_begin_on_the_waves(problem):
     env.reset(seed=5)
 
     def over():
-        return env._watch._heights()
+        return env._core.watch._heights()
 
     first = over()
-    assert np.ptp(env._batch.features[..., 2]) > 0.1
+    assert np.ptp(env._core.batch.features[..., 2]) > 0.1
     heights = [(env.step(still(env)), over())[1] for _ in range(20)]
     assert np.abs(np.array(heights) - first).max() < 0.05
 
@@ -57,7 +57,7 @@ def test_every_episode_has_a_sea_of_its_own_and_is_told_of_it(problem):
         assert len(np.unique(info[name].reshape(4, -1)[:, 0])) == 4, name
         assert info[f"_{name}"].all()
     assert info["wave_phase"].shape == (4, 3)
-    seas = [env._batch.waves(row) for row in range(4)]
+    seas = [env._core.batch.waves(row) for row in range(4)]
     np.testing.assert_array_equal([sea["phase"] for sea in seas], info["wave_phase"])
     for column in ("amplitude", "frequency", "wavenumber", "direction", "phase"):
         assert len({sea[column].tobytes() for sea in seas}) == 4, column
@@ -93,14 +93,14 @@ def test_a_boat_of_a_team_is_told_of_the_whole_world():
 
 
 def test_a_sea_is_as_the_options_say_and_none_leaves_the_world_s():
-    nominal = vrx_mj.Batch(VectorEnv("StationKeeping", 1)._batch.world, 1).waves(0)
+    nominal = vrx_mj.Batch(VectorEnv("StationKeeping", 1)._core.batch.world, 1).waves(0)
     names = [name for name in VARIED if name.startswith("wave")]
     env = VectorEnv("StationKeeping", 1, **dict.fromkeys(names))
     env.reset(seed=1)
-    assert env._batch.waves(0).tobytes() == nominal.tobytes()
+    assert env._core.batch.waves(0).tobytes() == nominal.tobytes()
     env = VectorEnv("StationKeeping", 1, wave_period=2, wave_band=0, wave_direction=1.0, wave_spread=0, wave_phase=0.5)
     _, info = env.reset(seed=1)
-    sea = env._batch.waves(0)
+    sea = env._core.batch.waves(0)
     np.testing.assert_allclose(sea["frequency"], 2 * np.pi / 10)
     np.testing.assert_allclose(sea["direction"], [[np.cos(1), np.sin(1)]] * 3)
     assert sea["phase"].tolist() == [0.5] * 3
@@ -114,14 +114,14 @@ def test_a_lost_boat_ends_its_episode_and_forfeits_more_than_standing_by_costs(p
     env = made(problem, 2)
     env.reset(seed=3)
     height, roll = (-3.0, 0.0) if reason == "sunk" else (0.0, 2.0)
-    pose = [*env._batch.features[0, 0, :2], height, roll, 0.0, 0.0]
-    env._batch.set_boat(env._batch.boats[0], pose=pose, rows=[0])
+    pose = [*env._core.batch.features[0, 0, :2], height, roll, 0.0, 0.0]
+    env._core.batch.set_boat(env._core.batch.boats[0], pose=pose, rows=[0])
     _, reward, ended, cut, info = env.step(still(env))
     assert info[reason].ravel().tolist() == [True] + [False] * (info[reason].size - 1)
     assert ended.ravel().tolist() == [True] + [False] * (ended.size - 1)
     assert not cut.any()
     _, beside, *_ = env.step(still(env))
-    own, steps = reward.ravel()[0], env._most
+    own, steps = reward.ravel()[0], env._core.most
     assert own < -19
     assert own <= steps * min(0.0, beside.ravel()[-1]) * (problem in {"StationKeeping", "Formation"})
 
@@ -129,7 +129,7 @@ def test_a_lost_boat_ends_its_episode_and_forfeits_more_than_standing_by_costs(p
 def test_a_team_that_loses_a_boat_loses_its_share():
     env = TeamVectorEnv("Formation", 1, boats=4, reward="team")
     env.reset(seed=3)
-    env._batch.set_boat("wamv1", pose=[*env._batch.features[0, 0, :2], -4.0, 0, 0, 0])
+    env._core.batch.set_boat("wamv1", pose=[*env._core.batch.features[0, 0, :2], -4.0, 0, 0, 0])
     _, reward, *_, info = env.step(still(env))
     assert reward[0, 1] == info["team_reward"][0]
     assert info["team_reward"][0] == pytest.approx(info["own_reward"][0].mean())
@@ -140,14 +140,14 @@ def test_a_team_that_loses_a_boat_loses_its_share():
 def test_a_mass_with_which_the_boat_does_not_float_is_refused(robot, limit):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"}, mass=(0.5, 30))
-    name = VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"})._batch.boats[0]
+    name = VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"})._core.batch.boats[0]
     text = f"at most {limit} is needed; with more an end of {name} goes under water"
     assert str(caught.value) == f"invalid mass (0.5, 30): {text}"
 
 
 def test_up_to_the_greatest_mass_a_boat_floats_and_beyond_it_does_not():
     """On end, and a third beyond, where all its volume is too little, down for good."""
-    batch = VectorEnv("StationKeeping", 3)._batch
+    batch = VectorEnv("StationKeeping", 3)._core.batch
     batch.vary(mass=batch.largest_masses * [0.98, 1.05, 1.3], waves=0)
     batch.reset()
     poses, velocities = batch.afloat("wamv", (0, 0, 0))

@@ -12,7 +12,7 @@ from vrx_mj.physics.tables import WAVE
 from vrx_mj.rl import Env, VectorEnv
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import open_water
-from vrx_mj.rl.problems import ALONE as PROBLEMS
+from vrx_mj.rl.problems import ALONE
 
 ROWS = 3
 STEPS = 12
@@ -39,7 +39,7 @@ def same(one, other):
         np.testing.assert_array_equal(a, b)
 
 
-@pytest.fixture(scope="module", params=sorted(PROBLEMS))
+@pytest.fixture(scope="module", params=sorted(ALONE))
 def problem(request):
     return request.param
 
@@ -171,12 +171,12 @@ def test_pictures_show_the_waves_of_their_rows():
         for _ in range(30):
             env.step(np.zeros((1, 4)))
         (picture,) = env.render()
-        without = calm.draw(Calm(env._batch), 0)
+        without = calm.from_behind(Calm(env._core.batch), 0)
         assert (picture == without).all() == (factor == 0)
 
 
 def test_what_is_registered():
-    assert {f"vrx_mj/{name}-v0" for name in PROBLEMS} <= set(gymnasium.registry)
+    assert {f"vrx_mj/{name}-v0" for name in ALONE} <= set(gymnasium.registry)
     env = gymnasium.make_vec("vrx_mj/StationKeeping-v0", num_envs=2, waves=0.5)
     assert isinstance(env, VectorEnv)
     assert vrx_mj.rl.VectorEnv is VectorEnv
@@ -186,8 +186,8 @@ def test_what_is_registered():
     ("action", "message"),
     [
         ([[0, 0, 0]], "invalid actions of shape (1, 3): (1, 4) is needed"),
-        ([[0, np.nan, 0, 0]], "invalid action nan for right of row 0: a number from -1 to 1 is needed"),
-        ([[0, 0, 0, 1.5]], "invalid action 1.5 for right_angle of row 0: a number from -1 to 1 is needed"),
+        ([[0, np.nan, 0, 0]], "row 0: invalid action nan for right of wamv: a number from -1 to 1 is needed"),
+        ([[0, 0, 0, 1.5]], "row 0: invalid action 1.5 for right_angle of wamv: a number from -1 to 1 is needed"),
     ],
 )
 def test_actions_that_are_none(action, message):
@@ -228,7 +228,7 @@ def test_order_of_calls():
             {"autoreset_mode": "never"},
             "invalid autoreset_mode 'never': one of 'NextStep', 'SameStep', 'Disabled' is needed",
         ),
-        ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: this problem needs one"),
+        ({"fleet": {"usv_count": 2}}, "the fleet has 2 boats: StationKeeping needs 1"),
     ],
 )
 def test_options_that_are_none(options, message):

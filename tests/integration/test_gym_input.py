@@ -40,15 +40,15 @@ ALONE = [
     ("ahead", "invalid action: an array of numbers is needed"),
     ({"left": 1}, "invalid action: an array of numbers is needed"),
     ([0, [0], 0, 0], "invalid action: an array of numbers is needed"),
-    ([0, np.nan, 0, 0], "invalid action nan for right of row 0: a number from -1 to 1 is needed"),
-    ([0, 0, 0, -np.inf], "invalid action -inf for right_angle of row 0: a number from -1 to 1 is needed"),
-    ([1.5, 0, 0, 0], "invalid action 1.5 for left of row 0: a number from -1 to 1 is needed"),
+    ([0, np.nan, 0, 0], "row 0: invalid action nan for right of wamv: a number from -1 to 1 is needed"),
+    ([0, 0, 0, -np.inf], "row 0: invalid action -inf for right_angle of wamv: a number from -1 to 1 is needed"),
+    ([1.5, 0, 0, 0], "row 0: invalid action 1.5 for left of wamv: a number from -1 to 1 is needed"),
 ]
 MANY = [
     ([0, 0, 0, 0], "invalid actions of shape (4,): (2, 4) is needed"),
     ("ahead", "invalid actions: an array of numbers is needed"),
     ([HALF, [0, 0, 0]], "invalid actions: an array of numbers is needed"),
-    ([HALF, [0, 0, np.nan, 0]], "invalid action nan for left_angle of row 1: a number from -1 to 1 is needed"),
+    ([HALF, [0, 0, np.nan, 0]], "row 1: invalid action nan for left_angle of wamv: a number from -1 to 1 is needed"),
 ]
 
 

@@ -12,7 +12,7 @@ import vrx_mj.rl  # noqa: F401
 from integration.returned import plain
 from vrx_mj.rl import VectorEnv
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problems import ALONE as PROBLEMS
+from vrx_mj.rl.problems import PROBLEMS
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("vrx_mj/"))
 ROWS = 4
@@ -33,8 +33,8 @@ def pair(name, mode, **options):
 def batches(env):
     """The `Batch` of each row, and the number of the row in it."""
     if isinstance(env, VectorEnv):
-        return [(env._batch, row) for row in range(ROWS)]
-    return [(one.unwrapped._rows._batch, 0) for one in env.envs]
+        return [(env._core.batch, row) for row in range(ROWS)]
+    return [(one.unwrapped._rows._core.batch, 0) for one in env.envs]
 
 
 def played(env, steps=14):

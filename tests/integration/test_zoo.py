@@ -9,7 +9,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from exploits import let_pass
 from vrx_mj.rl import ParallelEnv, TeamVectorEnv
-from vrx_mj.rl.problems import TEAMS as PROBLEMS
+from vrx_mj.rl.problems import PROBLEMS, TEAMS
 
 ROWS = 3
 VARIED = {"wind_speed": (0, 6), "gusts": 1, "waves": (0.2, 1), "thrust": (0.8, 1.1), "mass": (0.9, 1.1)}
@@ -20,7 +20,7 @@ MIXED = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=sorted(PROBLEMS))
+@pytest.fixture(scope="module", params=sorted(TEAMS))
 def problem(request):
     return request.param
 
@@ -122,7 +122,7 @@ def test_joins_and_leaves_leave_the_others_as_they_were():
     still, moving = (TeamVectorEnv("Formation", 1, duration=6.0, joining=share, leaving=share) for share in (0, 1))
     for env in (still, moving):
         env.reset(seed=7)
-    first = {env: env._batch.features[0, 0].copy() for env in (still, moving)}
+    first = {env: env._core.batch.features[0, 0].copy() for env in (still, moving)}
     np.testing.assert_array_equal(*first.values())
     came, went = 0, 0
     for actions in drawn(still, 59):
@@ -130,7 +130,7 @@ def test_joins_and_leaves_leave_the_others_as_they_were():
         *_, cut, info = moving.step(actions)
         came += int((info["present"] & ~info["acted"]).sum())
         went += int(cut.sum())
-        np.testing.assert_array_equal(still._batch.features[0, 0], moving._batch.features[0, 0])
+        np.testing.assert_array_equal(still._core.batch.features[0, 0], moving._core.batch.features[0, 0])
     assert (came, went) == (3, 3)
 
 
@@ -138,7 +138,7 @@ def test_who_is_away_is_far_away_sees_nothing_and_is_seen_by_nobody():
     env = TeamVectorEnv("Rendezvous", 4, joining=1.0, range=1000.0, delay=0.0)
     seen, info = env.reset(seed=1)
     assert info["present"].tolist() == [[True, False, False, False]] * 4
-    assert (env._batch.features[:, 1:, :2] > 9000).all()
+    assert (env._core.batch.features[:, 1:, :2] > 9000).all()
     assert not seen[:, 1:].any()
     one = [k for k, name in enumerate(env.observation_names) if name.startswith("neighbour 1: is seen")]
     assert not seen[:, 0, one].any()
@@ -180,7 +180,7 @@ def test_who_joins_is_seen_at_once_and_gains_nothing_by_it():
 def test_a_row_that_diverges_ends_forfeits_what_lost_boats_do_and_begins_anew():
     env = TeamVectorEnv("Formation", 2)
     env.reset(seed=1)
-    env._batch.set_boat("wamv2", velocity=(9e5, 0, 0, 0, 0, 0), rows=[0])
+    env._core.batch.set_boat("wamv2", velocity=(9e5, 0, 0, 0, 0, 0), rows=[0])
     still = np.zeros((2, 4, 4), np.float32)
     observation, reward, ended, _, info = env.step(still)
     assert info["diverged"].tolist() == [True, False]
@@ -207,13 +207,13 @@ def test_a_goal_takes_one_boat_out():
     env = ParallelEnv("Encounter", waves=0, wind_speed=0, gusts=0)
     for seed in range(3):
         env.reset(seed=seed)
-        env._rows._problem._goals[0, 0] = env._rows._batch.features[0, 0, :2]
+        env._rows._core.problem._goals[0, 0] = env._rows._core.batch.features[0, 0, :2]
         let_pass(env)
         _, reward, ended, _, _ = env.step({boat: np.zeros(4) for boat in env.agents})
         assert ended == {"wamv1": True, "wamv2": False}
         assert env.agents == ["wamv2"]
         assert reward["wamv1"] > 4
-        assert env._rows._batch.features[0, 0, 0] > 9000
+        assert env._rows._core.batch.features[0, 0, 0] > 9000
 
 
 # What it shows and tells

@@ -36,12 +36,13 @@ def pair():
 )
 def test_actions_that_are_none_leave_all_as_it_was(pair, actions, message):
     pair.reset(seed=1)
-    before = pair._rows._batch.features.copy(), pair._rows._batch.time.copy(), pair.state()
+    before = pair._rows._core.batch.features.copy(), pair._rows._core.batch.time.copy(), pair.state()
     with pytest.raises(AssertionError) as caught:
         pair.step(actions)
     assert str(caught.value) == message
     assert isinstance(caught.value, gymnasium.error.InvalidAction)
-    for one, other in zip(before, (pair._rows._batch.features, pair._rows._batch.time, pair.state()), strict=True):
+    batch = pair._rows._core.batch
+    for one, other in zip(before, (batch.features, batch.time, pair.state()), strict=True):
         np.testing.assert_array_equal(one, other)
     still = {boat: np.zeros(4) for boat in pair.agents}
     fresh = ParallelEnv("Encounter")
@@ -93,8 +94,8 @@ def test_order_of_calls_of_many():
 @pytest.mark.parametrize(
     ("problem", "options", "message"),
     [
-        ("Encounter", {"boats": 3}, "Encounter needs 2 boats: 3 are too many"),
-        ("Encounter", {"boats": 1}, "Encounter needs 2 boats: 1 are too few"),
+        ("Encounter", {"boats": 3}, "the fleet has 3 boats: Encounter needs 2"),
+        ("Encounter", {"boats": 1}, "the fleet has 1 boat: Encounter needs 2"),
         ("Encounter", {"leaving": 0.5}, "Encounter needs 2 boats all the time: joining and leaving must be 0"),
         ("Formation", {"boats": 0}, "invalid boats 0: a whole number above 0 is needed"),
         ("Formation", {"boats": 2, "fleet": THREE}, "invalid boats 2: the fleet has 3; give one of the two"),
@@ -152,7 +153,7 @@ def test_what_is_given_for_a_boat_that_is_done_does_not_count(pair, given):
     told = []
     for more in ({"wamv1": np.zeros(4)}, given):
         pair.reset(seed=1)
-        pair._rows._problem._goals[0, 0] = pair._rows._batch.features[0, 0, :2]
+        pair._rows._core.problem._goals[0, 0] = pair._rows._core.batch.features[0, 0, :2]
         let_pass(pair)
         pair.step({boat: np.zeros(4) for boat in pair.agents})
         assert pair.agents == ["wamv2"]

@@ -9,7 +9,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import vrx_mj
 from vrx_mj.rl import ParallelEnv
-from vrx_mj.rl.problems.refereed import RefereedRow
+from vrx_mj.rl.refereed import RefereedRow
 
 MOVING = {"joining": 0.7, "leaving": 0.7}
 MIXED = {
@@ -61,10 +61,11 @@ def test_rewards_add_up_to_the_referee_s_score():
         HELD, fleet={"usv_count": 2, "layout": "line", "spacing": 12, "origin": "spawn", "sensors": "none"}
     )
     sim = vrx_mj.Simulation(world)
-    sim.reset(seed=env._rows._batch.sim.seed)
+    sim.reset(seed=env._rows._core.batch.sim.seed)
     sums, ended = {"wamv1": 0.0, "wamv2": 0.0}, {}
-    names = [name for boat, name in env._rows._batch.channels if boat == "wamv1"]
-    greatest = [limit[1] for (boat, _), limit in zip(env._rows._batch.channels, env._rows._batch.largest, strict=True)
+    batch = env._rows._core.batch
+    names = [name for boat, name in batch.channels if boat == "wamv1"]
+    greatest = [limit[1] for (boat, _), limit in zip(batch.channels, batch.largest, strict=True)
                 if boat == "wamv1"]  # fmt: skip
     for _ in range(60):
         if not env.agents:

@@ -9,9 +9,9 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from integration.returned import plain
 from vrx_mj.rl import ParallelEnv, TeamVectorEnv
-from vrx_mj.rl.problems import TEAMS as PROBLEMS
+from vrx_mj.rl.problems import PROBLEMS, TEAMS
 
-KINDS = [*sorted(PROBLEMS), "Score"]
+KINDS = [*sorted(TEAMS), "Score"]
 VARIED = {"wind_speed": (0, 6), "waves": (0.2, 1), "mass": (0.9, 1.1)}
 
 
@@ -36,7 +36,7 @@ def test_what_is_returned_does_not_change_later(problem):
     copies = [plain(returned[0])]
     for step, actions in enumerate(drawn(env, 16)):
         if step == 2:
-            env._batch.set_boat(env.boats[0], velocity=np.array([[9e6, 0, 0, 0, 0, 9e6]]), rows=[0], **pose(env))
+            env._core.batch.set_boat(env.boats[0], velocity=np.array([[9e6, 0, 0, 0, 0, 9e6]]), rows=[0], **pose(env))
         returned.append(env.step(actions))
         copies.append(plain(returned[-1]))
     assert any(one[4]["diverged"].any() for one in returned[1:])
@@ -46,7 +46,7 @@ def test_what_is_returned_does_not_change_later(problem):
 
 def pose(env):
     """What only the row with a referee must have besides a velocity."""
-    return {} if hasattr(env._batch, "vary") else {"pose": np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0]])}
+    return {} if hasattr(env._core.batch, "vary") else {"pose": np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0]])}
 
 
 @pytest.mark.parametrize("problem", KINDS)

@@ -1,19 +1,43 @@
-"""A generator of random numbers for every row."""
+"""What episodes are drawn from: a generator of random numbers for every row, and what differs between episodes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 from gymnasium.utils import seeding
 
 from vrx_mj.arrays import IntArray
 from vrx_mj.errors import shown
+from vrx_mj.rl.options import is_number
+from vrx_mj.rl.refereed import RefereedRow, Rows
+from vrx_mj.runtime.batch import Batch
 
-__all__ = ["Generators", "Seeds"]
+__all__ = ["VARIED", "Generators", "Range", "Seeds", "Variety"]
 
 Seeds = int | Sequence[int | None] | None
 """One for row 0, and the next ones for the others; one for each row, None for a row that goes on; or None for all."""
+Range = float | Sequence[float] | None
+"""A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
+
+LARGEST = 1e6
+"""Greatest value of anything that is varied, in its unit."""
+PERIODS = (0.8, 1.4)
+"""Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
+BAND = (0.5, 1.2)
+"""Factor of the width of the waves' band by default."""
+SPREAD = (0.0, 1.5)
+"""Factor of the spread of the waves' directions by default."""
+TURN = (-np.pi, np.pi)
+"""Any direction or phase [rad]."""
+VARIED: Mapping[str, Range] = {
+    "wind_speed": None, "gusts": None, "waves": None, "wave_period": PERIODS, "wave_band": BAND,
+    "wave_direction": TURN, "wave_spread": SPREAD, "wave_phase": TURN, "mass": None, "thrust": None,
+}  # fmt: skip
+"""What can be varied, and its range by default."""
+LEAST = {"wave_direction": -LARGEST, "wave_phase": -LARGEST, "mass": 1e-3, "wave_period": 1e-3}
+"""Least values of what is varied where they are not 0."""
 
 
 class Generators:
@@ -36,7 +60,7 @@ class Generators:
         """Give rows generators of their own.
 
         Raises:
-            gymnasium.error.Error: not as many seeds as rows, or one is none; then no row has another generator.
+            gymnasium.error.Error: not as many seeds as rows, or one is invalid; then no row has another generator.
         """
         if seed is None and self._random:
             return
@@ -68,3 +92,63 @@ def _each(seed: Any, n: int) -> list[int | None]:
             text = "a whole number of 0 or more is needed"
             raise gymnasium.error.Error(f"invalid seed {shown(own)} of row {row}: {text}")
     return [None if own is None else int(own) for own in given]
+
+
+class Variety:
+    """Domain randomisation: wind, sea, mass and thrust, drawn anew for every episode."""
+
+    def __init__(self, rows: Rows, problem: str, given: Mapping[str, Range]) -> None:
+        """Take the ranges that differ from `VARIED`; a world with a referee is as it is.
+
+        Raises:
+            gymnasium.error.Error: a name or a range is invalid, or a boat with so much mass does not float upright.
+        """
+        strange = [name for name in given if name not in VARIED]
+        if strange:
+            raise gymnasium.error.Error(f"{problem} has no option {strange[0]}")
+        if isinstance(rows, RefereedRow) and given:
+            raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
+        ranges = {**VARIED, **given} if isinstance(rows, Batch) else {}
+        self._ranges = {name: _range(name, value) for name, value in ranges.items() if value is not None}
+        if isinstance(rows, Batch) and "mass" in self._ranges:
+            _check_mass(rows, ranges["mass"], self._ranges["mass"][1])
+        if "wind_speed" in self._ranges:
+            self._ranges["wind_direction"] = TURN
+        self._rows, self._waves = rows, len(rows.waves(0))
+        self._drawn = {name: np.zeros((rows.n, *self._shape(name))) for name in self._ranges}
+
+    def _shape(self, name: str) -> tuple[int, ...]:
+        return (self._waves,) if name == "wave_phase" else ()
+
+    def draw(self, rows: IntArray, random: Sequence[np.random.Generator]) -> None:
+        """Draw for these rows, whose generators are given, what holds from their next reset on."""
+        changed: dict[str, Any] = {}
+        for name, (low, high) in self._ranges.items():
+            shape = self._shape(name)
+            drawn = np.array([own.uniform(low, high, shape or None) for own in random]).reshape(-1, *shape)
+            changed["wave_phases" if shape else name] = drawn
+            self._drawn[name][rows] = drawn
+        if isinstance(self._rows, Batch):
+            self._rows.vary(rows, **changed)
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
+        return {name: values.copy() for name, values in self._drawn.items()}
+
+
+def _range(name: str, value: Any) -> tuple[float, float]:
+    pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
+    least = LEAST.get(name, 0.0)
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= LARGEST:
+        number = "a number" if least == -LARGEST else f"a number of {least:g} or more"
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {number}, or a pair (least, greatest), is needed")
+    return float(pair[0]), float(pair[1])
+
+
+def _check_mass(batch: Batch, given: Range, most: float) -> None:
+    """gymnasium.error.Error: with `most` times its mass an end of a boat goes under water, on a calm."""
+    limits = batch.largest_masses
+    boat = int(np.argmin(limits))
+    if most > limits[boat]:
+        text = f"at most {limits[boat]:.3g} is needed; with more an end of {batch.boats[boat]} goes under water"
+        raise gymnasium.error.Error(f"invalid mass {shown(given)}: {text}")

@@ -1,6 +1,5 @@
 """Gymnasium environments with one boat each, one at a time or thousands; importing this module registers them."""
 
-import contextlib
 from collections.abc import Mapping
 from typing import Any, SupportsFloat
 
@@ -11,34 +10,15 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from vrx_mj.arguments import check_name
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from vrx_mj.errors import DivergedError, shown
-from vrx_mj.mjcf.compile import Source, compile_world
-from vrx_mj.mjcf.world import World
-from vrx_mj.rl.features import BOUND, Features, Floats32
-from vrx_mj.rl.generators import Generators, Seeds
-from vrx_mj.rl.infos import final, masked
-from vrx_mj.rl.losses import Watch
-from vrx_mj.rl.options import (
-    PERIOD,
-    as_floats,
-    check_count,
-    check_picture,
-    episode_steps,
-    reset_mode,
-    step_limit,
-)  # fmt: skip
-from vrx_mj.rl.picture import Picture
-from vrx_mj.rl.problem import Problem
-from vrx_mj.rl.problems import ALONE as PROBLEMS
-from vrx_mj.rl.seen import Seen, seen_of
-from vrx_mj.rl.variety import Range, Variety, ranges_of
-from vrx_mj.runtime.batch import Batch
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.errors import shown
+from vrx_mj.mjcf.compile import Source
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, masked
+from vrx_mj.rl.generators import Range, Seeds
+from vrx_mj.rl.options import PERIOD, as_floats, check_count, check_picture, episode_steps, reset_mode, row_mask
+from vrx_mj.rl.problems import ALONE, PROBLEMS
 
-__all__ = ["LEAST_LEFT", "Env", "RegisteredEnv", "VectorEnv", "commanded"]
-
-LEAST_LEFT = 100
-"""Steps, at least, that a lost boat is taken to have left: 10 s."""
+__all__ = ["Env", "RegisteredEnv", "VectorEnv"]
 
 Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
@@ -108,33 +88,26 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.error.Error: an option is invalid.
             VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
-        check_name("problem", problem, PROBLEMS)
+        check_name("problem", problem, ALONE)
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
-        kind = PROBLEMS[problem]
-        self._most = step_limit(duration, max_episode_steps, kind.duration)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
-        compiled = _compiled(kind.world if world is None else world, fleet)
-        self._batch = Batch(compiled, num_envs, threads=threads)
-        self._variety, self._watch = Variety(self._batch, ranges_of(problem, variety)), Watch(self._batch)
-        self._horizon = episode_steps(kind.duration if duration is None else duration)
-        self._problem: Problem = kind(num_envs, compiled)
-        self._limits = np.abs(self._batch.largest)
-        self._steps, self._over = np.zeros(num_envs, np.int64), np.ones(num_envs, np.bool_)  # none has begun
-        self._last = np.zeros((num_envs, len(self._limits)), np.float32)
-        self._random = Generators(num_envs)
-        self._picture = Picture(compiled, width, height)
-        channels = [f"previous action: {name}" for _, name in self._batch.channels]
-        self._features = Features(channels, kind.entries)
-        self._spaces(len(channels))
+        self._core = Environment(
+            problem, num_envs, world=world, fleet=fleet, duration=duration, max_episode_steps=max_episode_steps,
+            threads=threads, size=(width, height), variety=variety,
+        )  # fmt: skip
+        box = gymnasium.spaces.Box
+        self.single_observation_space = box(-BOUND, BOUND, (len(self.observation_names),), np.float32)
+        self.single_action_space = box(-1.0, 1.0, (self._core.actions.most,), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._all = np.ones((num_envs, 1), np.bool_)
 
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the features of an observation, with their units."""
-        return self._features.names
-
-    # What Gymnasium wants
+        return self._core.observation_names
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode in every row.
@@ -149,12 +122,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._check_open()
         if options is not None and not isinstance(options, Mapping):
             raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
-        rows = self._masked((options or {}).get("reset_mask"))
-        self._random.seed(rows, seed)
-        self._begin(rows)
-        begun = np.zeros(self.num_envs, np.bool_)
-        begun[rows] = True
-        return self._observe(self._seen()), self._begun(begun)
+        rows = row_mask("reset_mask", (options or {}).get("reset_mask"), self.num_envs)
+        return self._core.reset(rows, seed)[:, 0], self._core.begun(rows)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
         """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
@@ -164,31 +133,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.error.ResetNeeded: no episode has begun, or, with DISABLED, one has ended.
         """
         self._check_open()
-        given = self._checked(actions)
-        idle = np.zeros(self.num_envs, np.bool_)
-        if self._over.any():
-            idle = self._over.copy()
-            self._begin(np.flatnonzero(idle))
-        going = np.flatnonzero(~idle)
-        self._last[going] = given[going]
-        forfeit = self._problem.forfeit(np.maximum(self._horizon - self._steps, LEAST_LEFT))
-        diverged = self._sail(going)
-        sunk, capsized = (mask[:, 0] & ~idle & ~diverged for mask in (self._watch.sunk(), self._watch.capsized()))
-        lost = sunk | capsized | diverged
-        seen = self._seen()
-        reward, done = self._problem.judge(seen, ~idle)
-        self._steps[going] += 1
-        reward, done = np.where(idle, 0.0, np.where(lost, -forfeit, reward)), (done & ~idle) | lost
-        cut = (self._steps >= self._most) & ~idle
-        observation, facts = self._observe(seen), self._problem.facts()
-        facts |= {"sunk": sunk, "capsized": capsized, "diverged": diverged}
-        self._over = done | cut
-        if self._mode is AutoresetMode.SAME_STEP and self._over.any():
-            info = masked(facts, ~self._over) | final(facts, observation, self._over)
-            begun = self._over.copy()
-            self._begin(np.flatnonzero(begun))
-            return self._observe(self._seen()), reward, done, cut, info | self._begun(begun)
-        return observation, reward, done, cut, masked(facts, ~idle) | self._begun(idle)
+        outcome = self._core.step(self._checked(actions))
+        observation, reward = outcome.observation[:, 0], outcome.own[:, 0]
+        done, cut = outcome.ended[:, 0], outcome.cut[:, 0]
+        facts = {name: _of_boat(value) for name, value in (outcome.facts | outcome.losses).items()}
+        over = done | cut
+        if self._mode is AutoresetMode.SAME_STEP and over.any():
+            info = masked(facts, ~over) | _final(facts, observation, over)
+            self._core.begin(np.flatnonzero(over))
+            return self._core.observe()[:, 0], reward, done, cut, info | self._core.begun(over)
+        return observation, reward, done, cut, masked(facts, ~outcome.idle) | self._core.begun(outcome.idle)
 
     def render(self) -> tuple[ByteArray, ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`."""
@@ -196,82 +150,30 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
-        self._random.check_begun()
-        return tuple(self._picture.draw(self._batch, row) for row in range(self.num_envs))
+        self._core.generators.check_begun()
+        return tuple(self._core.picture.from_behind(self._core.batch, row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the renderer; the rows go with the environment."""
-        self._picture.close()
-
-    # Inside
-
-    def _spaces(self, channels: int) -> None:
-        box = gymnasium.spaces.Box
-        self.single_observation_space = box(-BOUND, BOUND, (len(self._features.names),), np.float32)
-        self.single_action_space = box(-1.0, 1.0, (channels,), np.float32)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._core.picture.close()
 
     def use(self, row: int, random: np.random.Generator) -> None:
         """Have a row draw from this generator from now on."""
-        self._random.use(row, random)
+        self._core.generators.use(row, random)
 
-    def _begin(self, rows: IntArray) -> None:
-        """Begin an episode in some rows."""
-        random = self._random.of(rows)
-        self._variety.draw(self._batch, rows, random)
-        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
-        starts = [self._problem.start(row, own) for row, own in zip(rows.tolist(), random, strict=True)]
-        self._watch.launch(0, rows, np.array(starts).reshape(-1, 3))
-        self._problem.begin(rows, self._seen())
-        self._steps[rows], self._over[rows], self._last[rows] = 0, False, 0.0
-
-    def _begun(self, rows: BoolArray) -> dict[str, Any]:
-        """`info` for the rows whose episodes have just begun: what was drawn for them."""
-        return masked(self._problem.drawn() | self._variety.facts(), rows)
-
-    def _sail(self, rows: IntArray) -> BoolArray:
-        """Advance rows; which of them have diverged."""
-        values = commanded(self._last[rows], self._limits)
-        with contextlib.suppress(DivergedError):
-            self._batch.step(values, duration=PERIOD, rows=rows)
-        return self._batch.diverged
-
-    def _seen(self) -> Seen:
-        return seen_of(self._batch.features[:, 0], self._batch.wind)
-
-    def _observe(self, seen: Seen) -> Floats32:
-        """What is observed; rows that have diverged see nothing."""
-        return self._features.of(seen.own, self._last, self._problem.observe(seen))
+    # Inside
 
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        self._random.check_begun()
-        if self._mode is AutoresetMode.DISABLED and self._over.any():
-            ended = np.flatnonzero(self._over)
+        """Actions (num_envs, 1, channels)."""
+        self._core.generators.check_begun()
+        present = self._core.roster.present
+        if self._mode is AutoresetMode.DISABLED and not present.all():
+            ended = np.flatnonzero(~present[:, 0])
             text = "reset them with options={'reset_mask': ...}"
             raise gymnasium.error.ResetNeeded(
                 f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
             )
-        given = as_floats(actions, "actions")
-        if given.shape != self.action_space.shape:
-            text = f"invalid actions of shape {given.shape}: {self.action_space.shape} is needed"
-            raise gymnasium.error.InvalidAction(text)
-        wrong = ~(np.abs(given) <= 1.0)
-        if wrong.any():
-            row, channel = np.argwhere(wrong)[0]
-            name = self._batch.channels[channel][1]
-            text = f"invalid action {given[row, channel]} for {name} of row {row}: a number from -1 to 1 is needed"
-            raise gymnasium.error.InvalidAction(text)
-        return given
-
-    def _masked(self, mask: Any) -> IntArray:
-        if mask is None:
-            return np.arange(self.num_envs)
-        given = np.asarray(mask)
-        if given.shape != (self.num_envs,) or given.dtype != bool:
-            text = f"invalid reset_mask of shape {given.shape} and type {given.dtype}"
-            raise gymnasium.error.Error(f"{text}: ({self.num_envs},) of bool is needed")
-        return np.flatnonzero(given)
+        return self._core.actions.checked(actions, self._all, self.action_space.shape)
 
     def _check_open(self) -> None:
         if self.closed:
@@ -342,7 +244,7 @@ class RegisteredEnv(Env):
             gymnasium.error.Error: an option is invalid, or `duration` is longer than the registered
                 `max_episode_steps`: `gymnasium.make` does not say whether its caller gave others.
         """
-        check_name("problem", problem, PROBLEMS)
+        check_name("problem", problem, ALONE)
         most = -1 if duration is None else episode_steps(PROBLEMS[problem].duration)
         super().__init__(problem, duration=duration, max_episode_steps=most, **options)
 
@@ -353,25 +255,25 @@ def _alone(info: dict[str, Any]) -> dict[str, Any]:
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
 
 
-def _compiled(world: Source, fleet: Source | None) -> World:
-    """The world with one boat."""
-    compiled = compile_world(world, fleet={"sensors": "none"} if fleet is None else fleet)
-    if len(compiled.boats) != 1:
-        raise gymnasium.error.Error(f"the fleet has {len(compiled.boats)} boats: this problem needs one")
-    return compiled
+def _of_boat(value: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """A fact of the only boat of each row, (n,)."""
+    return value[:, 0] if value.ndim > 1 else value
 
 
-def commanded(actions: Floats32, limits: FloatArray) -> FloatArray:
-    """Commands (rows, channels) that actions in [-1, 1] mean, by the greatest astern and ahead, (channels, 2)."""
-    wanted = actions.astype(np.float64)
-    return np.where(wanted < 0.0, wanted * limits[:, 0], wanted * limits[:, 1])
+def _final(facts: Mapping[str, npt.NDArray[Any]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
+    """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
+    seen = np.full(len(observation), None, object)
+    for row in np.flatnonzero(ended).tolist():
+        seen[row] = observation[row].copy()
+    facts_of_ended = masked(facts, ended)
+    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": facts_of_ended, "_final_info": ended.copy()}
 
 
-for _name, _problem in PROBLEMS.items():
+for _name in ALONE:
     gymnasium.register(
         f"vrx_mj/{_name}-v0",
         entry_point="vrx_mj.rl.gym:RegisteredEnv",
         vector_entry_point="vrx_mj.rl.gym:VectorEnv",
-        max_episode_steps=episode_steps(_problem.duration),
+        max_episode_steps=episode_steps(PROBLEMS[_name].duration),
         kwargs={"problem": _name},
     )

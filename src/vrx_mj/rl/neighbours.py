@@ -1,4 +1,4 @@
-"""What a boat sees of those around it: near ones only, some time ago, and not exactly."""
+"""What a boat observes of those around it: near ones only, some time ago, and not exactly."""
 
 import math
 from typing import NamedTuple
@@ -7,14 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry
-from vrx_mj.rl.team import Team
+from vrx_mj.rl.problem import Entry, Team
 
 __all__ = ["FEATURES", "Eyes", "Neighbours", "normals"]
 
 Keys = npt.NDArray[np.uint64]
 FEATURES = 7
-"""Of a neighbour."""
+"""Numbers that are observed of a neighbour."""
 DRAWS = 5
 """Normal numbers of a look at one boat: two of its place, two of its velocity, one of its heading."""
 

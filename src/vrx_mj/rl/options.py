@@ -10,31 +10,33 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from vrx_mj.arguments import as_number
+from vrx_mj.arrays import BoolArray
 from vrx_mj.errors import shown
 from vrx_mj.rl.neighbours import Eyes
 
 __all__ = [
     "PERIOD", "as_floats", "chance", "check_count", "check_picture", "episode_steps", "eyes_of", "is_number",
-    "reset_mode", "step_limit", "team_share",
+    "reset_mode", "row_mask", "step_limit", "team_share",
 ]  # fmt: skip
 
 PERIOD = 0.1
-"""Of an action [s]: 10 physics steps."""
+"""Duration of an action [s]: 10 physics steps."""
 LONGEST = 1e9
-"""Episode, at most [s]."""
+"""Longest duration of an episode [s]."""
 ENDLESS = 1 << 60
 """Steps of an episode that is not truncated."""
 MOST = 1_000_000
-"""Rows of an environment."""
+"""Greatest number of rows."""
 LARGEST = 8192
-"""Width and height of a picture, at most [pixels]."""
+"""Greatest width and height of a picture [pixels]."""
 MOST_NEIGHBOURS = 10_000
+"""Greatest number of neighbours that are observed."""
 LONGEST_DELAY = 3600.0
-"""Of what boats see of each other [s]."""
+"""Longest delay of what boats observe of each other [s]."""
 
 
 def episode_steps(duration: Any) -> int:
-    """Steps of an episode; gymnasium.error.Error: its duration [s] is none."""
+    """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
     if not is_number(duration) or duration < PERIOD:
         raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
     if duration > LONGEST:
@@ -75,7 +77,7 @@ def check_count(name: str, value: Any) -> None:
 
 
 def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
-    """gymnasium.error.Error: `mode` is none of the ways to draw, or pictures have no such size [pixels]."""
+    """gymnasium.error.Error: `mode` is not one of the ways to draw, or pictures have no such size [pixels]."""
     if mode is not None and not (isinstance(mode, str) and mode in modes):
         possible = ", ".join(["None", *map(repr, modes[:-1])])
         raise gymnasium.error.Error(f"invalid render_mode {shown(mode)}: {possible} or {modes[-1]!r} is needed")
@@ -112,7 +114,7 @@ def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
 
 
 def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
-    """How boats see each other; gymnasium.error.Error: an option is none."""
+    """How boats see each other; gymnasium.error.Error: an option is invalid."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
         raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
     if neighbours > MOST_NEIGHBOURS:
@@ -144,10 +146,23 @@ def chance(name: str, value: Any) -> float:
 
 
 def team_share(reward: Any) -> float:
-    """The team's share of what a boat is given, from the option `reward`; gymnasium.error.Error: it is none."""
+    """The team's share of a boat's reward, from the option `reward`; gymnasium.error.Error: it is invalid."""
     if isinstance(reward, str) and reward in {"team", "individual"}:
         return float(reward == "team")
     if not is_number(reward) or not 0.0 <= reward <= 1.0:
         text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
         raise gymnasium.error.Error(f"invalid reward {shown(reward)}: {text}")
     return float(reward)
+
+
+def row_mask(name: str, given: Any, n: int) -> BoolArray:
+    """Which rows are meant; None means all.
+
+    Raises:
+        gymnasium.error.Error: `given`, the option `name`, is not a mask of `n` rows.
+    """
+    mask = np.ones(n, np.bool_) if given is None else np.asarray(given)
+    if mask.shape != (n,) or mask.dtype != bool:
+        text = f"({n},) of bool is needed"
+        raise gymnasium.error.Error(f"invalid {name} of shape {mask.shape} and type {mask.dtype}: {text}")
+    return mask

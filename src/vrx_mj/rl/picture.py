@@ -6,25 +6,24 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.config.poses import rotation
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.tables import Table
-from vrx_mj.runtime.batch import Batch
+from vrx_mj.rl.refereed import Rows
 from vrx_mj.sensors.camera import Cameras
 
-__all__ = ["Picture", "show", "team_picture"]
+__all__ = ["Picture", "show"]
 
 BEHIND, ABOVE, DOWN = 12.0, 6.0, 0.35
-"""Where the camera is [m], and by how much it looks down [rad]."""
+"""Place of the camera behind and above a boat [m], and by how much it looks down [rad]."""
 PITCH = 0.5
-"""The camera looks down by this [rad], north."""
+"""Angle by which the camera of a team looks down, to the north [rad]."""
 NEAREST, ROOM = 14.0, 1.1
-"""Of the camera from the team's middle, at least [m], and for each m of the team's radius."""
+"""Distance of that camera from the team's middle, at least [m], and for each m of the team's radius."""
 COLUMNS = 80
-"""Of a picture in the terminal."""
+"""Width of a picture in the terminal [characters]."""
 
 
 class Picture:
@@ -36,7 +35,7 @@ class Picture:
         self._model: mujoco.MjModel | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without what is made for the first picture."""
+        """The camera without what is made for the first picture."""
         return {"_world": self._world, "_lens": self._lens, "_model": None}
 
     def close(self) -> None:
@@ -44,52 +43,34 @@ class Picture:
         if self._model is not None:
             self._cameras.close()
 
-    def draw(self, batch: Batch, row: int) -> ByteArray:
+    def from_behind(self, rows: Rows, row: int) -> ByteArray:
         """The picture (height, width, 3) of a row, from behind and above its first boat."""
-        x, y, _, w, qx, qy, z = batch.features[row, 0, :7]
+        x, y, _, w, qx, qy, z = rows.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
         place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
-        return self.take(batch.qpos[row], float(batch.time[row]), place, (0.0, DOWN, yaw), batch.waves(row))
+        return self._drawn(rows, row, place, (0.0, DOWN, yaw))
 
-    def take(
-        self,
-        qpos: FloatArray,
-        time: float,
-        place: FloatArray,
-        turned: tuple[float, float, float],
-        waves: Table,
-    ) -> ByteArray:
-        """The picture (height, width, 3) of a state.
+    def from_south(self, rows: Rows, row: int, present: BoolArray) -> ByteArray:
+        """The picture (height, width, 3) of a row, from the south, with all boats that are present, (boats,)."""
+        places = rows.features[row, present, :2]
+        low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
+        away = NEAREST + ROOM * 0.5 * float(np.hypot(*(high - low)))
+        x, y = (low + high) / 2.0
+        place = np.array([x, y - away * np.cos(PITCH), away * np.sin(PITCH)])
+        return self._drawn(rows, row, place, (0.0, PITCH, np.pi / 2))
 
-        Args:
-            qpos: MuJoCo's positions.
-            time: simulated [s], for the waves.
-            place: of the camera (3,) [m].
-            turned: its roll, pitch and yaw [rad]; x is forward.
-            waves: `tables.WAVE` of the sea.
-        """
+    def _drawn(self, rows: Rows, row: int, place: FloatArray, turned: tuple[float, float, float]) -> ByteArray:
+        """The picture from a place (3,) [m], by the camera's roll, pitch and yaw [rad]; x is forward."""
         if self._model is None:
             self._model = drawing_model(self._world)
             self._data = mujoco.MjData(self._model)
             self._cameras = Cameras(self._model, self._world.parameters)
-        self._data.qpos[:] = qpos
+        self._data.qpos[:] = rows.qpos[row]
         mujoco.mj_kinematics(self._model, self._data)
-        self._cameras.set_sea(waves)
-        axes = np.array(rotation(*turned))
+        self._cameras.set_sea(rows.waves(row))
+        axes, time = np.array(rotation(*turned)), float(rows.time[row])
         rgb: ByteArray = self._cameras.image(self._lens, self._data, place, axes, time).rgb
         return rgb
-
-
-def team_picture(picture: Picture, qpos: FloatArray, time: float, places: FloatArray, waves: Table) -> ByteArray:
-    """A picture (height, width, 3) from the south, with all boats at `places`, (boats, 2) [m], in sight.
-
-    The other arguments are those of `Picture.take`.
-    """
-    low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
-    away = NEAREST + ROOM * 0.5 * float(np.hypot(*(high - low)))
-    x, y = (low + high) / 2.0
-    place = np.array([x, y - away * np.cos(PITCH), away * np.sin(PITCH)])
-    return picture.take(qpos, time, place, (0.0, PITCH, np.pi / 2), waves)
 
 
 def show(picture: ByteArray) -> None:

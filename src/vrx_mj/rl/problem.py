@@ -1,4 +1,4 @@
-"""What a problem to learn consists of."""
+"""What a learning problem consists of, and what it sees of its boats: arrays of rows x boats."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -8,15 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.mjcf.world import World
-from vrx_mj.rl.seen import Seen
+from vrx_mj.rl.refereed import Rows
 
-__all__ = ["LOSS", "Entry", "Judged", "Problem", "Start", "open_water"]
+__all__ = [
+    "CLEAR", "LOSS", "OWN", "Entry", "Judged", "Problem", "Spot", "Team", "crowded", "folded", "mean_of", "open_water",
+    "pose_error", "team_of",
+]  # fmt: skip
 
-Start = tuple[float, float, float]
-"""x, y [m] and heading [rad] of a boat at the start of an episode."""
-
-
+Spot = tuple[float, float, float, float]
+"""Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
+CLEAR = 6.0
+"""Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
 LOSS = 20.0
 """Reward that a boat forfeits by sinking or capsizing, at least."""
 
@@ -29,59 +31,155 @@ class Entry(NamedTuple):
     """It is observed in this unit."""
 
 
-class Judged(NamedTuple):
-    """What a step was worth, (n,) each."""
+OWN = (
+    Entry("surge velocity [m/s]", 3.0), Entry("sway velocity [m/s]", 3.0), Entry("yaw rate [rad/s]", 0.5),
+    Entry("roll [rad]", 0.3), Entry("pitch [rad]", 0.3), Entry("roll rate [rad/s]", 0.5),
+    Entry("pitch rate [rad/s]", 0.5), Entry("wind ahead [m/s]", 10.0), Entry("wind to port [m/s]", 10.0),
+)  # fmt: skip
+"""What a boat observes of its own motion; the wind's velocity is that of the air over ground, where it blows toward."""
 
-    reward: FloatArray
-    done: BoolArray
-    """The problem is solved, or lost."""
+
+class Team(NamedTuple):
+    """The boats of all rows at a moment, (n, boats) each unless another shape is given."""
+
+    x: FloatArray
+    """Position east of the world's origin [m]."""
+    y: FloatArray
+    """Position north of the world's origin [m]."""
+    yaw: FloatArray
+    """Heading, counter-clockwise from east [rad]."""
+    east: FloatArray
+    """Velocity over ground to the east [m/s]."""
+    north: FloatArray
+    """Velocity over ground to the north [m/s]."""
+    own: FloatArray
+    """(n, boats, 9): the entries `OWN`, in SI units."""
+    present: BoolArray
+    """Which boats are in the water; the others' numbers mean nothing."""
+
+    def toward(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where points are, ahead and to port [m] of each boat; they broadcast with (n, boats)."""
+        return self.turned(x - self.x, y - self.y)
+
+    def turned(self, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Vectors of the world in each boat's axes, ahead and to port."""
+        return _along(east, north, self.yaw)
+
+    def beyond(self, x: FloatArray, y: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far the boats are from points [m]: along a course [rad] through them, and to port of it."""
+        return _along(self.x - x, self.y - y, course)
+
+
+class Judged(NamedTuple):
+    """What a step was worth."""
+
+    own: FloatArray
+    """(n, boats): the reward of each boat."""
+    ended: BoolArray
+    """(n, boats): which boats have solved, or lost, the problem."""
+    team: FloatArray | None = None
+    """(n,): the reward of the team; None: the mean of the boats' rewards."""
+
+    def shared(self, who: BoolArray) -> FloatArray:
+        """The reward of the team, (n,), of which these boats, (n, boats), are present."""
+        return mean_of(self.own, who) if self.team is None else self.team
 
 
 class Problem(ABC):
-    """A task for one boat, in `n` worlds at a time; the boat's own state is observed beside `entries`."""
+    """A task for the boats of `n` worlds; each boat also observes its own motion and its neighbours."""
 
     world: ClassVar[Mapping[str, Any]]
-    """What to compile."""
-    duration: ClassVar[float]
-    """An episode is cut after so long [s]."""
+    """What is compiled, unless the environment's options name another world."""
+    duration: float
+    """Duration of an episode [s], after which it is truncated."""
     entries: ClassVar[tuple[Entry, ...]]
-    """What is observed of the task, body axes."""
+    """What a boat observes of the task, in its own axes."""
+    boats: ClassVar[int] = 1
+    """Number of boats by default."""
+    fixed: ClassVar[bool] = True
+    """Whether there must be exactly so many boats, all the time."""
+    placed: ClassVar[bool] = True
+    """Whether boats start where `start` has them, and not where the fleet has them."""
+    anchor: int = 0
+    """The boat that neither joins late nor leaves early."""
 
-    def __init__(self, n: int, world: World) -> None:
-        self.n = n
-
-    @abstractmethod
-    def start(self, row: int, random: np.random.Generator) -> Start:
-        """Draw an episode of a row, and where its boat starts."""
-
-    @abstractmethod
-    def begin(self, rows: IntArray, seen: Seen) -> None:
-        """Note how these rows stand at the start of their episodes."""
-
-    @abstractmethod
-    def observe(self, seen: Seen) -> FloatArray:
-        """What is observed of the task, (n, len(entries)), in the entries' units."""
+    def __init__(self, rows: Rows) -> None:
+        self.n, self.size = rows.n, len(rows.boats)
 
     @abstractmethod
-    def judge(self, seen: Seen, going: BoolArray) -> Judged:
-        """Judge a step, once; only the rows that were `going`, (n,), count."""
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """Draw an episode of a row, and where its boats start."""
+
+    def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
+        """Draw where a boat joins an episode under way; a problem of a fixed number of boats has no such place."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """Note the state in which the parts of these boats, (n, boats), begin."""
+
+    @abstractmethod
+    def observe(self, team: Team) -> FloatArray:
+        """What is observed of the task, (n, boats, len(entries)), in SI units."""
+
+    @abstractmethod
+    def judge(self, team: Team, going: BoolArray) -> Judged:
+        """Judge a step, once; only the rows that were `going`, (n,), count, and the boats that were present."""
 
     @abstractmethod
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """What `info` tells, (n,) each."""
+        """Facts of a step for `info`, (n,) or (n, boats) each."""
 
-    @abstractmethod
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
-        """What `start` drew, (n, ...) each: goals and the like, which `info` tells when an episode begins."""
+        """What `start` drew, (n, ...) each: goals and the like, for the `info` of an episode's beginning."""
+        return {}
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """What a boat that is lost forfeits, (n,), with so many steps of its episode left.
+        """What each boat forfeits that is lost, (n, boats), with so many steps of its episode left, (n,).
 
         At least as much as the rest of the episode could cost a boat that stays where it is: to end an episode by
         sinking is never better than to go on. Here: nothing is charged for time, and `LOSS` is a drift of 200 m.
         """
-        forfeit: FloatArray = np.where(left > 0, LOSS, 0.0)
-        return forfeit
+        return np.repeat(np.where(left > 0, LOSS, 0.0)[:, None], self.size, axis=1)
+
+
+def team_of(features: FloatArray, wind: FloatArray, present: BoolArray) -> Team:
+    """The boats of a batch, by its features, (n, boats, 13), and its wind, (n, 2) [m/s]."""
+    x, y, _, qw, qx, qy, qz, u, v, w, p, q, r = features.transpose(2, 0, 1)
+    ahead_east, ahead_north = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)
+    yaw = np.arctan2(ahead_north, ahead_east)
+    roll = np.arctan2(2 * (qw * qx + qy * qz), 1 - 2 * (qx * qx + qy * qy))
+    pitch = np.arcsin(np.clip(2 * (qw * qy - qz * qx), -1.0, 1.0))
+    east = ahead_east * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
+    north = ahead_north * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
+    ahead, port = _along(wind[:, :1], wind[:, 1:], yaw)
+    own = np.stack((u, v, r, roll, pitch, p, q, ahead, port), axis=-1)
+    return Team(x.copy(), y.copy(), yaw, east, north, own, present)
+
+
+def folded(angle: FloatArray) -> FloatArray:
+    """Angles [rad] within half a turn either way."""
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
+
+
+def pose_error(team: Team, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+    """VRX's error of a pose [m]: d + 0.75^d h, with d the distance [m] and h the difference of headings [rad]."""
+    distance = np.hypot(x - team.x, y - team.y)
+    error: FloatArray = distance + 0.75**distance * np.abs(folded(yaw - team.yaw))
+    return error
+
+
+def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
+    """The mean over these boats, (n,); 0 where there are none."""
+    mean: FloatArray = np.where(who, values, 0.0).sum(axis=1) / np.maximum(who.sum(axis=1), 1)
+    return mean
+
+
+def crowded(team: Team, distance: float = CLEAR) -> BoolArray:
+    """(n, boats): which boats are nearer than `distance` [m] to another one."""
+    gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
+    both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)
+    return np.asarray(((gaps < distance) & both).any(axis=2))
 
 
 def open_water(**more: Any) -> dict[str, Any]:
@@ -94,3 +192,9 @@ def open_water(**more: Any) -> dict[str, Any]:
         "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
                  "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
     } | more  # fmt: skip
+
+
+def _along(east: FloatArray, north: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vectors along directions [rad], and to port of them."""
+    cos, sin = np.cos(course), np.sin(course)
+    return cos * east + sin * north, cos * north - sin * east

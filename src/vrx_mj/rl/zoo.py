@@ -3,7 +3,6 @@
 `ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`.
 """
 
-import contextlib
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -12,47 +11,27 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arguments import check_name
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from vrx_mj.errors import DivergedError
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.actions import ActionError, Actions
-from vrx_mj.rl.features import BOUND, Features, Floats32
-from vrx_mj.rl.generators import Generators, Seeds
-from vrx_mj.rl.gym import LEAST_LEFT
-from vrx_mj.rl.infos import masked
-from vrx_mj.rl.losses import Watch
-from vrx_mj.rl.neighbours import Neighbours
-from vrx_mj.rl.options import (
-    PERIOD,
-    as_floats,
-    chance,
-    check_count,
-    check_picture,
-    episode_steps,
-    eyes_of,
-    team_share,
-)
-from vrx_mj.rl.picture import Picture, show, team_picture
-from vrx_mj.rl.problems import TEAMS as PROBLEMS
-from vrx_mj.rl.roster import Roster
-from vrx_mj.rl.stage import SCORE, staged
-from vrx_mj.rl.team import Team, mean_of, team_of
-from vrx_mj.rl.variety import Range, Variety, ranges_of
-from vrx_mj.runtime.batch import Batch
+from vrx_mj.rl.environment import BOUND, ActionError, Environment, Floats32, TeamOptions
+from vrx_mj.rl.generators import Range, Seeds
+from vrx_mj.rl.options import PERIOD, as_floats, chance, check_count, check_picture, eyes_of, row_mask, team_share
+from vrx_mj.rl.picture import show
+from vrx_mj.rl.problems import SCORE, TEAMS
 
 with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
     import pettingzoo
     from pettingzoo.utils.env_logger import EnvLogger
 
-__all__ = ["NOISE", "ActionError", "ParallelEnv", "TeamVectorEnv"]
+__all__ = ["ActionError", "ParallelEnv", "TeamVectorEnv"]
 
-Told = dict[str, dict[str, Any]]
-Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], Told]
+Infos = dict[str, dict[str, Any]]
+Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], Infos]
 Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 RENDER_MODES = ["human", "rgb_array"]
 NOISE = (0.3, 0.1, 0.03)
-"""Of what boats see of each other, by default: places [m], velocities [m/s], headings [rad]."""
+"""Noise of what boats observe of each other, by default: places [m], velocities [m/s], headings [rad]."""
 
 
 class TeamVectorEnv:
@@ -63,7 +42,7 @@ class TeamVectorEnv:
     for absent boats, or beyond a boat's own channels where boats differ, are ignored.
 
     Observation, (num_envs, boats, features), float32, clipped to [-5, 5], in each boat's axes: its own motion, as
-    in `VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). IntArray of
+    in `VectorEnv`, its previous action, the problem's entries, and its neighbours (`observation_names`). Rows of
     absent boats are zero.
 
     Reward, terminated and truncated, (num_envs, boats). `info["acted"]` has the boats to which these numbers belong,
@@ -133,45 +112,38 @@ class TeamVectorEnv:
         check_count("num_envs", num_envs)
         check_picture(render_mode, RENDER_MODES, width, height)
         eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
-        late, early = chance("joining", joining), chance("leaving", leaving)
-        compiled, self._batch, self._problem = staged(
-            problem, num_envs, boats=boats, world=world, fleet=fleet, moving=late + early > 0.0, threads=threads
-        )
+        moving = chance("joining", joining), chance("leaving", leaving)
+        check_name("problem", problem, (*TEAMS, SCORE))
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
-        self._most = episode_steps(self._problem.duration if duration is None else duration)
-        self._variety, self._watch = Variety(self._batch, _ranges(problem, variety)), Watch(self._batch)
-        self._roster = Roster(self._batch, self._problem, self._watch, joining=late, leaving=early, most=self._most)
-        self._actions = Actions(self.boats, self._batch.channels, self._batch.largest)
-        self._neighbours = Neighbours(num_envs, len(self.boats), eyes)
-        self._random, self._steps = Generators(num_envs), np.zeros(num_envs, np.int64)
-        self._last = np.zeros((num_envs, len(self.boats), self._actions.most), np.float32)
-        self._picture = Picture(compiled, width, height)
-        self._features = Features(self._actions.columns(), (*self._problem.entries, *eyes.entries()))
+        self._core = Environment(
+            problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, eyes, moving), duration=duration,
+            threads=threads, size=(width, height), variety=variety,
+        )  # fmt: skip
 
     @property
     def boats(self) -> tuple[str, ...]:
         """Names of the boats, in the order of the second axis of actions and observations."""
-        return self._batch.boats
+        return self._core.batch.boats
 
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the features of an observation, with their units."""
-        return self._features.names
+        return self._core.observation_names
 
     @property
     def action_names(self) -> dict[str, tuple[str, ...]]:
         """Names of the channels of each boat's actions."""
-        return self._actions.names
+        return self._core.actions.names
 
     @property
     def drawn_names(self) -> frozenset[str]:
         """Names of what `info` has for the whole of a row when its episode begins."""
-        return frozenset(self._problem.drawn()) | frozenset(self._variety.facts())
+        return frozenset(self._core.problem.drawn()) | frozenset(self._core.variety.facts())
 
     @property
     def present(self) -> BoolArray:
         """Whether each boat is present, (num_envs, boats)."""
-        return self._roster.present.copy()
+        return self._core.roster.present.copy()
 
     def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode.
@@ -184,15 +156,9 @@ class TeamVectorEnv:
             gymnasium.error.Error: the seeds or the mask are invalid.
         """
         self._check_open()
-        mask = np.ones(self.num_envs, np.bool_) if rows is None else np.asarray(rows)
-        if mask.shape != (self.num_envs,) or mask.dtype != bool:
-            text = f"({self.num_envs},) of bool is needed"
-            raise gymnasium.error.Error(f"invalid rows of shape {mask.shape} and type {mask.dtype}: {text}")
-        which = np.flatnonzero(mask)
-        self._random.seed(which, seed)
-        self._begin(which)
-        acted = np.zeros_like(self._roster.present)
-        return self._observe(self._seen()), self._told(acted) | self._begun(mask)
+        mask, core = row_mask("rows", rows, self.num_envs), self._core
+        observation, acted = core.reset(mask, seed), np.zeros_like(core.roster.present)
+        return observation, core.problem.facts() | {"acted": acted, "present": self.present} | core.begun(mask)
 
     def step(self, actions: npt.ArrayLike) -> Arrays:
         """Apply the actions for 0.1 s.
@@ -202,106 +168,36 @@ class TeamVectorEnv:
             gymnasium.error.ResetNeeded: no episode has begun, or, without `autoreset`, one has ended.
         """
         self._check_open()
-        given = self._checked(actions)
-        idle: BoolArray = np.asarray(~self._roster.present.any(axis=1))
-        if idle.any():
-            self._begin(np.flatnonzero(idle))
-        acted = self._roster.present & ~idle[:, None]
-        self._last = np.where(acted[..., None], given, np.float32(0.0))
-        forfeit = self._problem.forfeit(np.maximum(self._most - self._steps, LEAST_LEFT))
-        diverged = self._sail(np.flatnonzero(~idle))
-        lost = self._lost(acted, diverged)
-        team = self._seen()
-        judged = self._problem.judge(team, ~idle)
-        self._steps += ~idle
-        gone = lost["sunk"] | lost["capsized"] | (acted & diverged[:, None])
-        ended = acted & (judged.ended | gone)
-        cut = acted & ~ended & ((self._steps >= self._most)[:, None] | self._roster.due(self._steps))
-        own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
-        paid = judged.team - mean_of(np.where(gone, judged.own + forfeit, 0.0), acted)
-        shared = np.where(idle, 0.0, np.where(diverged, mean_of(own, acted), paid))
-        reward = np.where(acted, self._share * shared[:, None] + (1.0 - self._share) * own, 0.0)
-        self._come(np.asarray((acted & ~ended & ~cut).any(axis=1)), team)
-        now = self._seen()
-        self._neighbours.note(~idle, now)
-        observation = self._observe(now)
-        self._roster.dismiss(ended | cut)
-        info = self._told(acted) | {"team_reward": shared, "own_reward": own, "diverged": diverged} | lost
-        info |= self._begun(idle)
-        return observation, reward, ended, cut, info
+        outcome = self._core.step(self._checked(actions))
+        mixed = self._share * outcome.shared[:, None] + (1.0 - self._share) * outcome.own
+        reward = np.where(outcome.acted, mixed, 0.0)
+        info = outcome.facts | {"acted": outcome.acted, "present": self.present}
+        info |= {"team_reward": outcome.shared, "own_reward": outcome.own} | outcome.losses
+        cut = outcome.cut & ~outcome.ended
+        return outcome.observation, reward, outcome.ended, cut, info | self._core.begun(outcome.idle)
 
     def render(self) -> tuple[ByteArray, ...]:
         """Picture (height, width, 3) of each row, from the south, of the whole team."""
         self._check_open()
-        self._random.check_begun()
-        return tuple(self._drawn(row) for row in range(self.num_envs))
+        self._core.generators.check_begun()
+        picture, batch = self._core.picture, self._core.batch
+        return tuple(picture.from_south(batch, row, here) for row, here in enumerate(self._core.roster.present))
 
     def close(self) -> None:
         """Free the renderer; further calls have no effect."""
-        self._picture.close()
+        self._core.picture.close()
         self.closed = True
 
     # Inside
 
-    def _begin(self, rows: IntArray) -> None:
-        """Begin an episode in some rows."""
-        random = self._random.of(rows)
-        if isinstance(self._batch, Batch):  # the world of a referee is as it is
-            self._variety.draw(self._batch, rows, random)
-        self._batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
-        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random], np.uint64)
-        self._roster.begin(rows, random)
-        self._steps[rows], self._last[rows] = 0, 0.0
-        team = self._seen()
-        who = np.zeros_like(team.present)
-        who[rows] = team.present[rows]
-        self._problem.begin(who, team)
-        self._neighbours.begin(rows, keys, team)
-
-    def _lost(self, acted: BoolArray, diverged: BoolArray) -> dict[str, BoolArray]:
-        """Who sank or capsized in this step, (n, boats) each."""
-        counts = acted & ~diverged[:, None]
-        return {"sunk": self._watch.sunk() & counts, "capsized": self._watch.capsized() & counts}
-
-    def _begun(self, rows: BoolArray) -> dict[str, Any]:
-        """`info` for the rows whose episodes have just begun: what was drawn for them."""
-        return masked(self._problem.drawn() | self._variety.facts(), rows)
-
-    def _sail(self, rows: IntArray) -> BoolArray:
-        """Advance rows; which of them have diverged."""
-        with contextlib.suppress(DivergedError):
-            self._batch.step(self._actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
-        return self._batch.diverged.copy()
-
-    def _come(self, going: BoolArray, team: Team) -> None:
-        """Let boats join rows in which somebody goes on."""
-        joined = self._roster.join(self._steps, going, team, self._random.of(np.arange(self.num_envs)))
-        if joined.any():
-            self._problem.begin(joined, self._seen())
-
-    def _seen(self) -> Team:
-        return team_of(self._batch.features, self._batch.wind, self._roster.present.copy())
-
-    def _observe(self, team: Team) -> Floats32:
-        """What is observed; absent boats and rows that have diverged see nothing."""
-        parts = team.own, self._last, self._problem.observe(team), self._neighbours.observe(team)
-        return np.where(team.present[..., None], self._features.of(*parts), np.float32(0.0))
-
-    def _told(self, acted: BoolArray) -> dict[str, Any]:
-        return {**self._problem.facts(), "acted": acted, "present": self.present}
-
     def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        self._random.check_begun()
-        if not self.autoreset and not self._roster.present.any(axis=1).all():
-            ended = np.flatnonzero(~self._roster.present.any(axis=1))
+        self._core.generators.check_begun()
+        present = self._core.roster.present
+        ended = np.flatnonzero(~present.any(axis=1))
+        if not self.autoreset and len(ended):
             text = f"the episodes of rows {ended[:5].tolist()} have ended: reset them with rows=..."
             raise gymnasium.error.ResetNeeded(text)
-        return self._actions.checked(actions, self._roster.present)
-
-    def _drawn(self, row: int) -> ByteArray:
-        places = self._batch.features[row, self._roster.present[row], :2]
-        time = float(self._batch.time[row])
-        return team_picture(self._picture, self._batch.qpos[row], time, places, self._batch.waves(row))
+        return self._core.actions.checked(actions, present)
 
     def _check_open(self) -> None:
         if self.closed:
@@ -350,7 +246,9 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         check_name("boat", agent, self.possible_agents)
         return self.action_spaces[agent]
 
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Floats32], Told]:
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Floats32], Infos]:
         """Begin an episode; `options` are ignored."""
         seen, info = self._rows.reset(seed=seed)
         self._begun = True
@@ -420,7 +318,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
         return own
 
-    def _facts(self, boats: list[str], info: dict[str, Any]) -> Told:
+    def _facts(self, boats: list[str], info: dict[str, Any]) -> Infos:
         """What `info` tells each boat: its own, and what is the whole world's."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
         whole = self._rows.drawn_names
@@ -482,12 +380,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.copy() if value.ndim else value.item()
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _ranges(problem: str, given: dict[str, Range]) -> dict[str, Range]:
-    """Ranges of what is varied; gymnasium.error.Error: it cannot be, or nothing is called so."""
-    check_name("problem", problem, (*PROBLEMS, SCORE))
-    ranges = ranges_of(problem, given)
-    if problem == SCORE and given:
-        raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
-    return {} if problem == SCORE else ranges

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vrx_mj.rl.gym import LEAST_LEFT, VectorEnv, commanded
+from vrx_mj.rl import VectorEnv
+from vrx_mj.rl.environment import LEAST_LEFT, Actions
 
 STEPS = 3
 
@@ -44,7 +45,7 @@ def test_rows_end_when_their_own_time_is_up(env):
 
 def test_what_has_diverged_ends_and_forfeits_what_a_lost_boat_does(env):
     env.reset(seed=1)
-    env._batch.set_boat(env._batch.boats[0], velocity=(9e6, 0, 0, 0, 0, 9e6), rows=[1])
+    env._core.batch.set_boat(env._core.batch.boats[0], velocity=(9e6, 0, 0, 0, 0, 9e6), rows=[1])
     for _, reward, done, cut, info in steps(env, STEPS):
         assert np.isfinite(reward).all()
         if info["diverged"][1]:
@@ -56,5 +57,6 @@ def test_what_has_diverged_ends_and_forfeits_what_a_lost_boat_does(env):
 
 
 def test_actions_are_shares_of_the_greatest_command_either_way():
-    found = commanded(np.array([[1.0, -0.5], [-1.0, 0.25]], np.float32), np.array([[100.0, 250.0], [1.0, 1.0]]))
+    actions = Actions(["a"], [("a", "left"), ("a", "left_angle")], np.array([[-100.0, 250.0], [-1.0, 1.0]]))
+    found = actions.commands(np.array([[[1.0, -0.5]], [[-1.0, 0.25]]], np.float32))
     assert found.tolist() == [[250.0, -0.5], [-100.0, 0.25]]

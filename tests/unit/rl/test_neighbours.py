@@ -9,7 +9,7 @@ import pytest
 from vrx_mj.physics.noise import normal
 from vrx_mj.rl.neighbours import Eyes, Neighbours, normals
 from vrx_mj.rl.options import chance, eyes_of, team_share
-from vrx_mj.rl.team import Team
+from vrx_mj.rl.problem import Team
 
 SHARP = (0.0, 0.0, 0.0)
 ALL = np.ones(1, bool)

@@ -18,16 +18,16 @@ class Batch:
     def __init__(self):
         self.put = {}
 
-    def launch(self, boat, rows, spots, surge):
+    def launch(self, boat, rows, spots):
         """As `Watch.launch`."""
-        for row, place, speed in zip(rows, spots, surge, strict=True):
-            self.put[int(row), self.boats[boat]] = (*place.tolist(), float(speed))
+        for row, spot in zip(rows, spots, strict=True):
+            self.put[int(row), self.boats[boat]] = tuple(spot.tolist())
 
 
 class Problem:
     """Boats start 20 m apart on a line, and enter at the places that a test gives."""
 
-    anchor, placed = 1, True
+    anchor, placed, n, size = 1, True, 2, BOATS
 
     def __init__(self, *entrances):
         self.entrances = iter(entrances)
@@ -45,7 +45,7 @@ def team():
 
 def begun(problem=None, *, joining=0.0, leaving=0.0, seed=1):
     batch = Batch()
-    roster = Roster(batch, problem or Problem(), batch, joining=joining, leaving=leaving, most=MOST)
+    roster = Roster(problem or Problem(), batch, moving=(joining, leaving), most=MOST)
     roster.begin(np.arange(2), [np.random.default_rng(seed + row) for row in range(2)])
     return roster, batch
 

@@ -10,7 +10,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError
-from vrx_mj.rl.problems import ALONE as PROBLEMS
+from vrx_mj.rl.problems import PROBLEMS
 from vrx_mj.runtime import row_memory
 from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
 from vrx_mj.runtime.physics_models import stepping_models

@@ -1,27 +1,29 @@
-"""The learning problems by name."""
+"""The learning problems by name: each has one row here."""
 
 from vrx_mj.rl.problem import Problem
 from vrx_mj.rl.problems.docking import Docking
 from vrx_mj.rl.problems.encounter import Encounter
 from vrx_mj.rl.problems.follow_path import FollowPath
 from vrx_mj.rl.problems.formation import Formation
+from vrx_mj.rl.problems.poses import StationKeeping, Wayfinding
 from vrx_mj.rl.problems.rendezvous import Rendezvous
-from vrx_mj.rl.problems.stationkeeping import StationKeeping
-from vrx_mj.rl.problems.wayfinding import Wayfinding
-from vrx_mj.rl.team import TeamProblem
+from vrx_mj.rl.problems.score import Score
 
-__all__ = ["ALONE", "TEAMS"]
+__all__ = ["ALONE", "PROBLEMS", "SCORE", "TEAMS"]
 
-ALONE: dict[str, type[Problem]] = {
+PROBLEMS: dict[str, type[Problem]] = {
     "StationKeeping": StationKeeping,
     "Wayfinding": Wayfinding,
     "FollowPath": FollowPath,
     "Docking": Docking,
-}
-"""Problems for one boat."""
-TEAMS: dict[str, type[TeamProblem]] = {
     "Formation": Formation,
     "Rendezvous": Rendezvous,
     "Encounter": Encounter,
+    "Score": Score,
 }
-"""Problems for teams."""
+SCORE = "Score"
+"""The problem that is a world's own task; it needs a referee."""
+ALONE = tuple(name for name, kind in PROBLEMS.items() if kind.fixed and kind.boats == 1)
+"""Problems for one boat: environments of Gymnasium."""
+TEAMS = tuple(name for name in PROBLEMS if name not in {*ALONE, SCORE})
+"""Problems for teams: environments of PettingZoo, as `SCORE` is."""

@@ -12,7 +12,7 @@ meeting is used, as others have programmed it, for we could not read the paper. 
 import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.seen import folded
+from vrx_mj.rl.problem import folded
 
 __all__ = [
     "GIVE_WAY", "HEAD_ON", "OVERTAKEN", "OVERTAKING", "ROLES", "STAND_ON", "approach", "bearings", "departure",

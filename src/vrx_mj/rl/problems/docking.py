@@ -6,31 +6,29 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.bays import MOUTH_GAP, Bay, bay_zones, find_bays
-from vrx_mj.mjcf.world import World
 from vrx_mj.model.site import Dock
-from vrx_mj.rl.problem import Entry, Judged, Problem, Start, open_water
-from vrx_mj.rl.seen import Seen, folded
+from vrx_mj.rl.options import PERIOD
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water
+from vrx_mj.rl.refereed import Rows
 
 __all__ = ["Docking"]
 
 AWAY = (8.0, 18.0)
-"""Of the start from the bay's mouth [m]."""
+"""Distances of the start from the bay's mouth, least and greatest [m]."""
 BESIDE = 6.0
-"""Of the start from the bay's axis, at most [m]."""
+"""Greatest distance of the start from the bay's axis [m]."""
 TURNED = np.radians(60.0)
-"""Of the bow from the bay's axis at the start, at most [rad]."""
+"""Greatest angle between the bow and the bay's axis at the start [rad]."""
 HOLD = 3.0
 """A boat has docked when it was inside for so long [s]."""
-STEP = 0.1
-"""Between two judgements [s]."""
 NEAR = 5.0
 """Within this distance of the middle of the bay's zone the speed of the approach counts [m]."""
 SLOW, FAST = 1.0, 2.0
 """Speeds up to which docking is worth all, and from which on nothing [m/s]."""
 WORTH = 10.0
-"""Of having docked."""
+"""Greatest reward for having docked."""
 
 
 class Docking(Problem):
@@ -59,62 +57,65 @@ class Docking(Problem):
         Entry("distance of the bay's axis to port of the boat [m]", 3.0),
     )  # fmt: skip
 
-    def __init__(self, n: int, world: World) -> None:
-        super().__init__(n, world)
-        self._bays = [_place_of(bay, dock) for dock in world.parameters.docks for bay in find_bays(dock.cells)]
-        self._goal = np.zeros((n, 6))
-        self._cost, self._inside, self._held = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n, np.int64)
-        self._fastest = np.zeros(n)
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        docks = rows.world.parameters.docks
+        self._bays = [_place_of(bay, dock) for dock in docks for bay in find_bays(dock.cells)]
+        self._goal = np.zeros((self.n, 6))
+        self._cost, self._fastest = np.zeros((self.n, 1)), np.zeros((self.n, 1))
+        self._inside, self._held = np.zeros((self.n, 1), np.bool_), np.zeros((self.n, 1), np.int64)
 
-    def start(self, row: int, random: np.random.Generator) -> Start:
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A bay, and a place before it."""
         self._goal[row] = x, y, inward, _, _, mouth = self._bays[int(random.integers(len(self._bays)))]
         away, beside = mouth + random.uniform(*AWAY), random.uniform(-BESIDE, BESIDE)
         start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
-        return *start, inward + random.uniform(-TURNED, TURNED)
+        return [(*start, inward + random.uniform(-TURNED, TURNED), 0.0)]
 
-    def begin(self, rows: IntArray, seen: Seen) -> None:
-        """Nobody has held yet."""
-        self._held[rows], self._inside[rows], self._fastest[rows] = 0, False, 0.0
-        self._cost[rows] = self._costs(seen)[rows]
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """No boat has held yet."""
+        self._held[who], self._inside[who], self._fastest[who] = 0, False, 0.0
+        self._cost[who] = _cost(*self._from_middle(team))[who]
 
-    def observe(self, seen: Seen) -> FloatArray:
+    def observe(self, team: Team) -> FloatArray:
         """The bay from the boat."""
-        x, y, inward, _, _, mouth = self._goal.T
-        turn = folded(inward - seen.yaw)
-        along, aside = seen.beyond(*self._goal.T[:3])
-        ahead, port = seen.toward(x, y)
-        return np.stack((ahead, port, np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=1)
+        x, y, inward, _, _, mouth = self._goal.T[:, :, None]
+        turn = folded(inward - team.yaw)
+        along, aside = self._from_middle(team)
+        return np.stack((*team.toward(x, y), np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=-1)
 
-    def judge(self, seen: Seen, going: BoolArray) -> Judged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by coming nearer and by staying inside, differences of a potential, which cycles cannot farm."""
-        along, aside = seen.beyond(*self._goal.T[:3])
-        _, _, inward, half_depth, half_width, _ = self._goal.T
-        straight = np.cos(inward - seen.yaw) > 0.0
+        along, aside = self._from_middle(team)
+        _, _, inward, half_depth, half_width, _ = self._goal.T[:, :, None]
+        straight, going = np.cos(inward - team.yaw) > 0.0, going[:, None]
         self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
-        speed, near = np.hypot(seen.own[:, 0], seen.own[:, 1]), np.hypot(along, aside) <= NEAR
+        speed, near = np.hypot(team.own[..., 0], team.own[..., 1]), np.hypot(along, aside) <= NEAR
         self._fastest = np.where(near, np.maximum(self._fastest, np.where(going, speed, 0.0)), 0.0)
-        held = np.where(self._inside, self._held + going, 0)
-        cost = self._costs(seen)
-        docked = held >= round(HOLD / STEP)
+        held, cost = np.where(self._inside, self._held + going, 0), _cost(along, aside)
+        docked = held >= round(HOLD / PERIOD)
         worth = WORTH * np.clip((FAST - self._fastest) / (FAST - SLOW), 0.0, 1.0)
         reward = 0.1 * (self._cost - cost) + 0.1 * (held - self._held) + worth * docked
         self._cost, self._held = cost, held
         return Judged(reward, docked)
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """Whether it is in."""
-        docked = self._held >= round(HOLD / STEP)
+        """Whether the boat is inside and has docked, and how fast it came."""
+        docked = self._held >= round(HOLD / PERIOD)
         return {"inside": self._inside.copy(), "docked": docked, "approach_speed": self._fastest.copy()}
 
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
         """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
         return {"bay": self._goal[:, :3].copy()}
 
-    def _costs(self, seen: Seen) -> FloatArray:
-        along, aside = seen.beyond(*self._goal.T[:3])
-        cost: FloatArray = np.hypot(along, aside) + 2.0 * np.abs(aside)
-        return cost
+    def _from_middle(self, team: Team) -> tuple[FloatArray, FloatArray]:
+        """How far the boats are from the middles of their bays' zones, along the bay and to port of its axis [m]."""
+        return team.beyond(*self._goal.T[:3, :, None])
+
+
+def _cost(along: FloatArray, aside: FloatArray) -> FloatArray:
+    cost: FloatArray = np.hypot(along, aside) + 2.0 * np.abs(aside)
+    return cost
 
 
 def _place_of(bay: Bay, dock: Dock) -> tuple[float, ...]:

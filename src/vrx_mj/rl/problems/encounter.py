@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, open_water
+from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, folded, open_water
 from vrx_mj.rl.problems import colregs
-from vrx_mj.rl.seen import folded
-from vrx_mj.rl.team import CLEAR, Spot, Team, TeamJudged, TeamProblem, mean_of
+from vrx_mj.rl.refereed import Rows
 
 __all__ = ["Encounter"]
 
@@ -30,7 +29,7 @@ OPENED = 1.0
 shake them by less."""
 
 
-class Encounter(TeamProblem):
+class Encounter(Problem):
     """Two boats meet head-on (within 5 degrees), cross (at 50 to 130) or overtake (within 10); one in three each.
 
     They start under way, 1.5 m/s each or 2 and 0.8, so that both would be at one point after 18 s; each has its goal
@@ -59,10 +58,10 @@ class Encounter(TeamProblem):
         Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
     )  # fmt: skip
     boats = 2
-    fixed = True
 
-    def __init__(self, n: int, boats: int) -> None:
-        super().__init__(n, boats)
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        n = self.n
         self._goals, self._far = np.zeros((n, 2, 2)), np.zeros((n, 2))
         self._course, self._speed = np.zeros((n, 2)), np.zeros((n, 2))
         self._role = np.zeros((n, 2), np.int64)
@@ -80,10 +79,6 @@ class Encounter(TeamProblem):
             ways.reverse()
         self._goals[row] = [(BEYOND * np.cos(way), BEYOND * np.sin(way)) for way, _ in ways]
         return [(-AHEAD * speed * np.cos(way), -AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
-
-    def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
-        """Nobody joins two boats that meet."""
-        raise NotImplementedError
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """Who is who."""
@@ -107,7 +102,7 @@ class Encounter(TeamProblem):
              head_on, colregs.keeps_clear(self._role), passed), axis=-1
         )  # fmt: skip
 
-    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by the goal, lose by faults, and be scored at the goal when they have passed."""
         far, gap, both = self._distances(team), _gap(team), team.present.all(axis=1)
         meet = both & going
@@ -120,7 +115,7 @@ class Encounter(TeamProblem):
         own = np.where(team.present, own + 5.0 * np.where(leaves, self._scores(), 0.0), 0.0)
         self._reached |= inside
         self._far = far
-        return TeamJudged(mean_of(own, team.present), own, touched[:, None] | leaves)
+        return Judged(own, touched[:, None] | leaves)
 
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
         """The goals, (n, 2, 2): x, y [m] of each boat's."""

@@ -5,20 +5,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.mjcf.world import World
-from vrx_mj.rl.problem import Entry, Judged, Problem, Start, open_water
-from vrx_mj.rl.seen import Seen
+from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water
+from vrx_mj.rl.refereed import Rows
 
 __all__ = ["FollowPath"]
 
 COUNT = 6
 LEGS = (15.0, 25.0)
-"""From one gate to the next [m]."""
+"""Distances from one gate to the next, least and greatest [m]."""
 BEND = np.radians(40.0)
-"""Between one gate and the next, either way, at most [rad]."""
+"""Greatest bend between one gate and the next, either way [rad]."""
 WIDTH = 10.0
-"""Of a gate [m]; VRX's are 10 to 20 m wide."""
+"""Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
 
 class FollowPath(Problem):
@@ -41,14 +40,14 @@ class FollowPath(Problem):
         Entry("whether a gate follows the present one", 1.0),
     )  # fmt: skip
 
-    def __init__(self, n: int, world: World) -> None:
-        super().__init__(n, world)
-        self._gates, self._at, self._all = np.zeros((n, COUNT, 3)), np.zeros(n, np.int64), np.arange(n)
-        self._passed, self._missed = np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self._in_a_row = np.zeros(n, np.bool_)
-        self._gap, self._along, self._aside = np.zeros(n), np.zeros(n), np.zeros(n)
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        self._gates, self._all = np.zeros((self.n, COUNT, 3)), np.arange(self.n)
+        self._at, self._passed, self._missed = (np.zeros((self.n, 1), np.int64) for _ in range(3))
+        self._in_a_row = np.zeros((self.n, 1), np.bool_)
+        self._gap, self._along, self._aside = (np.zeros((self.n, 1)) for _ in range(3))
 
-    def start(self, row: int, random: np.random.Generator) -> Start:
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A path that begins ahead of the boat."""
         place, course = np.zeros(2), random.uniform(-np.pi, np.pi)
         heading = course
@@ -57,28 +56,29 @@ class FollowPath(Problem):
             place = place + random.uniform(*LEGS) * np.array([np.cos(course + bend), np.sin(course + bend)])
             course += bend
             self._gates[row, number] = *place, course
-        return 0.0, 0.0, heading
+        return [(0.0, 0.0, heading, 0.0)]
 
-    def begin(self, rows: IntArray, seen: Seen) -> None:
+    def begin(self, who: BoolArray, team: Team) -> None:
         """The first gate is the present one."""
         for array in (self._at, self._passed, self._missed, self._in_a_row):
-            array[rows] = 0
-        self._note(rows, seen)
+            array[who] = 0
+        now, before = self._measures(team), (self._gap, self._along, self._aside)
+        self._gap, self._along, self._aside = (np.where(who, *pair) for pair in zip(now, before, strict=True))
 
-    def observe(self, seen: Seen) -> FloatArray:
+    def observe(self, team: Team) -> FloatArray:
         """The ends of the present gate and the middle of the next from the boat."""
-        x, y, course = self._present().T
+        x, y, course = self._gate(0)
         left, right = x - 0.5 * WIDTH * np.sin(course), x + 0.5 * WIDTH * np.sin(course)
         up, down = y + 0.5 * WIDTH * np.cos(course), y - 0.5 * WIDTH * np.cos(course)
-        after = self._gates[self._all, np.minimum(self._at + 1, COUNT - 1)].T
+        next_x, next_y, _ = self._gate(1)
         more = (self._at < COUNT - 1).astype(np.float64)
-        return np.stack((*seen.toward(left, up), *seen.toward(right, down), *seen.toward(*after[:2]), more), axis=1)
+        parts = (*team.toward(left, up), *team.toward(right, down), *team.toward(next_x, next_y), more)
+        return np.stack(parts, axis=-1)
 
-    def judge(self, seen: Seen, going: BoolArray) -> Judged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """See whether the line was crossed since the step before, and where."""
-        along, aside = seen.beyond(*self._present().T)
-        x, y, _ = self._present().T
-        reward = 0.1 * (self._gap - np.hypot(x - seen.x, y - seen.y))
+        gap, along, aside = self._measures(team)
+        reward = 0.1 * (self._gap - gap)
         over = (self._along < 0.0) & (along >= 0.0) & (self._at < COUNT)
         share = np.where(over, -self._along / np.where(over, along - self._along, 1.0), 0.0)
         passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * WIDTH)
@@ -87,7 +87,7 @@ class FollowPath(Problem):
         self._missed += over & ~passed
         self._in_a_row = np.where(over, passed, self._in_a_row)
         self._at += over
-        self._note(self._all, seen)
+        self._gap, self._along, self._aside = self._measures(team)
         return Judged(reward, self._at >= COUNT)
 
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
@@ -95,14 +95,15 @@ class FollowPath(Problem):
         return {"gates": self._gates.copy()}
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """What became of the gates."""
+        """How many gates were passed, and how many missed."""
         return {"passed": self._passed.copy(), "missed": self._missed.copy()}
 
-    def _present(self) -> FloatArray:
-        return self._gates[self._all, np.minimum(self._at, COUNT - 1)]
+    def _gate(self, later: int) -> FloatArray:
+        """(3, n, 1): x, y [m] of the middle and course [rad] of the present gate, or of one after it."""
+        gates: FloatArray = self._gates[self._all, np.minimum(self._at[:, 0] + later, COUNT - 1)]
+        return gates.T[:, :, None]
 
-    def _note(self, rows: IntArray, seen: Seen) -> None:
-        x, y, _ = self._present().T
-        along, aside = seen.beyond(*self._present().T)
-        for kept, now in ((self._gap, np.hypot(x - seen.x, y - seen.y)), (self._along, along), (self._aside, aside)):
-            kept[rows] = now[rows]
+    def _measures(self, team: Team) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """How far the boats are from the present gates' middles, along and to port of their courses [m]."""
+        x, y, course = self._gate(0)
+        return np.hypot(x - team.x, y - team.y), *team.beyond(x, y, course)

@@ -8,9 +8,8 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.control.formation import slots
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, open_water
-from vrx_mj.rl.seen import folded
-from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, crowded, folded, open_water
+from vrx_mj.rl.refereed import Rows
 
 __all__ = ["Formation"]
 
@@ -31,7 +30,7 @@ TURNED = np.radians(45.0)
 """Of the bow from the leader's course at the start, at most [rad]."""
 
 
-class Formation(TeamProblem):
+class Formation(Problem):
     """Places of a line, column, wedge or circle, 12 m apart, that go along with a leader who is only a point.
 
     The shape and the leader's speed, 0.6 to 1.2 m/s, are drawn; the leader's yaw rate swings like a sine with a period
@@ -50,9 +49,11 @@ class Formation(TeamProblem):
         Entry("velocity of that place ahead [m/s]", 3.0), Entry("velocity of that place to port [m/s]", 3.0),
         Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of the turn to the leader's course", 1.0),
     )  # fmt: skip
+    boats, fixed = 4, False
 
-    def __init__(self, n: int, boats: int) -> None:
-        super().__init__(n, boats)
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        n, boats = self.n, self.size
         self._shapes = np.array([slots(shape, boats, SPACING) for shape in SHAPES]).reshape(len(SHAPES), boats, 2)
         self._slots = np.zeros((n, boats, 2))
         self._leader = np.zeros((n, 3))
@@ -84,12 +85,12 @@ class Formation(TeamProblem):
         turn = folded(self._leader[:, 2:] - team.yaw)
         return np.stack((*team.toward(x, y), *team.turned(east, north), np.sin(turn), np.cos(turn)), axis=-1)
 
-    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """Lose by how far each is off, once the leader has gone on."""
         self._go_on(going)
         self._off = np.where(team.present, self._now(team), 0.0)
         own = np.where(team.present, -0.1 * self._off - crowded(team), 0.0)
-        return TeamJudged(mean_of(own, team.present), own, np.zeros_like(team.present))
+        return Judged(own, np.zeros_like(team.present))
 
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
         """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, open_water
-from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem, crowded, mean_of
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, crowded, mean_of, open_water
+from vrx_mj.rl.refereed import Rows
 
 __all__ = ["Rendezvous"]
 
@@ -27,7 +27,7 @@ TOO_NEAR = 0.2
 """Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
 
 
-class Rendezvous(TeamProblem):
+class Rendezvous(Problem):
     """Two places 24 to 36 m apart that drift by up to 0.2 m/s; the boats, all around, have to agree upon one.
 
     They have met when all that are in the water were within 5 m times the root of the fleet's size of the same place
@@ -46,9 +46,11 @@ class Rendezvous(TeamProblem):
         Entry("first place ahead [m]", 10.0), Entry("first place to port [m]", 10.0),
         Entry("second place ahead [m]", 10.0), Entry("second place to port [m]", 10.0),
     )  # fmt: skip
+    boats, fixed = 4, False
 
-    def __init__(self, n: int, boats: int) -> None:
-        super().__init__(n, boats)
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        n, boats = self.n, self.size
         self._places, self._drift = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         self._far = np.zeros((n, boats, 2))
         self._distance, self._held = np.zeros(n), np.zeros(n, np.int64)
@@ -79,7 +81,7 @@ class Rendezvous(TeamProblem):
         (x1, y1), (x2, y2) = np.moveaxis(self._places, 0, -1)[..., None]
         return np.stack((*team.toward(x1, y1), *team.toward(x2, y2)), axis=-1)
 
-    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by coming nearer, alone and together."""
         self._places += np.where(going[:, None, None], PERIOD * self._drift, 0.0)
         far, near, present = self._now(team), crowded(team), team.present
@@ -92,7 +94,7 @@ class Rendezvous(TeamProblem):
         team_gain = 0.1 * (self._least(self._far, present) - self._distance)
         self._far = np.where(present[..., None], far, 0.0)
         shared = team_gain - TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
-        return TeamJudged(shared, np.where(present, own, 0.0), met[:, None] & present)
+        return Judged(np.where(present, own, 0.0), met[:, None] & present, shared)
 
     def drawn(self) -> dict[str, npt.NDArray[Any]]:
         """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""

@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, open_water
-from vrx_mj.rl.problems.refereed import RefereedRow
-from vrx_mj.rl.team import Spot, Team, TeamJudged, TeamProblem
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water
+from vrx_mj.rl.refereed import RefereedRow
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks.registry import TASK_KINDS
 
@@ -22,7 +21,7 @@ LOST = 100.0
 """What the scored boat forfeits by sinking or capsizing, in the unit of its task's score."""
 
 
-class Score(TeamProblem):
+class Score(Problem):
     """Any world with a task: its boats start where the fleet has them, and one of them is scored.
 
     Reward of that boat: by how much the task's score has become better in the step, in its unit; their sum is the
@@ -39,14 +38,13 @@ class Score(TeamProblem):
         Entry("whether the task runs", 1.0), Entry("time left of the task [s]", 100.0),
         Entry("whether this boat is scored", 1.0),
     )  # fmt: skip
-    boats = 1
-    placed = False
+    fixed = placed = False
 
     def __init__(self, row: RefereedRow) -> None:
-        super().__init__(1, len(row.boats))
+        super().__init__(row)
         self._row = row
-        task = row.sim.world.parameters.task
-        assert task is not None, "a world with a referee"
+        task = row.world.parameters.task
+        assert task is not None, "a world without a task"
         self.duration = sum(task.durations) + 1.0  # the referee ends it before
         self.anchor = row.boats.index(str(self._task["boat"]))
         better = TASK_KINDS[str(self._task["type"])].better
@@ -84,13 +82,13 @@ class Score(TeamProblem):
         runs, left = every * (task["state"] == "running"), every * float(task["remaining_time"])
         return np.stack((east, north, np.cos(team.yaw), np.sin(team.yaw), runs, left, every * scored), axis=-1)
 
-    def judge(self, team: Team, going: BoolArray) -> TeamJudged:
+    def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by the change of the score."""
         score = float(self._task["score"])
         change: FloatArray = np.where(going, self._sign * (score - self._score) + 0.0, 0.0)  # no -0
         self._score = score
         own = np.where(np.arange(self.size) == self.anchor, change[:, None], 0.0)
-        return TeamJudged(change, own, team.present & self._row.sim.task_is_over)
+        return Judged(own, team.present & self._row.sim.task_is_over, change)
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """For the scored boat more than most tasks pay."""

@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from trees import partial
+from vrx_mj.rl.problem import Team
 from vrx_mj.rl.problems.score import Score
-from vrx_mj.rl.team import Team
 
 GOING = np.ones(1, bool)
 
@@ -20,10 +19,9 @@ def row(kind, score=0.0):
     features = np.zeros((1, 3, 13))
     features[0, :, :2], features[0, :, 3] = ((0, 0), (10, 5), (20, 0)), 1.0
     features[0, 2, 3], features[0, 2, 6] = math.cos(math.pi / 4), math.sin(math.pi / 4)
-    parameters = {"task": {"type": "wayfinding", "durations": [10.0, 10.0, 300.0]}}
-    world = SimpleNamespace(parameters=partial(parameters))
+    world = SimpleNamespace(parameters=SimpleNamespace(task=SimpleNamespace(durations=(10.0, 10.0, 300.0))))
     sim = SimpleNamespace(world=world, task=task, task_is_over=False)
-    return SimpleNamespace(boats=tuple("abc"), features=features, sim=sim)
+    return SimpleNamespace(n=1, boats=tuple("abc"), features=features, sim=sim, world=world)
 
 
 def team(there):

@@ -1,15 +1,16 @@
 """What the problems for teams reward: by hand, on made-up places."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from vrx_mj.rl.problem import Team, crowded, mean_of, team_of
 from vrx_mj.rl.problems.colregs import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON
 from vrx_mj.rl.problems.encounter import Encounter
 from vrx_mj.rl.problems.formation import Formation
 from vrx_mj.rl.problems.rendezvous import Rendezvous
-from vrx_mj.rl.team import Team, crowded, mean_of, team_of
 
 GOING, WAITING = np.ones(1, bool), np.zeros(1, bool)
 
@@ -22,7 +23,7 @@ def team(spots, present=None):
 
 
 def begun(kind, boats, seed=1, **attributes):
-    problem = kind(1, boats)
+    problem = kind(SimpleNamespace(n=1, boats=tuple("abcdefgh"[:boats])))
     spots = problem.start(0, np.random.default_rng(seed))
     for name, value in attributes.items():
         setattr(problem, name, value)
@@ -59,11 +60,11 @@ def test_a_formation_loses_by_what_each_is_off():
     spots = [(x + off, y, 0, 1) for (x, y), off in zip(places, (0, 2, -3), strict=True)]
     judged = problem.judge(team(spots), GOING)
     np.testing.assert_allclose(judged.own, [[0, -0.2, -0.3]], atol=1e-12)
-    np.testing.assert_allclose(judged.team, [-0.5 / 3])
+    np.testing.assert_allclose(judged.shared(np.ones((1, 3), bool)), [-0.5 / 3])
     np.testing.assert_allclose(problem.facts()["off"], [[0, 2, 3]], atol=1e-12)
     assert not judged.ended.any()
     without = problem.judge(team(spots, [True, False, True]), WAITING)
-    np.testing.assert_allclose(without.team, [-0.15])
+    np.testing.assert_allclose(without.shared(np.array([[True, False, True]])), [-0.15])
     np.testing.assert_allclose(without.own, [[0, 0, -0.3]], atol=1e-12)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.rl.actions import ActionError, Actions
+from vrx_mj.rl.environment import ActionError, Actions
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
 LARGEST = np.array([[-100.0, 250.0], [-1.0, 1.0], [-1.0, 1.0]])

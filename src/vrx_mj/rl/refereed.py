@@ -1,4 +1,4 @@
-"""One world with a referee, as a batch of one row: what `TeamVectorEnv` wants of it, done by a `Simulation`."""
+"""One world with a referee, as a batch of one row, run by a `Simulation`."""
 
 import numpy as np
 
@@ -7,13 +7,14 @@ from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import WAVE, Table, table
+from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["RefereedRow"]
+__all__ = ["RefereedRow", "Rows"]
 
 HEIGHT = 0.1
-"""Of a boat's origin over the water where it joins [m]."""
+"""Height of a boat's origin over the water where it joins [m]."""
 
 
 class RefereedRow:
@@ -22,7 +23,7 @@ class RefereedRow:
     n = 1
 
     def __init__(self, world: World) -> None:
-        self.sim = Simulation(world)
+        self.world, self.sim = world, Simulation(world)
         self.diverged: BoolArray = np.zeros(1, np.bool_)
         known = {(world.boats[each.hull], each.name): each for each in world.parameters.thrusters}
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
@@ -63,7 +64,7 @@ class RefereedRow:
 
     def waves(self, row: int) -> Table:
         """Waves of the world's sea, `tables.WAVE`."""
-        return table(WAVE, [vars(wave) for wave in self.sim.world.parameters.sea.waves])
+        return table(WAVE, [vars(wave) for wave in self.world.parameters.sea.waves])
 
     def sea_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height [m] of the sea at points x, y, (1, points) [m], now."""
@@ -107,3 +108,7 @@ def _limits(known: dict[tuple[str, str], Thruster], boat: str, name: str) -> tup
         greatest = known[boat, name.removesuffix(ANGLE)].max_angle
         return -greatest, greatest
     return thruster.command_limits
+
+
+Rows = Batch | RefereedRow
+"""What an environment advances."""

@@ -1,0 +1,304 @@
+"""The learning environment: rows of a problem, in the terms of which both Gymnasium's and PettingZoo's are written."""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.errors import DivergedError
+from vrx_mj.mjcf.compile import Source, compile_world
+from vrx_mj.mjcf.world import World
+from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
+from vrx_mj.rl.neighbours import Eyes, Neighbours
+from vrx_mj.rl.options import PERIOD, as_floats, check_count, episode_steps, step_limit
+from vrx_mj.rl.picture import Picture
+from vrx_mj.rl.problem import OWN, Judged, Team, mean_of, team_of
+from vrx_mj.rl.problems import PROBLEMS, SCORE
+from vrx_mj.rl.refereed import RefereedRow
+from vrx_mj.rl.roster import Roster, Watch
+from vrx_mj.runtime.batch import Batch
+
+__all__ = [
+    "BOUND", "LEAST_LEFT", "ActionError", "Actions", "Environment", "Floats32", "Outcome", "TeamOptions", "masked",
+]  # fmt: skip
+
+Floats32 = npt.NDArray[np.float32]
+BOUND = 5.0
+"""Observations are clipped to this either way, in their units."""
+LEAST_LEFT = 100
+"""Steps, at least, that a lost boat is taken to have left: 10 s."""
+SPACING = 12.0
+"""Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
+
+
+class ActionError(gymnasium.error.InvalidAction, AssertionError):
+    """An invalid action: an AssertionError, as in PettingZoo, and an InvalidAction, as in Gymnasium."""
+
+
+class TeamOptions(NamedTuple):
+    """What only teams have."""
+
+    boats: int | None
+    """Number of boats; None: that of the problem or of the fleet."""
+    eyes: Eyes
+    """How well boats observe each other."""
+    moving: tuple[float, float]
+    """Chances, 0 to 1, that a boat joins late and leaves early."""
+
+
+class Outcome(NamedTuple):
+    """What a step returned, (n, boats) each unless another shape is given."""
+
+    observation: Floats32
+    """(n, boats, features)."""
+    own: FloatArray
+    """Reward of each boat."""
+    shared: FloatArray
+    """(n,): reward of the team."""
+    ended: BoolArray
+    """Which boats have solved or lost the problem, or are lost."""
+    cut: BoolArray
+    """Which boats' time is up."""
+    acted: BoolArray
+    """Which boats these numbers belong to."""
+    idle: BoolArray
+    """(n,): which rows began an episode instead."""
+    losses: dict[str, BoolArray]
+    """`sunk` and `capsized`, which boats are lost, and `diverged`, (n,), rows with a state that is not finite."""
+    facts: dict[str, npt.NDArray[Any]]
+    """The problem's facts, (n,) or (n, boats) each."""
+
+
+class Environment:
+    """`n` rows of a problem: their worlds and boats, what the boats observe, and what a step is worth to them."""
+
+    def __init__(
+        self,
+        problem: str,
+        n: int,
+        *,
+        world: Source | None,
+        fleet: Source | None,
+        team: TeamOptions | None = None,
+        duration: float | None,
+        max_episode_steps: int | None = None,
+        threads: int | None,
+        size: tuple[int, int],
+        variety: Mapping[str, Range],
+    ) -> None:
+        """Compile the world and make its rows; without `team` each has one boat.
+
+        The other arguments are those of `VectorEnv`; `size` is the width and height of the pictures.
+        """
+        compiled = _compiled(problem, n, world, fleet, team)
+        self.batch = RefereedRow(compiled) if problem == SCORE else Batch(compiled, n, threads=threads)
+        self.problem = PROBLEMS[problem](self.batch)
+        self.most = step_limit(duration, max_episode_steps, self.problem.duration)
+        self._horizon = episode_steps(self.problem.duration if duration is None else duration)
+        self.variety, self.watch = Variety(self.batch, problem, variety), Watch(self.batch)
+        moving = None if team is None else team.moving
+        self.roster = Roster(self.problem, self.watch, moving=moving, most=self._horizon)
+        self.actions = Actions(self.batch.boats, self.batch.channels, self.batch.largest)
+        self.generators, self.picture = Generators(n), Picture(compiled, *size)
+        self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
+        self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.eyes)
+        if team is None:
+            previous = [f"previous action: {name}" for _, name in self.batch.channels]
+        else:  # the same number may be another channel of another boat
+            previous = [f"previous action {k + 1}" for k in range(self.actions.most)]
+        entries = (*self.problem.entries, *(() if team is None else team.eyes.entries()))
+        units = [[f"{entry.name} in units of {entry.scale:g}" for entry in part] for part in (OWN, entries)]
+        self.observation_names = (*units[0], *previous, *units[1])
+        scales = [entry.scale for entry in OWN], np.ones(len(previous)), [entry.scale for entry in entries]
+        self._scales = np.concatenate(scales)
+
+    def reset(self, rows: BoolArray, seed: Seeds) -> Floats32:
+        """Begin an episode in some rows, (n,), and observe all.
+
+        Raises:
+            gymnasium.error.Error: the seeds are invalid.
+        """
+        which = np.flatnonzero(rows)
+        self.generators.seed(which, seed)
+        self.begin(which)
+        return self.observe()
+
+    def begin(self, rows: IntArray) -> None:
+        """Begin an episode in some rows."""
+        random = self.generators.of(rows)
+        self.variety.draw(rows, random)
+        self.batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
+        company = self._neighbours is not None
+        keys = np.array([own.integers(2**64, dtype=np.uint64) for own in random if company], np.uint64)
+        self.roster.begin(rows, random)
+        self.steps[rows], self._last[rows] = 0, 0.0
+        team = self.team()
+        who = np.zeros_like(team.present)
+        who[rows] = team.present[rows]
+        self.problem.begin(who, team)
+        if self._neighbours is not None:
+            self._neighbours.begin(rows, keys, team)
+
+    def begun(self, rows: BoolArray) -> dict[str, Any]:
+        """`info` for the rows whose episodes have just begun: what was drawn for them."""
+        return masked(self.problem.drawn() | self.variety.facts(), rows)
+
+    def step(self, actions: Floats32) -> Outcome:
+        """Apply checked actions, (n, boats, channels), for 0.1 s; rows without boats begin an episode instead."""
+        going: BoolArray = np.asarray(self.roster.present.any(axis=1))
+        if not going.all():
+            self.begin(np.flatnonzero(~going))
+        acted = self.roster.present & going[:, None]
+        self._last = np.where(acted[..., None], actions, np.float32(0.0))
+        forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, LEAST_LEFT))
+        diverged = self._advance(np.flatnonzero(going))
+        counts = acted & ~diverged[:, None]
+        sunk, capsized = self.watch.sunk() & counts, self.watch.capsized() & counts
+        team = self.team()
+        judged = self.problem.judge(team, going)
+        self.steps += going
+        gone = sunk | capsized | (acted & diverged[:, None])
+        ended = acted & (judged.ended | gone)
+        cut = acted & ((self.steps >= self.most)[:, None] | self.roster.due(self.steps))
+        own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
+        shared = own[:, 0] if self._neighbours is None else _shared(judged, own, forfeit, gone, acted, diverged)
+        over = ended | cut
+        if self._neighbours is not None:
+            team = self._joined(team, np.asarray((acted & ~over).any(axis=1)))
+            self._neighbours.note(going, team)
+        observation = self._observe(team)
+        facts = self.problem.facts()
+        self.roster.dismiss(over)
+        losses = {"diverged": diverged, "sunk": sunk, "capsized": capsized}
+        return Outcome(observation, own, shared, ended, cut, acted, ~going, losses, facts)
+
+    def observe(self) -> Floats32:
+        """What all boats observe now, (n, boats, features)."""
+        return self._observe(self.team())
+
+    def team(self) -> Team:
+        """The boats now."""
+        return team_of(self.batch.features, self.batch.wind, self.roster.present.copy())
+
+    def _observe(self, team: Team) -> Floats32:
+        """What is observed; of a team, absent boats observe zeros. What is NaN, after divergence, is 0."""
+        parts: tuple[npt.NDArray[np.floating], ...] = team.own, self._last, self.problem.observe(team)
+        if self._neighbours is not None:
+            parts = (*parts, self._neighbours.observe(team))
+        whole = (np.concatenate(parts, axis=-1) / self._scales).clip(-BOUND, BOUND)
+        whole[np.isnan(whole)] = 0.0
+        observed: Floats32 = whole.astype(np.float32)
+        return observed if self._neighbours is None else np.where(team.present[..., None], observed, np.float32(0.0))
+
+    def _advance(self, rows: IntArray) -> BoolArray:
+        """Advance rows under their last actions; which rows have diverged, (n,)."""
+        with contextlib.suppress(DivergedError):
+            self.batch.step(self.actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
+        return self.batch.diverged.copy()
+
+    def _joined(self, team: Team, rows: BoolArray) -> Team:
+        """The team after boats have joined some rows, (n,)."""
+        joined = self.roster.join(self.steps, rows, team, self.generators.of(np.arange(len(rows))))
+        if joined.any():
+            team = self.team()
+            self.problem.begin(joined, team)
+        return team
+
+
+class Actions:
+    """Which channel of which boat is which command of the batch; boats may have unlike numbers of channels."""
+
+    def __init__(self, boats: Sequence[str], channels: Sequence[tuple[str, str]], largest: FloatArray) -> None:
+        """Take the boats, and a batch's channels, boat and name of each, with their limits, (channels, 2)."""
+        self._boats = tuple(boats)
+        self.names = {boat: tuple(name for owner, name in channels if owner == boat) for boat in boats}
+        own = np.array([len(self.names[boat]) for boat in boats])
+        self.most = int(own.max())
+        """Number of channels of the boat that has the most."""
+        self._has = np.arange(self.most) < own[:, None]
+        places = [self._boats.index(boat) * self.most + self.names[boat].index(name) for boat, name in channels]
+        self._places, self._limits = np.array(places, np.int64), np.abs(largest)
+
+    def commands(self, actions: Floats32) -> FloatArray:
+        """The batch's commands, (rows, channels), for actions in [-1, 1], (rows, boats, most)."""
+        wanted = actions.reshape(-1, self._has.size).take(self._places, axis=1).astype(np.float64)
+        return np.where(wanted < 0.0, wanted * self._limits[:, 0], wanted * self._limits[:, 1])
+
+    def checked(self, actions: npt.ArrayLike, present: BoolArray, shape: tuple[int, ...] | None = None) -> Floats32:
+        """Actions (n, boats, most), zero for absent boats and where a boat has no channel; given so, or in `shape`.
+
+        Raises:
+            ActionError: another shape, or a number of a present boat is not within -1 and 1.
+        """
+        try:
+            given = as_floats(actions)
+        except gymnasium.error.InvalidAction:
+            raise ActionError("invalid actions: an array of numbers is needed") from None
+        whole = (*present.shape, self.most)
+        shape = whole if shape is None else shape
+        if given.shape != shape:
+            raise ActionError(f"invalid actions of shape {given.shape}: {shape} is needed")
+        given, counts = given.reshape(whole), present[..., None] & self._has
+        wrong = counts & ~(np.abs(given) <= 1.0)
+        if wrong.any():
+            row, boat, channel = (int(index) for index in np.argwhere(wrong)[0])
+            owner, value = self._boats[boat], given[row, boat, channel]
+            text = f"invalid action {value:g} for {self.names[owner][channel]} of {owner}"
+            raise ActionError(f"row {row}: {text}: a number from -1 to 1 is needed")
+        return np.where(counts, given, np.float32(0.0))
+
+
+def masked(facts: Mapping[str, npt.NDArray[Any]], rows: BoolArray) -> dict[str, Any]:
+    """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
+    info: dict[str, Any] = {}
+    if rows.any():
+        for name, value in facts.items():
+            wide = rows.reshape(-1, *[1] * (value.ndim - 1))
+            info[name], info[f"_{name}"] = np.where(wide, value, np.zeros_like(value)), rows.copy()
+    return info
+
+
+def _shared(
+    judged: Judged, own: FloatArray, forfeit: FloatArray, lost: BoolArray, acted: BoolArray, diverged: BoolArray
+) -> FloatArray:
+    """(n,): the team's reward, less what its lost boats forfeit; where all are lost, the mean of that."""
+    paid = judged.shared(acted) - mean_of(np.where(lost, judged.own + forfeit, 0.0), acted)
+    return np.where(acted.any(axis=1), np.where(diverged, mean_of(own, acted), paid), 0.0)
+
+
+def _compiled(problem: str, n: int, world: Source | None, fleet: Source | None, team: TeamOptions | None) -> World:
+    """The world of a problem.
+
+    Raises:
+        gymnasium.error.Error: the problem is not for such a world, or not for so many rows or boats.
+        VrxError: the world or the fleet is invalid.
+    """
+    if problem == SCORE and (n != 1 or world is None):
+        needs = f"invalid num_envs {n}: a referee watches one world" if n != 1 else "give a world with a task"
+        raise gymnasium.error.Error(f"{SCORE}: {needs}")
+    kind, boats = PROBLEMS[problem], None if team is None else team.boats
+    if fleet is None:
+        fleet = {"sensors": "none"} if team is None else _line_of(kind.boats if boats is None else boats)
+    compiled = compile_world(kind.world if world is None else world, fleet=fleet)
+    size = len(compiled.boats)
+    if boats is not None and size != boats:
+        raise gymnasium.error.Error(f"invalid boats {boats}: the fleet has {size}; give one of the two")
+    if kind.fixed and size != kind.boats:
+        raise gymnasium.error.Error(
+            f"the fleet has {size} boat{'' if size == 1 else 's'}: {problem} needs {kind.boats}"
+        )
+    if kind.fixed and team is not None and sum(team.moving) > 0.0:
+        text = "joining and leaving must be 0"
+        raise gymnasium.error.Error(f"{problem} needs {kind.boats} boats all the time: {text}")
+    if problem == SCORE and compiled.parameters.task is None:
+        raise gymnasium.error.Error(f"{SCORE}: the world {compiled.name} has no task")
+    return compiled
+
+
+def _line_of(boats: Any) -> Source:
+    check_count("boats", boats)
+    return {"usv_count": int(boats), "layout": "line", "spacing": SPACING, "origin": "spawn", "sensors": "none"}

@@ -1,0 +1,151 @@
+"""Problems of poses: hold one, or come to one after the other."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water, pose_error
+from vrx_mj.rl.refereed import Rows
+
+__all__ = ["StationKeeping", "Wayfinding"]
+
+GOAL_DISTANCE = 10.0
+"""Greatest distance of the pose to hold from the start [m]."""
+WAYPOINTS = 3
+LEGS = (10.0, 25.0)
+"""Distances from one waypoint to the next, least and greatest [m]."""
+REACHED = 1.5
+"""A waypoint is reached when VRX's error of its pose is below this [m]."""
+
+
+class StationKeeping(Problem):
+    """The goal is drawn within 10 m of the start, with any heading.
+
+    Reward: -0.1 e in each step, with e VRX's error of the pose [m]. Nothing but the loss of the boat ends an episode
+    before its time is up; it forfeits 0.1 (e + 10) for each step left. `info`: `pose_error` [m], and `mean_pose_error`
+    [m] since the start, which is VRX's score; at the start `goal`, x, y [m] and heading [rad].
+    """
+
+    world = open_water()
+    duration = 60.0
+    entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0), Entry("goal ahead [m]", 1.0),
+               Entry("goal to port [m]", 1.0), Entry("sine of the turn to the goal's heading", 1.0),
+               Entry("cosine of the turn to the goal's heading", 1.0))  # fmt: skip
+
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        self._goal = np.zeros((self.n, 3))
+        self._error, self._sum, self._steps = np.zeros((self.n, 1)), np.zeros((self.n, 1)), np.zeros(self.n, np.int64)
+
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """Goals are spread evenly over the disc; the boat starts at the origin."""
+        distance, bearing = GOAL_DISTANCE * np.sqrt(random.random()), random.uniform(-np.pi, np.pi)
+        heading = random.uniform(-np.pi, np.pi)
+        self._goal[row] = distance * np.cos(bearing), distance * np.sin(bearing), heading
+        return [(0.0, 0.0, random.uniform(-np.pi, np.pi), 0.0)]
+
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """The mean starts anew."""
+        self._sum[who], self._steps[who[:, 0]] = 0.0, 0
+        self._error = np.where(who, self._now(team), self._error)
+
+    def observe(self, team: Team) -> FloatArray:
+        """The goal from the boat, from afar and close up."""
+        x, y, yaw = self._goal.T[:, :, None]
+        turn, way = folded(yaw - team.yaw), team.toward(x, y)
+        return np.stack((*way, *way, np.sin(turn), np.cos(turn)), axis=-1)
+
+    def judge(self, team: Team, going: BoolArray) -> Judged:
+        """Lose by the error."""
+        self._error = self._now(team)
+        self._sum += np.where(going[:, None], self._error, 0.0)
+        self._steps += going
+        return Judged(-0.1 * self._error, np.zeros((self.n, 1), np.bool_))
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The goals, (n, 3): x, y [m] and heading [rad]."""
+        return {"goal": self._goal.copy()}
+
+    def forfeit(self, left: IntArray) -> FloatArray:
+        """The error that the boat has, and 10 m more, for all steps left."""
+        lost: FloatArray = 0.1 * (self._error + GOAL_DISTANCE) * left[:, None]
+        return lost
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """The errors."""
+        return {"pose_error": self._error.copy(), "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
+
+    def _now(self, team: Team) -> FloatArray:
+        return pose_error(team, *self._goal.T[:, :, None])
+
+
+class Wayfinding(Problem):
+    """Three poses, each 10 to 25 m from the one before it in any direction, with any heading.
+
+    Reward: 0.1 for every m by which VRX's error of the present pose has become less, and 5 when it is below 1.5 m, upon
+    which the next one counts. The last one ends the episode. `info`: `reached`, how many, and `pose_error` [m]; at the
+    start `waypoints`, x, y [m] and heading [rad] of each.
+    """
+
+    world = open_water()
+    duration = 120.0
+    entries = (
+        Entry("present waypoint ahead [m]", 10.0), Entry("present waypoint to port [m]", 10.0),
+        Entry("sine of the turn to the present waypoint's heading", 1.0),
+        Entry("cosine of the turn to the present waypoint's heading", 1.0),
+        Entry("next waypoint ahead [m]", 10.0), Entry("next waypoint to port [m]", 10.0),
+        Entry("whether a waypoint follows the present one", 1.0),
+    )  # fmt: skip
+
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        self._points, self._all = np.zeros((self.n, WAYPOINTS, 3)), np.arange(self.n)
+        self._at, self._error = np.zeros((self.n, 1), np.int64), np.zeros((self.n, 1))
+
+    def start(self, row: int, random: np.random.Generator) -> list[Spot]:
+        """A chain of waypoints from the origin on."""
+        place = np.zeros(2)
+        for number in range(WAYPOINTS):
+            bearing = random.uniform(-np.pi, np.pi)
+            place = place + random.uniform(*LEGS) * np.array([np.cos(bearing), np.sin(bearing)])
+            self._points[row, number] = *place, random.uniform(-np.pi, np.pi)
+        return [(0.0, 0.0, random.uniform(-np.pi, np.pi), 0.0)]
+
+    def begin(self, who: BoolArray, team: Team) -> None:
+        """The first waypoint is the present one."""
+        self._at[who] = 0
+        self._error = np.where(who, self._now(team), self._error)
+
+    def observe(self, team: Team) -> FloatArray:
+        """Both waypoints from the boat; where there is no next one it is the present one."""
+        (x, y, yaw), (next_x, next_y, _) = self._point(0), self._point(1)
+        turn, more = folded(yaw - team.yaw), (self._at < WAYPOINTS - 1).astype(np.float64)
+        parts = (*team.toward(x, y), np.sin(turn), np.cos(turn), *team.toward(next_x, next_y), more)
+        return np.stack(parts, axis=-1)
+
+    def judge(self, team: Team, going: BoolArray) -> Judged:
+        """Gain by what the error has become less."""
+        error = self._now(team)
+        there = (error < REACHED) & (self._at < WAYPOINTS)
+        reward = 0.1 * (self._error - error) + 5.0 * there
+        self._at += there
+        self._error = self._now(team)
+        return Judged(reward, self._at >= WAYPOINTS)
+
+    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+        """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
+        return {"waypoints": self._points.copy()}
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """How many waypoints are reached, and how far the present one is."""
+        return {"reached": self._at.copy(), "pose_error": self._error.copy()}
+
+    def _point(self, later: int) -> FloatArray:
+        """(3, n, 1): x, y [m] and heading [rad] of the present waypoint, or of one after it."""
+        points: FloatArray = self._points[self._all, np.minimum(self._at[:, 0] + later, WAYPOINTS - 1)]
+        return points.T[:, :, None]
+
+    def _now(self, team: Team) -> FloatArray:
+        return pose_error(team, *self._point(0))
