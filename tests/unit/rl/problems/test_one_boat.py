@@ -48,8 +48,8 @@ def begun(kind, world, *, seed=1):
 
 @pytest.mark.parametrize(("x", "y", "yaw"), [(0, 0, 0), (3, -4, 3.0), (-20, 1, -3.1), (0.3, 0.1, 1.6)])
 def test_the_error_of_a_pose_is_that_of_the_scorer(x, y, yaw):
-    goal = {"x": 1.0, "y": -2.0, "yaw": 0.4}
-    ours = pose_error(at(x, y, yaw), *(np.array([[goal[key]]]) for key in ("x", "y", "yaw")))
+    goal = SimpleNamespace(x=1.0, y=-2.0, yaw=0.4)
+    ours = pose_error(at(x, y, yaw), *(np.array([[value]]) for value in (goal.x, goal.y, goal.yaw)))
     assert ours[0, 0] == pytest.approx(scored_error(Pose(x, y, 0.0, quaternion(0.0, 0.0, yaw)), goal), abs=1e-12)
 
 
