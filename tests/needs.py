@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.errors import RenderError
-from vrx_mj.sensors.gl import choose_backend
+from vrx_mj.sensors.canvas import choose_backend
 
 DEBIAN_PYTHON = "/usr/bin/python3"
 """The interpreter that Debian's ROS packages are installed for."""

@@ -7,7 +7,7 @@ import pytest
 import vrx_mj
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.recording.viewer import following
-from vrx_mj.runtime.contacts import ContactWatch, forces_of_pairs
+from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}
 WALL = {"name": "quay", "pose": [7, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}

@@ -13,10 +13,10 @@ PROGRAM = """
 import vrx_mj
 from vrx_mj.ros.serve import Wanted, serve
 from vrx_mj.physics.surface import draw_surface
-from vrx_mj.sensors.grain import with_grain
+from vrx_mj.sensors.camera import with_grain
 from vrx_mj.sensors.lidar import noisy
 from vrx_mj.sensors.rays import cast
-from vrx_mj.sensors.sea_returns import cast_at_sea
+from vrx_mj.sensors.lidar import cast_at_sea
 
 KERNELS = {"draw_surface": draw_surface, "with_grain": with_grain, "noisy": noisy, "cast": cast, "sea": cast_at_sea}
 def compiled():

@@ -12,7 +12,7 @@ from page_blocks import blocks, pieces
 from ros_scene import served
 from tutorial_pages import REPO, Reader
 from vrx_mj.ros.diagnosis import _touching_land
-from vrx_mj.sensors.gl import BACKENDS, problem_of
+from vrx_mj.sensors.canvas import BACKENDS, problem_of
 
 DOCS = REPO / "docs"
 PAGES = ("tutorial_one_boat.md", "tutorial_many_boats.md", "ros.md")

@@ -207,7 +207,7 @@ def display_row(environment: Mapping[str, str], system: str) -> Row:
 
 def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
     """What drew a picture; cameras want one way of two."""
-    from vrx_mj.sensors.gl import DEBIAN
+    from vrx_mj.sensors.canvas import DEBIAN
 
     cameras = any(attempts[name].works for name in ("egl", "osmesa") if name in attempts)
     screen = attempts.get("display")

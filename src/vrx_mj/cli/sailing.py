@@ -10,8 +10,16 @@ from vrx_mj.cli.ros import needing_rosbags
 from vrx_mj.errors import CommandError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.notebook import terminal_bar
-from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
-from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run, steady
+from vrx_mj.runtime.run import (
+    Controller,
+    Summary,
+    fleet_controller,
+    load_controller,
+    names_controllers,
+    planned,
+    run,
+    steady,
+)
 from vrx_mj.runtime.simulation import Simulation
 
 

@@ -14,9 +14,9 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.config.sensors import sensor_config
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.record_scene import RecordedSensor
-from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
 from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.sensors.view import intrinsics
 
 if TYPE_CHECKING:
     from vrx_mj.recording.rrd_file import Part

@@ -20,9 +20,9 @@ from vrx_mj.recording.motion_chunks import TRAIL_HEIGHT, times
 from vrx_mj.recording.readings import measured
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
 from vrx_mj.recording.static_chunks import static
-from vrx_mj.sensors.intrinsics import focal_length
 from vrx_mj.sensors.readings import Reading, Scan
 from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.sensors.view import focal_length
 
 __all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 

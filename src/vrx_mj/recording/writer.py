@@ -30,7 +30,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxError, VrxWarning
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.runtime.contacts import Touch
+from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
 

@@ -18,8 +18,7 @@ from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.crowding import check_room
-from vrx_mj.runtime.divergence import rows_divergence_message
-from vrx_mj.runtime.limits import thread_count
+from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
@@ -27,8 +26,7 @@ from vrx_mj.runtime.row_memory import allocating, check_memory
 from vrx_mj.runtime.row_tables import SEPARATE
 from vrx_mj.runtime.row_water import RowWater
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
-from vrx_mj.runtime.state import STATE_VERSION, State
-from vrx_mj.runtime.thread_pool import ThreadPool
+from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE

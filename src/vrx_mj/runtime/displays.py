@@ -9,8 +9,7 @@ from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.sensing import Sensing
-from vrx_mj.runtime.sights import painted
+from vrx_mj.runtime.sensing import Sensing, painted
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
 __all__ = ["Displays"]

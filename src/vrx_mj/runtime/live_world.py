@@ -18,13 +18,19 @@ from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Helm
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
-from vrx_mj.runtime.divergence import divergence_message, save_last_good_state
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
 from vrx_mj.runtime.physics_models import PhysicsModels
 from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.sensing import Sensing
-from vrx_mj.runtime.state import STATE_VERSION, State, integration_state, set_integration_state
+from vrx_mj.runtime.state import (
+    STATE_VERSION,
+    State,
+    divergence_message,
+    integration_state,
+    save_last_good_state,
+    set_integration_state,
+)
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.thrusters import Thruster, thrusters

@@ -5,6 +5,7 @@ import math
 import pathlib
 import platform
 import time as clock
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import import_module, metadata
@@ -13,13 +14,76 @@ from typing import Any, cast
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.runtime.commands import Commands
-from vrx_mj.runtime.observation import TASK, Observation
+from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.runtime.upsets import Upsets
 from vrx_mj.tasks.frame import frame_stride
 from vrx_mj.tasks.registry import TASK_KINDS
+
+__all__ = [
+    "FASTEST_SPIN",
+    "Upsets",
+    "fleet_controller",
+    "is_capsized",
+    "names_controllers",
+    "spin",
+    "tilt",
+]
+
+FASTEST_SPIN = 12.0
+"""Rate of turn [rad/s] that no boat reaches by itself: two turns a second."""
+
+
+def tilt(boat: BoatObservation) -> float:
+    """Angle between a boat's mast and the vertical [rad]."""
+    return math.acos(max(-1.0, min(1.0, math.cos(boat.roll) * math.cos(boat.pitch))))
+
+
+def is_capsized(boat: BoatObservation) -> bool:
+    """Whether a boat's mast points downward."""
+    return tilt(boat) > math.pi / 2
+
+
+def spin(boat: BoatObservation) -> float:
+    """Rate of turn about whatever axis [rad/s]."""
+    return float(np.linalg.norm(boat.angular_velocity))
+
+
+class Upsets:
+    """What is wrong with how boats move, as far as it was said."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        """What was said."""
+        self._said: set[tuple[str, str]] = set()
+
+    def warn(self, seen: Observation, time: float) -> None:
+        """Warn of what is wrong at a time [s]."""
+        for line in self.look(seen, time):
+            self.lines.append(line)
+            warnings.warn(line, VrxWarning, stacklevel=3)
+
+    def look(self, seen: Observation, time: float) -> list[str]:
+        """What is wrong at a time [s] and was not said of that boat before."""
+        found = []
+        for name, boat in seen.items():
+            if is_capsized(boat) and self._is_new(name, "capsized"):
+                angle = math.degrees(tilt(boat))
+                found.append(f"{name} has capsized at t = {time:.1f} s: it is {angle:.0f} degrees from upright")
+            if spin(boat) > FASTEST_SPIN and self._is_new(name, "spins"):
+                found.append(
+                    f"{name} spins at {spin(boat):.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}: "
+                    "check masses, inertias and floats of its robot"
+                )
+        return found
+
+    def _is_new(self, boat: str, what: str) -> bool:
+        if (boat, what) in self._said:
+            return False
+        self._said.add((boat, what))
+        return True
+
 
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
@@ -363,3 +427,62 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
         num_collisions=task["num_collisions"],
         events=sim.task_events,
     )
+
+
+def names_controllers(sim: Simulation) -> bool:
+    """Whether the fleet of a simulation's world names any."""
+    return bool(_crews(sim))
+
+
+def fleet_controller(sim: Simulation) -> Controller | None:
+    """What calls every controller that the world's fleet names; None if it names none.
+
+    Each is loaded once, however many boats it has, and is called with the observations of all boats and the time [s].
+    Of what it returns the commands for its own boats are taken, and, if it has the boat that is scored, its messages to
+    the task.
+
+    Raises:
+        VrxError: a controller cannot be loaded; it names the boats that want it.
+    """
+    crews = _crews(sim)
+    if not crews:
+        return None
+    task = sim.world.parameters.task
+    loaded = []
+    for name, own in crews.items():
+        takes = own | {TASK} if task is not None and task.boat in own else own
+        loaded.append((name, _loaded(name, own, sim.seed), takes))
+
+    def controller(obs: Observation, time: float) -> Mapping[str, Any]:
+        commands: dict[str, Any] = {}
+        for name, steer, takes in loaded:
+            commands |= {boat: item for boat, item in _commands(name, steer(obs, time)).items() if boat in takes}
+        return commands
+
+    return controller
+
+
+def _crews(sim: Simulation) -> dict[str, set[str]]:
+    """The boats of each controller, by its name."""
+    crews: dict[str, set[str]] = {}
+    for boat in sim.world.parameters.boats:
+        if boat.controller is not None:
+            crews.setdefault(boat.controller, set()).add(boat.name)
+    return crews
+
+
+def _loaded(name: str, boats: set[str], seed: int) -> Controller:
+    try:
+        return load_controller(name, seed)
+    except VrxError as error:
+        some = sorted(boats)
+        rest = f" and {len(some) - 3} more" if len(some) > 3 else ""
+        raise VrxError(f"controller of {', '.join(some[:3])}{rest}: {error}") from error
+
+
+def _commands(name: str, returned: Any) -> Mapping[str, Any]:
+    if returned is None:
+        return {}
+    if not isinstance(returned, Mapping):
+        raise CommandError(f"the controller {name} returned {shown(returned)}: a mapping by boat, or None, is needed")
+    return returned

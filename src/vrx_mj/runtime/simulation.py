@@ -15,17 +15,15 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
-from vrx_mj.runtime.contacts import ContactWatch, Touch
 from vrx_mj.runtime.forces import Forces, boat_forces
 from vrx_mj.runtime.live_world import LiveWorld, rig_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.sampling import Listener, check_listener
-from vrx_mj.runtime.sensing import Readings
-from vrx_mj.runtime.shooter import fire
+from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Spawning
 from vrx_mj.runtime.state import State
-from vrx_mj.runtime.subscriptions import Subscription
+from vrx_mj.runtime.subscriptions import ContactWatch, Subscription, Touch
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import HOLDER, in_turn

@@ -1,19 +1,62 @@
 """The types of sensors, one record each; those with a measurement of their own have it in their module."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig
+from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig, P3dConfig, PingerConfig
+from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.gps import GPS
 from vrx_mj.sensors.imu import IMU
 from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
-from vrx_mj.sensors.pinger import PINGER
-from vrx_mj.sensors.readings import Scan, Shooter
-from vrx_mj.sensors.truth import P3D
+from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.readings import Scan, Shooter, Sound, Truth
 
-__all__ = ["SENSOR_KINDS"]
+__all__ = [
+    "P3D",
+    "PINGER",
+    "SENSOR_KINDS",
+    "sound",
+    "truth",
+]
+
+
+def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
+    """Pose and twist, both in world axes; the noise, if there is any, is on the six components of the twist alone."""
+    noise = [draw.error(axis, config.noise) for axis in range(6)]
+    return Truth(place.position, place.orientation, place.velocity + noise[:3], place.spin + noise[3:])
+
+
+P3D = SensorKind(
+    P3dConfig,
+    lambda measurement: truth(measurement.config, measurement.place, measurement.draw),
+    RecordedNumbers(lambda _: 13, lambda numbers, _: Truth(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:])),
+)
+
+
+def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) -> Sound:
+    """Range, bearing and elevation of a beacon [m, ENU], from `place` and in its axes."""
+    x, y, z = place.rotation.T @ (beacon - place.position)
+    return Sound(
+        math.hypot(x, y, z) + draw.error(0, config.range_noise),
+        math.atan2(y, x) + draw.error(1, config.bearing_noise),
+        math.atan2(z, math.hypot(x, y)) + draw.error(2, config.elevation_noise),
+    )
+
+
+PINGER = SensorKind(
+    PingerConfig,
+    lambda measurement: sound(measurement.config, measurement.place, measurement.marks, measurement.draw),
+    RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
+    start_marks=lambda _: (0.0, 0.0, 0.0),  # the beacon is at the world's origin, as in VRX
+    plots=(
+        Plot("range", "Beacon range [m]", lambda data: data.range),
+        Plot("bearing", "Beacon bearing [deg]", lambda data: np.degrees(data.bearing)),
+    ),
+)
+
 
 MOST_SHOTS = 1000.0
 

@@ -16,7 +16,7 @@ from vrx_mj.sensors.gps import fix
 from vrx_mj.sensors.imu import inertia
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import PointCloud, Reading, Sound
-from vrx_mj.sensors.truth import truth
+from vrx_mj.sensors.registry import truth
 
 
 def made(config, tail, data):

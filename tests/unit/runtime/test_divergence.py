@@ -12,7 +12,7 @@ import pytest
 import vrx_mj
 from integration.sailing import AHEAD, boats, simulation
 from vrx_mj.errors import DivergedError
-from vrx_mj.runtime import divergence
+from vrx_mj.runtime import state
 from vrx_mj.runtime.state import State
 
 BUOY = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [20, 3, 0, 0, 0, 0]}
@@ -148,8 +148,8 @@ def temporary(tmp_path, monkeypatch):
 def diverge(time, size=1):
     """What is told of a run that diverges after `time` [s] with a state of so many numbers."""
     good = State(3, "", 1, time, np.zeros(size), b"", 0)
-    kept = divergence.save_last_good_state(good)
-    text = divergence.divergence_message("b", time + 1.0, 0.01, good, kept)
+    kept = state.save_last_good_state(good)
+    text = state.divergence_message("b", time + 1.0, 0.01, good, kept)
     folder = Path(MESSAGE.fullmatch(text)["file"]).parent
     os.utime(folder, (time, time))
     return folder
@@ -157,12 +157,12 @@ def diverge(time, size=1):
 
 def test_the_last_ten_states_are_kept(temporary):
     folders = [diverge(float(time)) for time in range(1, 26)]
-    assert sorted(temporary.iterdir()) == sorted(folders[-divergence.KEPT :])
+    assert sorted(temporary.iterdir()) == sorted(folders[-state.KEPT :])
     assert all(folder.stat().st_mode & 0o777 == 0o700 for folder in temporary.iterdir())
 
 
 def test_they_hold_no_more_than_their_share(temporary, monkeypatch):
-    monkeypatch.setattr(divergence, "KEPT_BYTES", 20_000)
+    monkeypatch.setattr(state, "KEPT_BYTES", 20_000)
     folders = [diverge(float(time), size=1000) for time in range(1, 6)]  # of 8 kB each
     assert sorted(temporary.iterdir()) == sorted(folders[-2:])
     assert diverge(9.0, size=10_000).is_dir()
@@ -183,14 +183,14 @@ def test_what_looks_alike_but_is_not_ours_is_left_alone(temporary, tmp_path_fact
         diverge(float(time))
     left = set(temporary.iterdir())
     assert before < left
-    assert len(left - before) == divergence.KEPT
+    assert len(left - before) == state.KEPT
     assert (elsewhere / "precious").exists()
 
 
 def test_where_nothing_can_be_saved_the_message_says_so(temporary, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(temporary / "none"))
     good = State(3, "", 1, 1.0, np.zeros(1), b"", 0)
-    told = divergence.divergence_message("b", 2.0, 0.01, good, divergence.save_last_good_state(good))
+    told = state.divergence_message("b", 2.0, 0.01, good, state.save_last_good_state(good))
     assert told == (
         "b has a state that is not finite, or huge, at step 200 (t = 2 s). "
         "The state at t = 1 s could not be saved: No such file or directory"

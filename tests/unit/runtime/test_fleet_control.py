@@ -6,7 +6,7 @@ import pytest
 
 from trees import partial
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.runtime.fleet_control import fleet_controller, names_controllers
+from vrx_mj.runtime.run import fleet_controller, names_controllers
 
 MODULE = """
 calls = []

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from vrx_mj import Simulation, VrxWarning, compile_world
-from vrx_mj.runtime.run import run
-from vrx_mj.runtime.upsets import Upsets
+from vrx_mj.runtime.run import Upsets, run
 
 UPSIDE_DOWN = (0, 0, 0.5, math.pi, 0, 0)
 

@@ -8,8 +8,8 @@ import pytest
 from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.config.sensors import PingerConfig
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.pinger import sound
 from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.registry import sound
 
 EXACT = PingerConfig(name="pinger", link="pinger", range_noise=0.0, bearing_noise=0.0, elevation_noise=0.0)
 NOISY = PingerConfig(name="pinger", link="pinger")

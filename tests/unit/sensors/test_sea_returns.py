@@ -7,7 +7,7 @@ import pytest
 
 from vrx_mj.physics import tables
 from vrx_mj.physics.waves import pms_components, surface_height
-from vrx_mj.sensors.sea_returns import sea_distance
+from vrx_mj.sensors.lidar import sea_distance
 
 T = 30.0
 FAR = 130.0

@@ -6,7 +6,7 @@ import pytest
 from vrx_mj.config.sensors import P3dConfig
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
-from vrx_mj.sensors.truth import truth
+from vrx_mj.sensors.registry import truth
 
 PLACE = Place(
     np.array([1.0, 2.0, 3.0]), np.eye(3), np.array([1.0, 0, 0, 0]), np.array([4.0, 5.0, 6.0]), np.array([0.1, 0.2, 0.3])

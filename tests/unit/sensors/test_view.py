@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RenderError
 from vrx_mj.physics.noise import bits
-from vrx_mj.sensors import gl
-from vrx_mj.sensors.camera import Cameras
-from vrx_mj.sensors.grain import LEVELS, grain_table, with_grain
-from vrx_mj.sensors.intrinsics import intrinsics
+from vrx_mj.sensors import canvas
+from vrx_mj.sensors.camera import LEVELS, Cameras, grain_table, with_grain
+from vrx_mj.sensors.view import intrinsics
 
 VRX = CameraConfig(name="c", link="l", frame="f")
 ANGLE = st.floats(-3.1, 3.1)
@@ -129,9 +128,9 @@ def choice(monkeypatch):
             monkeypatch.delenv(name, raising=False)
             if value is not None:
                 monkeypatch.setenv(name, value)
-        monkeypatch.setattr(gl.sys, "platform", "linux")
-        monkeypatch.setattr(gl, "problem_of", lambda name: None if name in working else f"no {name} here")
-        return gl.choose_backend.__wrapped__()
+        monkeypatch.setattr(canvas.sys, "platform", "linux")
+        monkeypatch.setattr(canvas, "problem_of", lambda name: None if name in working else f"no {name} here")
+        return canvas.choose_backend.__wrapped__()
 
     return choose
 
@@ -186,11 +185,12 @@ def test_a_library_that_is_missing_is_named(monkeypatch):
         raise OSError(f"{name}: cannot open shared object file: No such file or directory")
 
     monkeypatch.delenv("PYOPENGL_PLATFORM", raising=False)
-    monkeypatch.setattr(gl.ctypes, "CDLL", absent)
+    monkeypatch.setattr(canvas.ctypes, "CDLL", absent)
     missing = ": cannot open shared object file: No such file or directory"
-    assert (gl.problem_of("egl"), gl.problem_of("osmesa")) == (f"libEGL.so.1{missing}", f"libOSMesa.so.8{missing}")
+    found = canvas.problem_of("egl"), canvas.problem_of("osmesa")
+    assert found == (f"libEGL.so.1{missing}", f"libOSMesa.so.8{missing}")
 
 
 def test_pyopengl_that_is_bound_to_another_way_is_an_obstacle(monkeypatch):
     monkeypatch.setenv("PYOPENGL_PLATFORM", "osmesa")
-    assert gl.problem_of("egl") == "PYOPENGL_PLATFORM=osmesa prevents it"
+    assert canvas.problem_of("egl") == "PYOPENGL_PLATFORM=osmesa prevents it"

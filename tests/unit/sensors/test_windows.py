@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.sensors.windows import angles, grid, sample_window, turns, window
+from vrx_mj.sensors.rays import angles, grid, sample_window, turns, window
 
 COORDINATE = st.floats(-20, 20)
 POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE)

@@ -17,7 +17,7 @@ from vrx_mj.recording.companies import Company
 from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.recording.video.eye import Eye, view_of
 from vrx_mj.recording.video.footage import Instant
-from vrx_mj.runtime.sights import painted
+from vrx_mj.runtime.sensing import painted
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of

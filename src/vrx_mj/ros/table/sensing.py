@@ -14,8 +14,8 @@ from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.sensors.intrinsics import intrinsics
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
+from vrx_mj.sensors.view import intrinsics
 
 __all__ = ["TOPICS", "SensorTopic", "SensorTopics", "scan_message", "sensor_inputs", "sensor_outputs"]
 
