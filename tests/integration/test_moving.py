@@ -139,14 +139,14 @@ def test_the_same_seed_gives_the_same_bits_and_a_state_goes_on_from_there():
         sim.advance(2500)
     state = one.get_state()
     assert state.sha256 == other.get_state().sha256
-    assert one._rig.follower_state["target"][0] > 0
+    assert one._live.rig.follower_state["target"][0] > 0
     one.advance(2000)
-    target, expected = one._rig.follower_state["target"][0], one.get_state().sha256
+    target, expected = one._live.rig.follower_state["target"][0], one.get_state().sha256
     one.reset()
-    assert one._rig.follower_state["target"][0] == 0
+    assert one._live.rig.follower_state["target"][0] == 0
     one.set_state(vrx_mj.State.from_bytes(state.to_bytes()))
     one.advance(2000)
-    assert (one._rig.follower_state["target"][0], one.get_state().sha256) == (target, expected)
+    assert (one._live.rig.follower_state["target"][0], one.get_state().sha256) == (target, expected)
 
 
 def test_without_a_path_it_drifts_as_the_static_one():
