@@ -24,6 +24,8 @@ __all__ = ["Node", "Ros1"]
 
 INCOMING_BYTES = 1 << 27
 """Bytes of messages and requests that have begun to come, of all together."""
+MOST_SOURCES = 1024
+"""Connections to publishers of other processes, at most."""
 MOST_LATCHED = 64
 """Latched messages of other processes that are kept, at most."""
 DEFAULT_MASTER = "http://localhost:11311"
@@ -173,6 +175,7 @@ class Node:
                 self.tcpros_listener.intake,
                 self.graph.notices,
                 self.graph.uri,
+                lambda: sum(len(topic.sources) for topic in self.subscriptions.values()) < MOST_SOURCES,
             )
             self.subscriptions[name].update(self.graph.registrations.apis("publisher", name))
 

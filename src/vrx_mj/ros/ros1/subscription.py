@@ -23,7 +23,7 @@ LARGEST_LATCHED = 1 << 20
 """Bytes of a latched message that is kept for who subscribes later, at most."""
 LONGEST_CALL = 600.0
 """Wall time that a service may take [s]."""
-LARGEST_RESPONSE = 1 << 24
+LARGEST_RESPONSE = 1 << 22
 MOST_AT_ONCE = 64
 """Messages of one piece of a stream that are read; only the newest ones."""
 MOST_PER_SECOND = 5000
@@ -46,9 +46,21 @@ class Subscription:
         intake: Intake,
         notices: Notices,
         own: str = "",
+        has_room: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`own`: the URI of the nodes of this process, whose messages come another way."""
-        self.node, self.name, self.type, self._own = node, name, type_name, own
+        """A topic, of no publisher yet.
+
+        Args:
+            node: our own.
+            name: the topic's.
+            type_name: of its messages.
+            take: is given the messages.
+            intake: bounds what has begun to come.
+            notices: what goes wrong.
+            own: the URI of the nodes of this process, whose messages come another way.
+            has_room: whether there may be a connection more.
+        """
+        self.node, self.name, self.type, self._own, self._has_room = node, name, type_name, own, has_room
         self.take = take
         """Takes the topic, a message, who sent it, and whether its publisher latches it."""
         self.intake, self.notices = intake, notices
@@ -62,7 +74,10 @@ class Subscription:
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).close()
         for uri in wanted:
-            if uri not in self.sources:
+            if uri not in self.sources and not self._has_room():
+                text = f"{self.name}: too many publishers are connected; no messages from {uri}"
+                self.notices.tell("WARN", "publishers", self.name, text)
+            elif uri not in self.sources:
                 self.last_number += 1
                 self.sources[uri] = Source(self, uri, self.last_number)
 

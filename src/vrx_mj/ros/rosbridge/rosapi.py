@@ -1,7 +1,7 @@
 """rosapi: what clients ask about topics, services, types, parameters and each other."""
 
 import json
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError
@@ -89,8 +89,13 @@ class Rosapi:
         """Register all services."""
         for name, arguments in ARGUMENTS.items():
             type_name = TYPES.get(name) or "".join(part.capitalize() for part in name.split("_"))
-            answer = _named(getattr(self, f"_on_{name}"), arguments)
+            method = getattr(self, f"_on_{name}")
+            answer = _named(self._at_once(method) if "param" in name else method, arguments)
             self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
+
+    def _at_once(self, method: Callable[[Any], Coroutine[Any, Any, Values]]) -> Callable[[Any], Any]:
+        """The method, its answer made at once where the parameters are this process's: that is time of the client."""
+        return lambda asked: method(asked) if self._graph.remote_master is not None else _finished(method(asked))
 
     def _on_topics(self, _: Any) -> Values:
         types = self._graph.topics()
@@ -247,6 +252,7 @@ class ClientParameters:
 
     async def set(self, name: str, value: Any) -> None:
         """Set one; CommandError: clients have set too many or too long ones, or it cannot be set."""
+        value = plain(value)
         sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(joined(name), value)}
         kept = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
         if len(kept) + len(sizes) > MOST_PARAMETERS:
@@ -257,7 +263,7 @@ class ClientParameters:
             raise CommandError(f"{name}: {text} characters would be set by clients; at most {MOST_TEXT}")
         if self._graph.remote_master is None:
             self._graph.set_parameter(name, value, "")
-        elif await self._graph.remote_master("setParam", (name, plain(value))) is None:
+        elif await self._graph.remote_master("setParam", (name, value)) is None:
             raise CommandError(f"{name}: the master does not set this parameter")
         self._set = kept | sizes
 
@@ -277,6 +283,15 @@ class ClientParameters:
         if self._graph.remote_master is None:
             return self._graph.parameters.search(self._graph.node, name.strip("/")) or ""
         return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
+
+
+def _finished(answer: Coroutine[Any, Any, Values]) -> Values:
+    """The result of a coroutine that waits for nothing."""
+    try:
+        answer.send(None)
+    except StopIteration as done:
+        return dict(done.value)
+    raise AssertionError("it waits for something")
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:

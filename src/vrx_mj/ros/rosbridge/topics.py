@@ -218,6 +218,8 @@ LONGEST_CALL = 600.0
 """Wall time after which a call has failed, unless it says otherwise, and at most [s]."""
 MOST_CALLS = 256
 """Calls of one client that wait, at most."""
+MOST_ELSEWHERE = 64
+"""Calls of services of other processes that wait, at most: each has a connection."""
 MOST_OFFERED = 256
 """Services that one client offers, at most."""
 
@@ -349,8 +351,11 @@ class Services:
         elif service is not None:
             message = request(arguments, f"{service.type}Request", self._graph.time, name)
             service.call(message, caller.sender, self._answer(self._begin(name, call, timeout)))
+        elif len(self._tasks) >= MOST_ELSEWHERE:
+            raise CommandError(f"{name}: {MOST_ELSEWHERE} calls of other processes are waiting; no more are accepted")
         else:
-            self._wait_for(self._call_elsewhere(name, arguments), self._begin(name, call, timeout))
+            key = self._begin(name, call, timeout)
+            self._wait_for(self._call_elsewhere(name, arguments), key)
 
     def respond(self, key: str, server: Caller, values: Any, result: bool) -> None:
         """A client's answer to a call; CommandError: no call of this id waits for it, or it is no such response."""
@@ -411,12 +416,14 @@ class Services:
         return plain(response, f"{type_name}Response")
 
     def _wait_for(self, answer: Awaitable[Any], key: str) -> None:
+        """Give the answer of another process to the caller."""
+
         async def run() -> None:
             try:
                 values, result = await answer, True
             except VrxError as error:
                 values, result = str(error), False
-            except (OSError, EOFError, TimeoutError) as error:
+            except Exception as error:  # also a mistake of ours must not leave the caller without an answer
                 values, result = f"no answer: {str(error) or type(error).__name__}", False
             if key in self._calls:
                 self._finish(key, values, result)

@@ -14,6 +14,7 @@ from vrx_mj.ros.ros1.connection import framed
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
 from vrx_mj.ros.ros1.slave import Slave, Watch
+from vrx_mj.ros.ros1.subscription import Subscription
 
 
 @pytest.fixture
@@ -179,6 +180,21 @@ def test_a_message_that_is_none_of_its_type_is_told(publications):
 def test_a_process_that_is_gone_is_shown_by_its_number():
     assert shown_process(2**22 + 1) == f"process {2**22 + 1} (already ended); to stop it: kill {2**22 + 1}"
     assert who_listens(0) is None
+
+
+def test_so_many_publishers_are_connected_and_no_more_and_never_this_process(notices):
+    async def run():
+        topic = Subscription(
+            "/gazebo", "/a", "std_msgs/Int8", None, Intake(1), notices, "http://own:1/", lambda: len(topic.sources) < 2
+        )
+        topic.update(["http://own:1/", *(f"http://127.0.0.1:{port}/" for port in (1, 2, 3))])
+        try:
+            return list(topic.sources)
+        finally:
+            await topic.close()
+
+    assert asyncio.run(run()) == ["http://127.0.0.1:1/", "http://127.0.0.1:2/"]
+    assert notices.lines == [("WARN", "/a: too many publishers are connected; no messages from http://127.0.0.1:3/")]
 
 
 class Wire:
