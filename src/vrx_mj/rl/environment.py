@@ -13,7 +13,7 @@ from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.compile import Source, compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
-from vrx_mj.rl.neighbours import Eyes, Neighbours
+from vrx_mj.rl.neighbours import Neighbours, NeighbourView
 from vrx_mj.rl.options import PERIOD, as_floats, check_count, episode_steps, step_limit
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import OWN, Judged, Team, mean_of, team_of
@@ -44,8 +44,8 @@ class TeamOptions(NamedTuple):
 
     boats: int | None
     """Number of boats; None: that of the problem or of the fleet."""
-    eyes: Eyes
-    """How well boats observe each other."""
+    view: NeighbourView
+    """How boats observe each other."""
     moving: tuple[float, float]
     """Chances, 0 to 1, that a boat joins late and leaves early."""
 
@@ -105,12 +105,12 @@ class Environment:
         self.actions = Actions(self.batch.boats, self.batch.channels, self.batch.largest)
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
-        self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.eyes)
+        self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.view)
         if team is None:
             previous = [f"previous action: {name}" for _, name in self.batch.channels]
         else:  # the same number may be another channel of another boat
             previous = [f"previous action {k + 1}" for k in range(self.actions.most)]
-        entries = (*self.problem.entries, *(() if team is None else team.eyes.entries()))
+        entries = (*self.problem.entries, *(() if team is None else team.view.entries()))
         units = [[f"{entry.name} in units of {entry.scale:g}" for entry in part] for part in (OWN, entries)]
         self.observation_names = (*units[0], *previous, *units[1])
         scales = [entry.scale for entry in OWN], np.ones(len(previous)), [entry.scale for entry in entries]

@@ -9,26 +9,26 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import Entry, Team
 
-__all__ = ["FEATURES", "Eyes", "Neighbours", "normals"]
+__all__ = ["FEATURES", "NeighbourView", "Neighbours", "normals"]
 
 Keys = npt.NDArray[np.uint64]
 FEATURES = 7
 """Numbers that are observed of a neighbour."""
 DRAWS = 5
-"""Normal numbers of a look at one boat: two of its place, two of its velocity, one of its heading."""
+"""Normal numbers that an observation of one boat takes: two of its place, two of its velocity, one of its heading."""
 
 
-class Eyes(NamedTuple):
+class NeighbourView(NamedTuple):
     """How well boats see each other."""
 
     neighbours: int
-    """Of so many, the nearest."""
+    """Number of boats that are observed, the nearest ones."""
     range: float
-    """No farther than this [m]."""
+    """Greatest distance at which a boat is observed [m]."""
     noise: tuple[float, float, float]
     """Standard deviations of east and north [m], of both velocities [m/s], and of the heading [rad]."""
     delay: int
-    """[steps]."""
+    """Delay of what is observed [steps]."""
 
     def entries(self) -> tuple[Entry, ...]:
         """What is observed, in the order of the observation."""
@@ -49,9 +49,9 @@ class Neighbours:
     step has its own noise, a function of the row's key, so that it depends on nothing else.
     """
 
-    def __init__(self, n: int, boats: int, eyes: Eyes) -> None:
-        self._eyes, self._rows = eyes, np.arange(n)
-        self._past = np.zeros((eyes.delay + 1, n, boats, 6))
+    def __init__(self, n: int, boats: int, view: NeighbourView) -> None:
+        self._view, self._rows = view, np.arange(n)
+        self._past = np.zeros((view.delay + 1, n, boats, 6))
         self._step, self._key = np.zeros(n, np.int64), np.zeros(n, np.uint64)
         self._pairs = np.arange(boats * boats, dtype=np.uint64).reshape(boats, boats)
 
@@ -67,16 +67,16 @@ class Neighbours:
         self._past[at, self._rows[going]] = _report(team)[going]
 
     def observe(self, team: Team) -> FloatArray:
-        """(n, boats, neighbours * 7): the nearest first, as `Eyes.entries` says; zeros where there is none."""
-        then = self._past[(self._step - self._eyes.delay) % len(self._past), self._rows]
+        """(n, boats, neighbours * 7): the nearest first, in the order of the entries; zeros where there are fewer."""
+        then = self._past[(self._step - self._view.delay) % len(self._past), self._rows]
         x, y, _, _, _, there = np.moveaxis(then, -1, 0)
         gaps = np.hypot(x[:, None] - team.x[:, :, None], y[:, None] - team.y[:, :, None])
         boats = gaps.shape[1]
-        seen = (there[:, None] > 0.0) & (gaps <= self._eyes.range) & ~np.eye(boats, dtype=np.bool_)
-        order = np.argsort(np.where(seen, gaps, np.inf), axis=2, kind="stable")[:, :, : self._eyes.neighbours]
+        seen = (there[:, None] > 0.0) & (gaps <= self._view.range) & ~np.eye(boats, dtype=np.bool_)
+        order = np.argsort(np.where(seen, gaps, np.inf), axis=2, kind="stable")[:, :, : self._view.neighbours]
         found = np.take_along_axis(seen, order, axis=2)
         reported = then[self._rows[:, None, None], order] + self._noise(order)
-        whole = np.zeros((*found.shape[:2], self._eyes.neighbours, FEATURES))
+        whole = np.zeros((*found.shape[:2], self._view.neighbours, FEATURES))
         whole[:, :, : order.shape[2]] = np.where(found[..., None], _seen_from(team, reported), 0.0)
         return whole.reshape(*found.shape[:2], -1)
 
@@ -86,7 +86,7 @@ class Neighbours:
         pair = self._pairs[np.arange(boats)[None, :, None], order]
         step = self._step.astype(np.uint64)[:, None, None] * np.uint64(boats * boats)
         counters = ((step + pair)[..., None] * np.uint64(DRAWS) + np.arange(DRAWS, dtype=np.uint64)).astype(np.uint64)
-        place, velocity, heading = self._eyes.noise
+        place, velocity, heading = self._view.noise
         drawn = normals(self._key[:, None, None, None], counters) * (place, place, velocity, velocity, heading)
         return np.concatenate((drawn[..., :2], drawn[..., 4:], drawn[..., 2:4], np.zeros((*order.shape, 1))), axis=-1)
 

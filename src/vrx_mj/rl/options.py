@@ -12,11 +12,21 @@ from gymnasium.vector import AutoresetMode
 from vrx_mj.arguments import as_number
 from vrx_mj.arrays import BoolArray
 from vrx_mj.errors import shown
-from vrx_mj.rl.neighbours import Eyes
+from vrx_mj.rl.neighbours import NeighbourView
 
 __all__ = [
-    "PERIOD", "as_floats", "chance", "check_count", "check_picture", "episode_steps", "eyes_of", "is_number",
-    "reset_mode", "row_mask", "step_limit", "team_share",
+    "PERIOD",
+    "as_floats",
+    "chance",
+    "check_count",
+    "check_picture",
+    "episode_steps",
+    "is_number",
+    "neighbour_view",
+    "reset_mode",
+    "row_mask",
+    "step_limit",
+    "team_share",
 ]  # fmt: skip
 
 PERIOD = 0.1
@@ -113,7 +123,7 @@ def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
         raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None
 
 
-def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
+def neighbour_view(neighbours: Any, reach: Any, noise: Any, delay: Any) -> NeighbourView:
     """How boats see each other; gymnasium.error.Error: an option is invalid."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
         raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
@@ -133,7 +143,7 @@ def eyes_of(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Eyes:
         raise gymnasium.error.Error(
             f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s, up to {LONGEST_DELAY:g} s, is needed"
         )
-    return Eyes(
+    return NeighbourView(
         int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
     )
 

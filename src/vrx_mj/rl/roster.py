@@ -1,4 +1,4 @@
-"""Who is in the water: boats that come late, go early, are lost, or are done."""
+"""Which boats are in the water: some join late, leave early, are lost, or are done."""
 
 import numpy as np
 

@@ -16,7 +16,16 @@ from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
 from vrx_mj.rl.environment import BOUND, ActionError, Environment, Floats32, TeamOptions
 from vrx_mj.rl.generators import Range, Seeds
-from vrx_mj.rl.options import PERIOD, as_floats, chance, check_count, check_picture, eyes_of, row_mask, team_share
+from vrx_mj.rl.options import (
+    PERIOD,
+    as_floats,
+    chance,
+    check_count,
+    check_picture,
+    neighbour_view,
+    row_mask,
+    team_share,
+)
 from vrx_mj.rl.picture import show
 from vrx_mj.rl.problems import SCORE, TEAMS
 
@@ -48,7 +57,7 @@ class TeamVectorEnv:
     Reward, terminated and truncated, (num_envs, boats). `info["acted"]` has the boats to which these numbers belong,
     `info["present"]` the boats in the next step, `team_reward` (num_envs,) and `own_reward` the parts of the rewards,
     `sunk` and `capsized` (num_envs, boats) the boats that are lost, and `diverged` (num_envs,) the rows whose state
-    became NaN or too large. These end, as in `VectorEnv`, and forfeit what their problem says. When rows begin,
+    became NaN or too large. These end, as in `VectorEnv`, and forfeit what their problem defines. When rows begin,
     `info` has what was drawn for them (`drawn_names`), with masks.
 
     A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
@@ -111,12 +120,12 @@ class TeamVectorEnv:
         """
         check_count("num_envs", num_envs)
         check_picture(render_mode, RENDER_MODES, width, height)
-        eyes, self._share = eyes_of(neighbours, range, noise, delay), team_share(reward)
+        view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
         check_name("problem", problem, (*TEAMS, SCORE))
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, autoreset
         self._core = Environment(
-            problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, eyes, moving), duration=duration,
+            problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, view, moving), duration=duration,
             threads=threads, size=(width, height), variety=variety,
         )  # fmt: skip
 
@@ -271,15 +280,15 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         acted = self.agents
         seen, reward, ended, cut, info = self._rows.step(self._array(actions))
         there = self._note(seen, info)
-        told = [boat for boat in self.possible_agents if boat in acted or boat in there]
-        at = {boat: self.possible_agents.index(boat) for boat in told}
+        named = [boat for boat in self.possible_agents if boat in acted or boat in there]
+        at = {boat: self.possible_agents.index(boat) for boat in named}
         self._show()
         return (
-            {boat: self._observation(boat) for boat in told},
+            {boat: self._observation(boat) for boat in named},
             {boat: float(reward[0, k]) for boat, k in at.items()},
             {boat: bool(ended[0, k]) for boat, k in at.items()},
             {boat: bool(cut[0, k]) for boat, k in at.items()},
-            self._facts(told, info),
+            self._facts(named, info),
         )
 
     def state(self) -> Floats32:
@@ -308,7 +317,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     # Inside
 
     def _note(self, seen: Floats32, info: dict[str, Any]) -> list[str]:
-        """Keep what was seen, and who goes on."""
+        """Keep what was observed, and which boats go on."""
         self._seen = seen[0]
         here = zip(self.possible_agents, info["present"][0].tolist(), strict=True)
         self.agents = [boat for boat, present in here if present]
@@ -319,7 +328,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return own
 
     def _facts(self, boats: list[str], info: dict[str, Any]) -> Infos:
-        """What `info` tells each boat: its own, and what is the whole world's."""
+        """`info` of each boat: its own facts, and those of the whole world."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
         whole = self._rows.drawn_names
         return {

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vrx_mj.physics.noise import normal
-from vrx_mj.rl.neighbours import Eyes, Neighbours, normals
-from vrx_mj.rl.options import chance, eyes_of, team_share
+from vrx_mj.rl.neighbours import Neighbours, NeighbourView, normals
+from vrx_mj.rl.options import chance, neighbour_view, team_share
 from vrx_mj.rl.problem import Team
 
 SHARP = (0.0, 0.0, 0.0)
@@ -23,8 +23,8 @@ def team(spots, present=None):
     return Team(x, y, yaw, east, north, np.zeros((*x.shape, 9)), here)
 
 
-def looking(eyes, first, key=7):
-    neighbours = Neighbours(1, first.x.shape[1], eyes)
+def looking(view, first, key=7):
+    neighbours = Neighbours(1, first.x.shape[1], view)
     neighbours.begin(np.arange(1), np.array([key], np.uint64), first)
     return neighbours
 
@@ -43,14 +43,14 @@ def test_normal_numbers_are_those_of_the_kernel():
 def test_a_neighbour_is_seen_in_the_observers_axes():
     """We head north at 1 m/s; the other, 10 m north-west, heads west at 2 m/s."""
     now = team([(0, 0, math.pi / 2, 0, 1), (-10, 10, math.pi, -2, 0)])
-    ours, theirs = seen(looking(Eyes(1, 50.0, SHARP, 0), now), now)
+    ours, theirs = seen(looking(NeighbourView(1, 50.0, SHARP, 0), now), now)
     np.testing.assert_allclose(ours, [[1, 10, 10, 1, 0, -1, 2]], atol=1e-12)
     np.testing.assert_allclose(theirs, [[1, -10, 10, -1, 0, -2, -1]], atol=1e-12)
 
 
 def test_the_nearest_come_first_and_zeros_last():
     now = team([(0, 0, 0, 0, 0), (30, 0, 0, 0, 0), (20, 0, 0, 0, 0), (51, 0, 0, 0, 0)])
-    found = seen(looking(Eyes(4, 50.0, SHARP, 0), now), now)
+    found = seen(looking(NeighbourView(4, 50.0, SHARP, 0), now), now)
     np.testing.assert_array_equal(found[0, :, 0], [1, 1, 0, 0])
     np.testing.assert_array_equal(found[0, :, 1], [20, 30, 0, 0])
     np.testing.assert_array_equal(found[3, :, 1], [-21, -31, 0, 0])
@@ -59,13 +59,13 @@ def test_the_nearest_come_first_and_zeros_last():
 
 def test_who_is_not_there_is_not_seen():
     now = team([(0, 0, 0, 0, 0), (5, 0, 0, 0, 0), (9, 0, 0, 0, 0)], [True, False, True])
-    np.testing.assert_array_equal(seen(looking(Eyes(1, 50.0, SHARP, 0), now), now)[0, :, 1], [9])
+    np.testing.assert_array_equal(seen(looking(NeighbourView(1, 50.0, SHARP, 0), now), now)[0, :, 1], [9])
 
 
 def test_reports_are_as_old_as_the_delay():
     """The other goes 1 m a step and joins after the first; we stand still, and would see where we are now."""
     at = [team([(-0.5 * k, 0, 0, 0, 0), (10 + k, 0, 0, 0, 0)], [True, k > 0]) for k in range(9)]
-    neighbours = looking(Eyes(1, 50.0, SHARP, 3), at[0])
+    neighbours = looking(NeighbourView(1, 50.0, SHARP, 3), at[0])
     shown = []
     for now in at[1:]:
         neighbours.note(ALL, now)
@@ -75,14 +75,14 @@ def test_reports_are_as_old_as_the_delay():
 
 def test_rows_that_stand_keep_their_memory():
     first, later = team([(0, 0, 0, 0, 0), (10, 0, 0, 0, 0)]), team([(0, 0, 0, 0, 0), (20, 0, 0, 0, 0)])
-    neighbours = looking(Eyes(1, 50.0, SHARP, 0), first)
+    neighbours = looking(NeighbourView(1, 50.0, SHARP, 0), first)
     neighbours.note(~ALL, later)
     assert seen(neighbours, later)[0, 0, 1] == 10
 
 
 def test_noise_is_as_large_as_it_is_said_to_be_and_new_in_every_step():
     now = team([(0, 0, 0, 0, 0), (10, 0, 0.5, 0, 0)])
-    neighbours = looking(Eyes(1, 50.0, (0.5, 0.2, 0.1), 0), now)
+    neighbours = looking(NeighbourView(1, 50.0, (0.5, 0.2, 0.1), 0), now)
     rows = []
     for _ in range(3000):
         neighbours.note(ALL, now)
@@ -103,9 +103,9 @@ def test_noise_is_as_large_as_it_is_said_to_be_and_new_in_every_step():
 def test_noise_hangs_on_the_key_and_the_pair_alone():
     pair = [(0, 0, 0, 0, 0), (10, 0, 0.5, 0, 0), (-12, 0, 0.5, 0, 0)]
     both, alone = team(pair), team(pair, [True, True, False])
-    eyes = Eyes(1, 50.0, (0.5, 0.2, 0.1), 0)
-    np.testing.assert_array_equal(seen(looking(eyes, both), both)[:2], seen(looking(eyes, alone), alone)[:2])
-    assert (seen(looking(eyes, both), both)[0, 0, 1:] != seen(looking(eyes, both, key=8), both)[0, 0, 1:]).all()
+    view = NeighbourView(1, 50.0, (0.5, 0.2, 0.1), 0)
+    np.testing.assert_array_equal(seen(looking(view, both), both)[:2], seen(looking(view, alone), alone)[:2])
+    assert (seen(looking(view, both), both)[0, 0, 1:] != seen(looking(view, both, key=8), both)[0, 0, 1:]).all()
 
 
 @pytest.mark.parametrize(
@@ -123,9 +123,9 @@ def test_noise_hangs_on_the_key_and_the_pair_alone():
         ((1, 50, SHARP, -1), "invalid delay -1: a multiple of 0.1 s, up to 3600 s, is needed"),
     ],
 )
-def test_eyes_that_are_none(given, message):
+def test_views_that_are_invalid(given, message):
     with pytest.raises(gymnasium.error.Error) as caught:
-        eyes_of(*given)
+        neighbour_view(*given)
     assert str(caught.value) == message
 
 

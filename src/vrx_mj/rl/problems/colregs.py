@@ -35,7 +35,7 @@ def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
 
 
 def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
-    """What each has to do, (n, 2), by how they stand when they sight each other; rule 13 (d): it stays so.
+    """What each has to do, (n, 2), by their places when they sight each other; rule 13 (d): it stays so.
 
     Head-on where both are nearly ahead of each other on nearly reciprocal courses (rule 14). Else who is in the other's
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way

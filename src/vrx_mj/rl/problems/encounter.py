@@ -13,11 +13,11 @@ from vrx_mj.rl.refereed import Rows
 __all__ = ["Encounter"]
 
 AHEAD = 18.0
-"""So long after the start they would collide if both kept on [s]."""
+"""Time from the start to the collision if both kept on [s]."""
 BEYOND = 20.0
-"""Of a goal from the point where they would collide [m]."""
+"""Distance of a goal from the point where they would collide [m]."""
 SPEED, SLOW, FAST = 1.5, 0.8, 2.0
-"""Meeting or crossing, overtaken, and overtaking [m/s]."""
+"""Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
 WANTED = 15.0
 """A closest approach beyond this costs nothing [m]."""
 AGREED = 15.0
@@ -46,7 +46,7 @@ class Encounter(Problem):
     (17 c). A boat that is at its goal when they have passed leaves, with 5 times the range's score, of 6 to 15 m, times
     the pose's. -10 for being nearer than 6 m at any time, which ends the episode, without scores. A boat that is lost
     forfeits 20, and 0.1 for each step left. The team's reward is the mean of both. `info`: `role`, `closest` [m] so
-    far, `passed`, `collided`, and `score` as it stands, 0 until they have passed; at the start `goals` [m].
+    far, `passed`, `collided`, and the present `score`, 0 until they have passed; at the start `goals` [m].
     """
 
     world = open_water()
@@ -70,7 +70,7 @@ class Encounter(Problem):
         self._reached, self._collided = np.zeros((n, 2), np.bool_), np.zeros(n, np.bool_)
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
-        """A situation, who is who in it, and the way it lies in the world."""
+        """A situation, which boat has which part in it, and the way it lies in the world."""
         kind, course, side = int(random.integers(3)), random.uniform(-np.pi, np.pi), random.choice((-1.0, 1.0))
         apart = (np.radians(180.0 + random.uniform(-5.0, 5.0)), side * np.radians(random.uniform(50.0, 130.0)),
                  np.radians(random.uniform(-10.0, 10.0)))[kind]  # fmt: skip
@@ -81,7 +81,7 @@ class Encounter(Problem):
         return [(-AHEAD * speed * np.cos(way), -AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
 
     def begin(self, who: BoolArray, team: Team) -> None:
-        """Who is who."""
+        """The roles of both."""
         rows = who.any(axis=1)
         bearing = colregs.bearings(team.x, team.y, team.yaw)
         for kept, now in (
@@ -126,7 +126,7 @@ class Encounter(Problem):
         return super().forfeit(left) + 0.1 * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """Who is who, how near they came, and what that was worth."""
+        """Their roles, how near they came, and what that was worth."""
         found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
         return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
 
@@ -155,7 +155,7 @@ class Encounter(Problem):
         self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
 
     def _scores(self) -> FloatArray:
-        """The scores (n, 2) as they stand: 0 until the boats have passed, and after a collision."""
+        """The present scores, (n, 2): 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
         safe = colregs.range_score(self._closest, CLEAR, WANTED)
         counts = (safe * self._passed * ~self._collided)[:, None]

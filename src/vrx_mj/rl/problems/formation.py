@@ -1,4 +1,4 @@
-"""Formation: keep one's place beside a leader that is not there."""
+"""Formation: keep one's place beside a leader that is only a point."""
 
 from typing import Any
 
@@ -15,19 +15,19 @@ __all__ = ["Formation"]
 
 SHAPES = ("line", "column", "wedge", "circle")
 SPACING = 12.0
-"""Between neighbours [m]."""
+"""Distance between neighbours [m]."""
 SPEEDS = (0.6, 1.2)
-"""Of the leader [m/s]."""
+"""Speeds of the leader, least and greatest [m/s]."""
 BENDS = 0.08
 """The leader's yaw rate swings to this at most [rad/s]; half of that at the end of the widest arm is 0.7 m/s."""
 SWING = 40.0
-"""Period of that [s]."""
+"""Period of the leader's yaw rate [s]."""
 OFF = 3.0
 """A boat starts no farther beside or behind its place than this [m]."""
 FARTHER = 10.0
 """A boat that is lost forfeits what it is off and so much more [m], for the time left."""
 TURNED = np.radians(45.0)
-"""Of the bow from the leader's course at the start, at most [rad]."""
+"""Greatest angle between the bow and the leader's course at the start [rad]."""
 
 
 class Formation(Problem):
@@ -76,7 +76,7 @@ class Formation(Problem):
         return x + dx, y + dy, heading, float(self._speed[row])
 
     def begin(self, who: BoolArray, team: Team) -> None:
-        """How far they are off."""
+        """How far the boats are off their places."""
         self._off = np.where(who, self._now(team), self._off)
 
     def observe(self, team: Team) -> FloatArray:
@@ -103,7 +103,7 @@ class Formation(Problem):
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """How far they are off."""
+        """How far the boats are off their places."""
         return {"off": self._off.copy()}
 
     def _rate(self) -> FloatArray:

@@ -13,16 +13,15 @@ from vrx_mj.rl.refereed import Rows
 __all__ = ["Rendezvous"]
 
 APART = (24.0, 36.0)
-"""The two places are so far apart [m]."""
+"""Distances between the two places, least and greatest [m]."""
 DRIFT = 0.2
-"""Speed of the places, each its own way, at most [m/s]."""
+"""Greatest speed of the places, each its own way [m/s]."""
 ROOM = 5.0
 """Boats have met within this times the root of their number of a place [m]."""
 HOLD = 3.0
-"""For so long [s]."""
+"""Boats have met when they were there for so long [s]."""
 AWAY = (25.0, 35.0)
-"""Of the boats from the middle between the places at the start [m]."""
-
+"""Distances of the boats from the middle between the places at the start [m]."""
 TOO_NEAR = 0.2
 """Cost of a step with another boat too near: with 50 of them, to have met is worth nothing."""
 
@@ -105,7 +104,7 @@ class Rendezvous(Problem):
         return super().forfeit(left) + TOO_NEAR * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """How far it is."""
+        """How far the boats are from the place, and whether they have met."""
         return {"distance": self._distance.copy(), "met": self._held >= round(HOLD / PERIOD)}
 
     def _now(self, team: Team) -> FloatArray:

@@ -13,8 +13,8 @@ from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = ["Score"]
 
-TOLD = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "score")
-"""What every referee tells, besides what a task has of its own."""
+COMMON_OUTPUTS = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "score")
+"""Outputs that all tasks have."""
 
 
 LOST = 100.0
@@ -26,8 +26,8 @@ class Score(Problem):
 
     Reward of that boat: by how much the task's score has become better in the step, in its unit; their sum is the
     score, less where less is better. The others have none of their own; the team's is the same. The end of the task
-    ends the episode, and so does the loss of the boat, which forfeits 100. Observed of the task is how it stands alone;
-    what it tells a team (a goal, a pinger's range) is in `info["outputs"]`, beside `score`, `state` and
+    ends the episode, and so does the loss of the boat, which forfeits 100. Only the task's state is observed;
+    its own outputs (a goal, a pinger's range) are in `info["outputs"]`, beside `score`, `state` and
     `num_collisions`. Messages and shots are not among the actions.
     """
 
@@ -71,11 +71,11 @@ class Score(Problem):
         return x, y, float(self._yaw[boat]), 0.0
 
     def begin(self, who: BoolArray, team: Team) -> None:
-        """The score as it stands."""
+        """The score at present."""
         self._score = float(self._task["score"])
 
     def observe(self, team: Team) -> FloatArray:
-        """The way, the heading, and how the task stands."""
+        """The way, the heading, and the task's state."""
         task, every = self._task, np.ones_like(team.x)
         east, north = team.x - self._first[:, 0], team.y - self._first[:, 1]
         scored = np.arange(self.size) == self.anchor
@@ -96,9 +96,9 @@ class Score(Problem):
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[Any]]:
-        """What the referee tells."""
+        """The score and the other outputs of the task."""
         task = self._task
         outputs = np.empty(1, object)
-        outputs[0] = {name: value for name, value in task.items() if name not in TOLD}
-        told = {name: np.array([task[name]]) for name in ("score", "state", "num_collisions")}
-        return {**told, "outputs": outputs}
+        outputs[0] = {name: value for name, value in task.items() if name not in COMMON_OUTPUTS}
+        common = {name: np.array([task[name]]) for name in ("score", "state", "num_collisions")}
+        return {**common, "outputs": outputs}
