@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from vrx_mj.config.boats import assembled
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.reader import read_urdf
+from vrx_mj.mjcf.boats import assembled
 
 FILE = Path("boat.urdf")
 INERTIA = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'

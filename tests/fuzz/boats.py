@@ -7,8 +7,9 @@ from collections.abc import Callable
 from fuzz import markup, raw
 from fuzz.kind import Files, Kind
 from fuzz.yaml_files import ASSETS, BROKEN, PLAIN, REPO, mutated_yaml, sail_fleet, seeds_in
-from vrx_mj.config.build import Order, robot_urdf
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.robots import load_robot
+from vrx_mj.mjcf.build import robot_urdf
 
 GOLDEN = REPO / "tests" / "golden" / "urdf"
 ROBOTS = ASSETS / "robots"

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.search import catalogue
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.resources import root
 
 ROBOTS = sorted(catalogue("robots"))

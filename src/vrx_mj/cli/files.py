@@ -16,7 +16,7 @@ from vrx_mj.resources import root
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
-    from vrx_mj.config.boats import Boat, Thruster
+    from vrx_mj.mjcf.boats import Boat, Thruster
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
@@ -65,8 +65,9 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
 
 def command_lines(robot: str) -> Iterator[str]:
     """For each profile a line about the commands of a robot with its first layout; none if it cannot be built."""
-    from vrx_mj.config.build import Order, build_boat
+    from vrx_mj.config.fleet import Order
     from vrx_mj.config.profiles import Profile
+    from vrx_mj.mjcf.build import build_boat
 
     for profile in get_args(Profile):
         try:

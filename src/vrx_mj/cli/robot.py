@@ -92,11 +92,11 @@ def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
 
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
-    from vrx_mj.config.boats import assembled
     from vrx_mj.config.robots import RobotConfig
     from vrx_mj.config.urdf.gazebo import read_gazebo
     from vrx_mj.config.urdf.reader import read_urdf
     from vrx_mj.config.urdf.xacro_files import own_packages
+    from vrx_mj.mjcf.boats import assembled
     from vrx_mj.mjcf.robot_files import save_robot
 
     robot = read_urdf(urdf, file, packages=own_packages())

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
@@ -33,10 +33,10 @@ from vrx_mj.config.base import (
     faults,
     numbers,
 )
-from vrx_mj.config.build import Order
 from vrx_mj.config.layouts import HEIGHT, Facing, Layout, LayoutName, headings, spots, square
 from vrx_mj.config.loading import Loading, check, problem_at, validated
 from vrx_mj.config.parts.read import load_parts
+from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import File, Section, of_python
@@ -52,6 +52,7 @@ __all__ = [
     "Headings",
     "Loc",
     "Located",
+    "Order",
     "Slot",
     "fleet_faults",
     "newcomer",
@@ -82,6 +83,25 @@ _CONTROLLER = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 
 Engines = Literal["fixed", "hinged"]
 Headings = Literal["math", "compass"]
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a fleet says about how a boat is built; equal orders give equal boats."""
+
+    robot: str
+    folder: Path | None = None
+    """Where a relative path of `robot` starts."""
+    layout: str | None = None
+    """Of the thrusters, where the robot has layouts."""
+    thrusters: Path | None = None
+    """VRX's thruster file."""
+    components: Path | None = None
+    """VRX's component file."""
+    sensors: tuple[str, ...] | None = None
+    """Suites or names of sensors; None: the robot's own."""
+    profile: str = CLASSIC
+    """Of the world's physics."""
 
 
 class BoatConfig(Config):

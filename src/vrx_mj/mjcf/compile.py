@@ -12,9 +12,7 @@ from markupsafe import Markup, escape
 
 from vrx_mj.arguments import as_seed
 from vrx_mj.config.bays import LightConfig
-from vrx_mj.config.boats import Boat
-from vrx_mj.config.build import Order, build_boat
-from vrx_mj.config.fleet import BoatConfig, FleetConfig
+from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.poses import Pose
@@ -22,6 +20,8 @@ from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.boats import Boat
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.dock_checks import check_docks
 from vrx_mj.mjcf.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
 from vrx_mj.mjcf.fields import place_fields

@@ -6,11 +6,11 @@ from functools import cached_property
 from typing import Any
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.boats import Boat
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.masses import Engines
 from vrx_mj.config.world import PhysicsConfig, WindConfig
 from vrx_mj.mjcf.afloat import outline
+from vrx_mj.mjcf.boats import Boat
+from vrx_mj.mjcf.masses import Engines
 from vrx_mj.mjcf.parameters import Row, hull_physics
 from vrx_mj.mjcf.robots import Color, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
 from vrx_mj.mjcf.templates import PREFIX, Piece

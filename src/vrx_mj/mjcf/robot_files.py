@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vrx_mj.config.boats import Boat
+from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.robots import robot_piece
 
 __all__ = ["save_robot"]

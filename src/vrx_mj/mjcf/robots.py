@@ -15,9 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.dynamics import ContactConfig
-from vrx_mj.config.masses import (
+from vrx_mj.config.poses import Pose, rotation
+from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.mjcf.boats import Boat, Part, Thruster
+from vrx_mj.mjcf.masses import (
     LIGHTEST,
     NOTHING,
     Engines,
@@ -27,8 +29,6 @@ from vrx_mj.config.masses import (
     push_center,
     turning_mass,
 )
-from vrx_mj.config.poses import Pose, rotation
-from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.mjcf.templates import Geom, Piece, geoms, meshes
 from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER

@@ -3,8 +3,9 @@
 import pytest
 
 from urdf_boats import joint, link, robot, thruster
-from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.fleet import Order
 from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.mjcf.build import build_boat
 
 WATER = '<gazebo><plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"/></gazebo>'
 GPS = '<gazebo reference="base_link"><sensor type="gps" name="top.gps"><update_rate>5</update_rate></sensor></gazebo>'

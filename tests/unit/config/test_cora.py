@@ -2,7 +2,8 @@
 
 import pytest
 
-from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.fleet import Order
+from vrx_mj.mjcf.build import build_boat
 
 CORA_LINKS = {  # mass, moments of inertia, place in the base link
     "dummy_link": (33000, (20700, 420000, 420000), (0, 0, 1)),

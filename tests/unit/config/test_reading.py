@@ -9,8 +9,8 @@ import pytest
 
 import vrx_mj
 from peak_memory import peak_memory
-from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.docks import load_dock
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.parts.read import load_parts
@@ -22,6 +22,7 @@ from vrx_mj.config.urdf.xacro_files import Files
 from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.terrain import shoreline
 
 WHOLE = 100

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.config.displacement import displaced, floating_level
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid, solid_of_mesh
+from vrx_mj.mjcf.displacement import displaced, floating_level
 
 HIGH = 99.0
 

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.config.build import Order, build_boat
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.parts.generate import example_file
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.sensors.errors import variances
 
 

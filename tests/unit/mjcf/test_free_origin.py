@@ -13,13 +13,13 @@ import shapely
 import yaml
 
 from urdf_boats import assemble
-from vrx_mj.config.build import build_boat
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import file_of
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.free_origin import FARTHEST_ORIGIN, free_origin
 from vrx_mj.mjcf.placement import place_docks, place_objects
 

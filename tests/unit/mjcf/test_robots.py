@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.config.boats import Boat
-from vrx_mj.config.build import Order, build_boat
-from vrx_mj.config.masses import (
+from vrx_mj.config.fleet import Order
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.mjcf.boats import Boat
+from vrx_mj.mjcf.build import build_boat
+from vrx_mj.mjcf.masses import (
     axis_inertia,
     boat_mass,
     body_mass,
@@ -26,7 +28,6 @@ from vrx_mj.config.masses import (
     rigid,
     turning_mass,
 )
-from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.robots import hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.resources import root
 

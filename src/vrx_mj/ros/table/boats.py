@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.build import Order, boat_urdf
-from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.fleet import BoatConfig, Order
 from vrx_mj.config.poses import quaternion
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.links import read_joint, root_of
@@ -18,6 +17,7 @@ from vrx_mj.config.urdf.model import Joint
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
+from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER

@@ -2,8 +2,9 @@
 
 import pytest
 
-from vrx_mj.config.build import Order, boat_urdf
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.urdf.xml_text import in_namespace, namespace_of
+from vrx_mj.mjcf.build import boat_urdf
 
 TEXT = """<robot name="wamv">
   <link name="wamv/base_link"><visual><geometry><mesh filename="wamv/hull.dae"/></geometry></visual></link>

@@ -7,11 +7,12 @@ import pytest
 
 import vrx_mj
 from urdf_boats import BOX, joint, link, robot, thruster
-from vrx_mj.config.build import Order, build_boat, robot_urdf
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.parts.generate import example_file, wamv_urdf
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import PACKAGE_PATH
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.mjcf.build import build_boat, robot_urdf
 
 PUSHER = (link("left_propeller"), joint("shaft", "left_propeller", xyz="-2 0 0", kind="continuous"), thruster("left"))
 DYNAMICS = '<plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"><hullRadius>0.2</hullRadius></plugin>'
@@ -347,7 +348,7 @@ def test_equal_orders_of_a_users_file_are_read_anew(folder):
 
 def test_a_users_file_beside_our_assets_is_read_anew(folder, monkeypatch):
     """In an editable install our assets lie in the folder of the whole project."""
-    monkeypatch.setattr("vrx_mj.config.build.root", lambda: folder)
+    monkeypatch.setattr("vrx_mj.mjcf.build.root", lambda: folder)
     write(folder, boat_urdf=BOAT)
     assert names(build("boat.urdf")) == ["bow", "stern"]
     write(folder, boat_urdf=BOAT.replace("stern", "mast"))

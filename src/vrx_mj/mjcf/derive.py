@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.boats import Boat, Part
-from vrx_mj.config.displacement import Displaced, displaced, floating_level
-from vrx_mj.config.masses import MassProperties, boat_mass
 from vrx_mj.config.poses import apply, compose, rotation
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.boats import Boat, Part
+from vrx_mj.mjcf.displacement import Displaced, displaced, floating_level
+from vrx_mj.mjcf.masses import MassProperties, boat_mass
 
 __all__ = ["LINES", "Derived", "boat_box", "derived_floats", "derived_lines"]
 

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.boats import Boat, Part, Thruster
 from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.errors import CompileError
+from vrx_mj.mjcf.boats import Boat, Part, Thruster
 
 Engines = Literal["fixed", "hinged"]
 """Are the engines part of the hull's body, or bodies of their own that turn about z?"""

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.config.build import Order, build_boat
 from vrx_mj.config.dynamics import ServoConfig, ThrusterConfig
-from vrx_mj.config.masses import axis_inertia, joined, posed, rigid
+from vrx_mj.config.fleet import Order
+from vrx_mj.mjcf.build import build_boat
+from vrx_mj.mjcf.masses import axis_inertia, joined, posed, rigid
 from vrx_mj.mjcf.robots import _drive, station_rows, thruster_rows
 
 

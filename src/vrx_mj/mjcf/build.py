@@ -2,21 +2,19 @@
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.config.boats import Boat, assembled
-from vrx_mj.config.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.config.dynamics import HydrodynamicsConfig
+from vrx_mj.config.fleet import Order
 from vrx_mj.config.parts.generate import wamv_urdf
 from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
-from vrx_mj.config.steering import located
 from vrx_mj.config.urdf.expand import check_library, expand
 from vrx_mj.config.urdf.expression_values import ExpressionError
 from vrx_mj.config.urdf.gazebo import read_gazebo
@@ -26,9 +24,12 @@ from vrx_mj.config.urdf.xacro_files import own_packages, read_bytes
 from vrx_mj.config.urdf.xml_text import in_namespace
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.mjcf.boats import Boat, assembled
+from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
+from vrx_mj.mjcf.steering import located
 from vrx_mj.resources import root
 
-__all__ = ["Order", "boat_urdf", "build_boat", "robot_urdf"]
+__all__ = ["boat_urdf", "build_boat", "robot_urdf"]
 
 SHOWN_NOTES = 12
 """Oddities of a robot that a warning lists."""
@@ -36,25 +37,6 @@ XACRO_MARKS = ("<xacro:", "${", "$(")
 """What tells that a URDF has something to expand."""
 VRX, NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """What a fleet says about how a boat is built; equal orders give equal boats."""
-
-    robot: str
-    folder: Path | None = None
-    """Where a relative path of `robot` starts."""
-    layout: str | None = None
-    """Of the thrusters, where the robot has layouts."""
-    thrusters: Path | None = None
-    """VRX's thruster file."""
-    components: Path | None = None
-    """VRX's component file."""
-    sensors: tuple[str, ...] | None = None
-    """Suites or names of sensors; None: the robot's own."""
-    profile: str = CLASSIC
-    """Of the world's physics."""
 
 
 def build_boat(order: Order) -> Boat:

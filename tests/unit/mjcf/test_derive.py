@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from urdf_boats import assemble, joint, link
-from vrx_mj.config.derive import derived_floats, derived_lines
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.derive import derived_floats, derived_lines
 
 RHO = 997.8
 
