@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import vrx_mj
-from trees import typed
+from trees import partial
 
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 CALM = {"model": "none"}
@@ -56,7 +56,7 @@ def edited(world, change):
     """The world with other parameters: `change` edits a copy of the tree."""
     parameters = json.loads(json.dumps(dict(world.tree)))
     change(parameters)
-    return dataclasses.replace(world, parameters=typed(parameters))
+    return dataclasses.replace(world, parameters=partial(parameters))
 
 
 def added_mass(*values):
