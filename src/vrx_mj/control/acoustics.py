@@ -81,7 +81,7 @@ HEIGHT = 2.0
 SWERVE = 0.5
 """Acceleration of a moving beacon [m/s2], as noise of 1 s."""
 LEAST_ELEVATION = 4.0 * ANGLE_NOISE
-"""Below this [rad] an elevation tells nothing of the distance."""
+"""Below this [rad] an elevation gives no distance."""
 
 
 @dataclass(frozen=True)

@@ -189,7 +189,7 @@ class Buoy:
     tried: float = 0.0
     """For how long it was tried to see it [s]."""
     votes: Counter[str] = field(default_factory=Counter)
-    """What the looks at it said: its kind, see `kind`."""
+    """Kinds that the looks at it found, see `kind`."""
 
     @property
     def place(self) -> Point:
@@ -293,7 +293,7 @@ class Lookout:
         self._period, self._pause = period, Pause(EARLY)
 
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
-        """Look, if it is time to, and for `colors`, too, if they matter; tells whether it was."""
+        """Look, if it is time to, and for `colors`, too, if they matter; returns whether it was."""
         lidar = sensor_named(boat, "lidar")
         if lidar is None or not self._pause.is_over(t):
             return False

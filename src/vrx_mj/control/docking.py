@@ -180,7 +180,7 @@ class Docking(Skipper):
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
 
     def _wanted(self, task: Mapping[str, Any]) -> str | None:
-        """The symbol that is looked for, as far as the task or the lights tell."""
+        """The symbol that is looked for, as far as the task or the lights show it."""
         if self._colors:
             lights = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"
             return str(task.get("symbol", lights))

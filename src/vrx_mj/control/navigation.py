@@ -151,7 +151,7 @@ class Navigator:
         return float(place["x"]), float(place["y"])
 
     def report(self, x: float, y: float) -> dict[str, float]:
-        """A place of the local frame [m] as a task wants to be told of it: by latitude and longitude, if there are."""
+        """A place of the local frame [m] in the form that tasks take: by latitude and longitude, if there are."""
         if self._plane is None:
             return {"x": x, "y": y}
         latitude, longitude = self._plane.geodetic(x, y)

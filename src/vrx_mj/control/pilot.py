@@ -38,7 +38,7 @@ class Pilot:
     """Steers one boat: what it wants, in forces, and their allocation."""
 
     def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft | None = None) -> None:
-        """`craft` tells the boat's figures; by default they are the WAM-V's."""
+        """`craft` has the boat's figures; by default they are the WAM-V's."""
         self.craft = craft or wamv_of(thrusters)
         self._allocation = Allocation(thrusters, centre=self.craft.centre)
         ahead = sum(max(0.0, _ahead(thruster)) for thruster in thrusters.values())

@@ -1,4 +1,4 @@
-"""What all controllers have in common: one boat, its navigation, its pilot, and what the task says."""
+"""What all controllers have in common: one boat, its navigation, its pilot, and its task."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ Commands = dict[str, Any]
 
 
 def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What the world's task says; nothing where there is no task."""
+    """Observation of the world's task; empty without a task."""
     try:
         task: Mapping[str, Any] = obs["task"]
     except KeyError:
@@ -26,10 +26,10 @@ def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 class Skipper:
-    """A controller of the boat that has the task, or else of the first; subclasses say in `steer` what it does.
+    """A controller of the boat that has the task, or else of the first; subclasses define in `steer` what it does.
 
     Until the task lets go of the boat, nothing is commanded. The boat is known by its thrusters and sensors; no
-    place of it or of anything else is taken from the simulation, except as `Navigator` tells.
+    place of it or of anything else is taken from the simulation, except as `Navigator` documents.
     """
 
     def __init__(self) -> None:

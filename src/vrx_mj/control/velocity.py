@@ -103,7 +103,7 @@ WAMV_VRX3 = Craft(
 
 
 def craft_of(boat: "BoatObservation") -> Craft:
-    """What a boat is: a WAM-V, with the figures of the gains, or else what its hull's figures say.
+    """What a boat is: a WAM-V, with the figures of the gains, or else with the figures of its hull.
 
     A boat whose observation has no hull, as one made by hand, is taken for a WAM-V.
     """
@@ -156,7 +156,7 @@ class VelocityKeeper:
     def __init__(
         self, thrusters: Mapping[str, Propeller], craft: Craft | None = None, *, hold_sway: bool = False
     ) -> None:
-        """`craft` tells the boat's figures; by default they are the WAM-V's.
+        """`craft` has the boat's figures; by default they are the WAM-V's.
 
         With `hold_sway` the boat is kept from going sideways as far as its thrusters can push it across, and the speed
         is that over ground: what sway is left counts as a part of it.

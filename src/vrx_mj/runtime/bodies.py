@@ -35,7 +35,7 @@ class FreeBodies:
         fixed = world.parameters.task.fixed if world.parameters.task else {}
         self._fixed = {name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in fixed.items()}
 
-    def stand(self, name: str) -> FloatArray:
+    def pose(self, name: str) -> FloatArray:
         """(7,): position [m] and quaternion (w, x, y, z) of a link's origin, or of a dock's frame."""
         if name in self._fixed:
             return self._fixed[name]

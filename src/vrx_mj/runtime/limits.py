@@ -21,7 +21,7 @@ ROOT = Path("/")
 
 
 def free_memory(root: Path = ROOT) -> float | None:
-    """Memory [bytes] that is free for this process; None where the system does not tell."""
+    """Memory [bytes] that is free for this process; None where the system does not report it."""
     group = root / "sys/fs/cgroup"
     known = [_meminfo(root / "proc/meminfo", "MemAvailable")]
     for limit, used in (
@@ -34,7 +34,7 @@ def free_memory(root: Path = ROOT) -> float | None:
 
 
 def total_memory(root: Path = ROOT) -> float | None:
-    """Memory [bytes] that this process may take at most, free or not; None where the system does not tell."""
+    """Memory [bytes] that this process may take at most, free or not; None where the system does not report it."""
     group = root / "sys/fs/cgroup"
     known = [_meminfo(root / "proc/meminfo", "MemTotal")]
     known += [_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes")]
@@ -54,7 +54,7 @@ def core_share(root: Path = ROOT) -> tuple[int, float]:
 
 
 def thread_count() -> int:
-    """How many threads to compute with: what OMP_NUM_THREADS says, or SLURM_CPUS_PER_TASK, or else the share of cores.
+    """How many threads to compute with: OMP_NUM_THREADS, or SLURM_CPUS_PER_TASK, or else the share of cores.
 
     Never more than the share; the first number of a list such as `4,2` counts; what is no number above 0 is ignored.
     """

@@ -80,7 +80,7 @@ class LiveWorld:
         self.sensing = Sensing(world, self.rig, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
         self.displays = Displays(self.rig, self.sensing)
         self.subscriptions = Subscriptions(self.rig.sensors, self.sensing.read, self.rig.timestep)
-        self.task_runner = TaskRunner(world, self.rig, self.bodies.stand)
+        self.task_runner = TaskRunner(world, self.rig, self.bodies.pose)
         self._pace, self._drained = 1e-5, 0.0
 
     @property
@@ -109,7 +109,7 @@ class LiveWorld:
             self.displays.bind(rig)
             self.sensing.bind(world, rig, self.drawing)
             self.subscriptions.bind(rig.sensors)
-            self.task_runner.bind(world, rig, self.bodies.stand)
+            self.task_runner.bind(world, rig, self.bodies.pose)
             self.sampler.resize(rig.columns)
 
     def enter(self, world: World, rig: LoopArrays, line: str) -> None:

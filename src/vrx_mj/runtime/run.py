@@ -23,7 +23,7 @@ from vrx_mj.tasks.registry import TASK_KINDS
 
 __all__ = [
     "FASTEST_SPIN",
-    "Upsets",
+    "MotionWarnings",
     "fleet_controller",
     "is_capsized",
     "names_controllers",
@@ -50,12 +50,12 @@ def spin(boat: BoatObservation) -> float:
     return float(np.linalg.norm(boat.angular_velocity))
 
 
-class Upsets:
-    """What is wrong with how boats move, as far as it was said."""
+class MotionWarnings:
+    """Warnings of boats that capsize or spin, once for each boat."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
-        """What was said."""
+        """Warnings so far."""
         self._said: set[tuple[str, str]] = set()
 
     def warn(self, seen: Observation, time: float) -> None:
@@ -65,7 +65,7 @@ class Upsets:
             warnings.warn(line, VrxWarning, stacklevel=3)
 
     def look(self, seen: Observation, time: float) -> list[str]:
-        """What is wrong at a time [s] and was not said of that boat before."""
+        """What is wrong at a time [s] and was not reported of that boat before."""
         found = []
         for name, boat in seen.items():
             if is_capsized(boat) and self._is_new(name, "capsized"):
@@ -90,7 +90,7 @@ Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 goes to the task, `{topic: content}`."""
 
 NO_TASK = 60.0
-"""How long a world without a task runs [s], unless it is told."""
+"""How long a world without a task runs by default [s]."""
 PHASES = 3
 """Of a task, one of which begins at a frame at most: so many frames late it may end."""
 CONTROL_RATE = 10.0
@@ -204,7 +204,7 @@ def run(
     steps = sim.steps_in(planned(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
-    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, Upsets()
+    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
     done = calls = 0
     try:
         while done < steps:
@@ -227,11 +227,11 @@ def run(
         interrupted = True
         sim.event("interrupted", "WARN")
     wall = clock.perf_counter() - begun
-    return summarize(sim, done, wall, way, interrupted=interrupted, odd=upsets.lines)
+    return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines)
 
 
 def planned(sim: Simulation) -> float:
-    """How long a run lasts at most if nobody says [s]: until the task's time is up, or a minute."""
+    """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
     if task is None:
         return NO_TASK
@@ -377,11 +377,11 @@ def summarize(
     way: Mapping[str, float],
     *,
     interrupted: bool = False,
-    odd: Sequence[str] = (),
+    warned: Sequence[str] = (),
 ) -> Summary:
     """Tell how a run ended that made so many steps in this wall time [s], with the way of every boat [m].
 
-    `odd` is what was wrong with how boats moved.
+    `warned` are the warnings of how boats moved.
     """
     seen = sim.observe()
     elapsed = steps * sim.timestep
@@ -406,7 +406,7 @@ def summarize(
         interrupted=interrupted,
         boats=boats,
         task=_task_summary(sim),
-        warnings=tuple(odd),
+        warnings=tuple(warned),
     )
 
 

@@ -1,7 +1,7 @@
 """What boats sense: readings made when they are asked for, from the moments that the sensors' clocks caught.
 
 A reading is a function of its moment, the moment before it, the run's seed and the moment's number: how often sensors
-are read changes neither the motion nor what any of them tells. Only a first reading depends on when it is asked for: it
+are read changes neither the motion nor any reading. Only a first reading depends on when it is asked for: it
 is of that moment, and from then on sensors of the same rate have moments.
 """
 
@@ -384,7 +384,7 @@ def _earth(world: World) -> Georeference | None:
 
 
 def fire(sensing: Sensing, rig: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:
-    """Shoot; tells whether there was a shot left. The recoil on the boat is neglected, as in VRX.
+    """Shoot, and return whether there was a shot left. The recoil on the boat is neglected, as in VRX.
 
     Raises:
         UnknownNameError: no such boat, or no such shooter on it.

@@ -244,7 +244,7 @@ KEPT_BYTES = 100_000_000
 
 
 def divergence_message(body: str, time: float, timestep: float, good: State, kept: str) -> str:
-    """Say which body diverged, at which time [s], and what became of the last good state: `save_last_good_state`."""
+    """Message of a divergence: the body, the time [s], and what became of the last good state, as `kept` has it."""
     return (
         f"{body} has a state that is not finite, or huge, at step {round(time / timestep)} (t = {time:g} s). "
         f"The state at t = {good.time:g} s {kept}"
@@ -252,7 +252,7 @@ def divergence_message(body: str, time: float, timestep: float, good: State, kep
 
 
 def rows_divergence_message(rows: npt.NDArray[np.integer[Any]], time: float) -> str:
-    """Say which rows of a batch diverged, the first at about this time [s]."""
+    """Message that names the rows of a batch that diverged, the first at about this time [s]."""
     more = f" and {len(rows) - 5} more" if len(rows) > 5 else ""
     return (
         f"rows {', '.join(map(str, rows[:5]))}{more} have a state that is not finite, or huge, at about t = "
@@ -261,7 +261,7 @@ def rows_divergence_message(rows: npt.NDArray[np.integer[Any]], time: float) -> 
 
 
 def save_last_good_state(good: State) -> str:
-    """Save a state to a new folder for this user alone, and say where; older ones make room for it."""
+    """Save a state to a new folder for this user alone, and return where it is; older ones make room for it."""
     try:
         file = Path(tempfile.mkdtemp(prefix=PREFIX)) / FILE
         good.save(file)

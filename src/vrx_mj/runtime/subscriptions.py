@@ -64,10 +64,10 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(
-        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], LoopArrays], tell: Callable[[Touch], None]
+        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], LoopArrays], callback: Callable[[Touch], None]
     ) -> None:
-        """Watch these boats; `rig` returns the present arrays, and `tell` is called with every touch."""
-        self._boats, self._rig, self._tell = boats, rig, tell
+        """Watch these boats; `rig` returns the present arrays, and `callback` is called with every touch."""
+        self._boats, self._rig, self._callback = boats, rig, callback
         self._due, self._armed = 0, False
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
@@ -118,13 +118,13 @@ class ContactWatch:
         begun = [pair for pair in sorted(self._waiting) if self._touches[pair].time < before]
         self._waiting.difference_update(begun)
         for pair in begun:
-            self._tell(self._touches[pair])
+            self._callback(self._touches[pair])
 
 
 def forces_of_pairs(rig: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
     """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
 
-    Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first says nothing.
+    Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
     """
     model, data = rig.model, rig.data
     sums: dict[Pair, np.ndarray] = {}

@@ -41,7 +41,7 @@ class Notes:
     sent: list[tuple[str, Any]]
     """Messages for the next frame: topic and content."""
     lines: list[tuple[float, str, str]]
-    """What the referee said: time [s], text and level."""
+    """Lines of the referee's log: time [s], text and level."""
 
 
 NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
@@ -63,21 +63,21 @@ class TaskActions(Protocol):
 class TaskRunner:
     """Runs the task of a world: frames for its referee, and what that decides; without a task it does nothing."""
 
-    def __init__(self, world: World, rig: LoopArrays, stand: Callable[[str], FloatArray]) -> None:
-        """The referee of a world's task; `stand` gives position and quaternion, (7,), of a body by its name."""
+    def __init__(self, world: World, rig: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
+        """The referee of a world's task; `pose` gives position and quaternion, (7,), of a body by its name."""
         task = world.parameters.task
         self.referee: Referee | None = None
         if task:
             self.referee = make_referee(task)
-        self.bind(world, rig, stand)
+        self.bind(world, rig, pose)
         earth = world.parameters.georeference
         self._earth = Georeference(**vars(earth)) if earth else None
         self._stride = frame_stride(rig.timestep)
         self.reset()
 
-    def bind(self, world: World, rig: LoopArrays, stand: Callable[[str], FloatArray]) -> None:
+    def bind(self, world: World, rig: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
         """Go on in a world in which boats have come or gone: others can be touched now."""
-        self._rig, self._stand = rig, stand
+        self._rig, self._pose = rig, pose
         self.layout = FrameLayout((), ())
         if self.referee:
             self.layout = FrameLayout.of(world.parameters.task, self.referee.watched)
@@ -107,7 +107,7 @@ class TaskRunner:
         if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
             return
         self._seen = step
-        row = np.concatenate(([time], *(self._stand(name) for name in self.layout.watched), self._rig.touches))
+        row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._rig.touches))
         messages, self._sent = tuple(self._sent), []
         verdict = self.referee.look(self.layout.frame(row.tolist(), messages))
         actions.frame(row, messages)
@@ -137,11 +137,14 @@ class TaskRunner:
     def observe(self) -> TaskObservation:
         """What the team sees of the task."""
         assert self.referee is not None, "a world without a task"
-        return {**self.referee.info, **{topic: self._on_earth(told) for topic, told in self.referee.outputs.items()}}
+        return {
+            **self.referee.info,
+            **{topic: self._on_earth(output) for topic, output in self.referee.outputs.items()},
+        }
 
     @property
     def events(self) -> tuple[tuple[float, str, str], ...]:
-        """What the referee said so far: time [s], text and level."""
+        """Lines of the referee's log so far: time [s], text and level."""
         return tuple(self._record)
 
     def dump(self) -> str:
@@ -186,14 +189,14 @@ class TaskRunner:
             raise StateError(f"the state of the task '{self.referee.type}' is damaged: {why}") from None
         self.referee.check(state)
 
-    def _on_earth(self, told: Any) -> Any:
-        """What is told, with latitude and longitude [degrees] where a moving thing's are left open."""
-        if isinstance(told, list):
-            return [self._on_earth(item) for item in told]
-        if self._earth is None or not isinstance(told, dict) or told.get("latitude", 0.0) is not None:
-            return told
-        latitude, longitude, _ = self._earth.to_geodetic(told["x"], told["y"], told.get("z", 0.0))
-        return {**told, "latitude": latitude, "longitude": longitude}
+    def _on_earth(self, output: Any) -> Any:
+        """An output with latitude and longitude [degrees] where a moving thing's are left open."""
+        if isinstance(output, list):
+            return [self._on_earth(item) for item in output]
+        if self._earth is None or not isinstance(output, dict) or output.get("latitude", 0.0) is not None:
+            return output
+        latitude, longitude, _ = self._earth.to_geodetic(output["x"], output["y"], output.get("z", 0.0))
+        return {**output, "latitude": latitude, "longitude": longitude}
 
     def _in_world(self, content: Any) -> Any:
         """The content with x and y [m, ENU] instead of latitude and longitude [degrees]."""

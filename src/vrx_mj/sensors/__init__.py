@@ -1,1 +1,1 @@
-"""What boats measure: from a moment of the world to readings. The runtime says when."""
+"""What boats measure: from a moment of the world to readings. The runtime decides when."""

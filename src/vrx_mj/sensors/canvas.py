@@ -49,7 +49,7 @@ def new_context(width: int, height: int) -> Any:
     """A fresh OpenGL context of the backend that `choose_backend` names.
 
     Raises:
-        RenderError: there is none, with what to install; or as `check_process` tells.
+        RenderError: there is none, with what to install; or one of `check_process`.
     """
     check_process()
     backend = choose_backend()

@@ -23,7 +23,7 @@ def focal_length(config: CameraConfig) -> float:
 
 
 def intrinsics(config: CameraConfig) -> CameraInfo:
-    """What the camera says of itself, as gazebo_ros's camera plugin computes it.
+    """Intrinsics of a camera as gazebo_ros's camera plugin computes it.
 
     Its principal point is (width + 1) / 2, (height + 1) / 2, which counts pixels from 1: with rows and columns from 0
     the axis of view passes through ((width - 1) / 2, (height - 1) / 2), which `info: centered` gives. P[3] is -f times

@@ -71,7 +71,7 @@ class AcousticTrackingState:
     error: float = 0.0
     """The last distance [m]."""
     due: float = 0.0
-    """When the receivers are told next where the beacon is [s]."""
+    """Time at which the beacon of the receivers is placed next [s]."""
 
 
 class AcousticTracking(PlainRules):

@@ -72,7 +72,7 @@ FASTEST = 30.0
 
 
 HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
-"""What is told of a hit."""
+"""Keys of a hit, as teams see it."""
 
 
 class Bay(NamedTuple):
@@ -188,7 +188,7 @@ class Docking(PlainRules):
             self._follow_boat(frame, dock, context)
 
     def check(self, state: DockingState) -> None:
-        """A hit has all that is told of it.
+        """Every hit has all keys that teams see.
 
         Raises:
             StateError: one has not.
@@ -200,7 +200,7 @@ class Docking(PlainRules):
     def outputs(self, status: TaskStatus) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
 
-        Classic VRX tells the symbol in all these tasks, VRX 3 in none.
+        Classic VRX publishes the symbol in all these tasks, VRX 3 in none.
         """
         seen: Outputs = {"color_sequence_open": self.state.colors_open}
         if status.phase != "initial" and self._symbol is not None and self._announces:

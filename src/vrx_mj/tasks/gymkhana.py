@@ -20,7 +20,7 @@ __all__ = ["Gymkhana"]
 
 
 def channel_referee(task: tasks.Gymkhana) -> Referee:
-    """The referee of the channel; points as in VRX 3, where a world cannot say them."""
+    """The referee of the channel; points as in VRX 3, where a world cannot set them."""
     base = {own.name: getattr(task, own.name) for own in fields(tasks.TaskBase)}
     base |= vars(task.channel) | {"name": f"{task.name}_channel", "locked": False, "held": False}
     if task.profile == "vrx3":

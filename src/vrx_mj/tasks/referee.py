@@ -1,7 +1,7 @@
 """The referee: phases, times and collisions, which are alike in all tasks; the rest is in a task's rules.
 
 As in VRX a phase begins by the clock, one transition at a time: `ready` after the initial duration, `running` after the
-ready one. The task ends when its rules say so, or when its time is up.
+ready one. The task ends when its rules end it, or when its time is up.
 """
 
 import json
@@ -28,11 +28,11 @@ __all__ = ["Referee", "Verdict", "dead_time", "parsed_dump"]
 DUMP, STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
 DEAD_TIME_VRX3 = 3.0
-"""[s]; VRX 3 does not read what a world says (ScoringPlugin.cc)."""
+"""[s]; VRX 3 does not read the value of a world (ScoringPlugin.cc)."""
 
 
 def dead_time(task: TaskBase) -> float:
-    """How long after a counted collision none counts [s]: in VRX what the world says, cut to whole seconds."""
+    """How long after a counted collision none counts [s]: in VRX the value of the world, cut to whole seconds."""
     return DEAD_TIME_VRX3 if task.profile == "vrx3" else float(math.floor(task.collision_buffer))
 
 
@@ -124,7 +124,7 @@ class Referee:
 
     @property
     def info(self) -> dict[str, Any]:
-        """What VRX's `/vrx/task/info` tells, phase, times [s], collisions and score; and which boat has the task."""
+        """What VRX's `/vrx/task/info` has: phase, times [s], collisions and score; and which boat has the task."""
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
@@ -189,8 +189,8 @@ class Referee:
         given, trouble = state.get(name), f"the state does not fit the task '{self.type}': {name}"
         if not isinstance(given, Mapping):
             raise StateError(f"{trouble}: expected keys and values, got {shown(given)}")
-        if odd := sorted(first.keys() ^ given.keys()):
-            raise StateError(f"{trouble}: unknown or missing: {', '.join(odd)}")
+        if wrong := sorted(first.keys() ^ given.keys()):
+            raise StateError(f"{trouble}: unknown or missing: {', '.join(wrong)}")
         try:
             part = kind.validate_json(json.dumps(given), strict=True)
         except ValidationError as error:

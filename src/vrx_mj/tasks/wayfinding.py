@@ -46,7 +46,7 @@ class Wayfinding(PlainRules):
         context.set_score(sum(self.state.errors) / len(self.state.errors))
 
     def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
-        """At the end, say how near the boat came."""
+        """At the end, log how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
                 context.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")

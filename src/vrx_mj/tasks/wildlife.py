@@ -28,7 +28,7 @@ KINDS = {
     "circumnavigate_clockwise": "platypus",
     "circumnavigate_counterclockwise": "turtle",
 }
-"""What the team is told an animal is: VRX goes by the goal, not by the model."""
+"""What kind of animal teams see: VRX goes by the goal, not by the model."""
 
 
 def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) -> Side:
@@ -46,7 +46,7 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
 Gate = Annotated[int, Field(ge=0, lt=GATES)]
 """Number of a gate around an animal."""
 TOLD = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
-"""Keys of what the team is told of an animal."""
+"""Keys of an animal, as teams see it."""
 
 
 @dataclass
@@ -60,7 +60,7 @@ class WildlifeState:
     circled: list[list[Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
     animals: list[dict[str, str | float | None]] = field(default_factory=list)
-    """What the team was last told."""
+    """The animals as teams saw them last."""
     published: Count = 0
     """How often it was."""
 
@@ -127,7 +127,7 @@ class Wildlife(PlainRules):
         return left if left > 0.0 else status.duration
 
     def check(self, state: WildlifeState) -> None:
-        """What the team was told of the animals has all its keys, and numbers for the place.
+        """The animals as teams saw them have all keys, and numbers for the place.
 
         Raises:
             StateError: it has not.
@@ -211,9 +211,9 @@ class Wildlife(PlainRules):
         if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
             return
         own.published += 1
-        own.animals = [_told(animal, frame.poses[animal.name]) for animal in self._animals]
+        own.animals = [_announced(animal, frame.poses[animal.name]) for animal in self._animals]
 
 
-def _told(animal: tasks.Animal, pose: Pose) -> dict[str, Any]:
+def _announced(animal: tasks.Animal, pose: Pose) -> dict[str, Any]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
     return {"name": KINDS[animal.goal], **place}

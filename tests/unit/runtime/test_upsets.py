@@ -5,7 +5,7 @@ import math
 import pytest
 
 from vrx_mj import Simulation, VrxWarning, compile_world
-from vrx_mj.runtime.run import Upsets, run
+from vrx_mj.runtime.run import MotionWarnings, run
 
 UPSIDE_DOWN = (0, 0, 0.5, math.pi, 0, 0)
 
@@ -18,7 +18,7 @@ def sim():
 
 def test_a_boat_that_floats_upright_is_nothing_to_say(sim):
     sim.set_boat("a", pose=(0, 0, 0, 1.5, 0, 0), velocity=(0, 0, 0, 0, 0, 11.9))
-    assert Upsets().look(sim.observe(), 0.0) == []
+    assert MotionWarnings().look(sim.observe(), 0.0) == []
 
 
 def test_a_run_says_once_that_a_boat_has_capsized(sim):
@@ -31,7 +31,7 @@ def test_a_run_says_once_that_a_boat_has_capsized(sim):
 
 
 def test_a_boat_that_spins_is_said_with_its_rate(sim):
-    upsets = Upsets()
+    upsets = MotionWarnings()
     sim.set_boat("a", velocity=(0, 0, 0, 0, 5, 12))
     assert upsets.look(sim.observe(), 2.0) == [
         "a spins at 13 rad/s at t = 2.0 s, more than 12: check masses, inertias and floats of its robot"

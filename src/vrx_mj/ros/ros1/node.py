@@ -15,7 +15,7 @@ from vrx_mj.ros.messages import Message
 from vrx_mj.ros.ros1.connection import encode_header
 from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Reader, Role, Stream, TcprosListener
-from vrx_mj.ros.ros1.registrar import MasterAccess, Registrar, State, is_ours, open_master
+from vrx_mj.ros.ros1.registrar import MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.slave import Slave, Watch
 from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
 from vrx_mj.ros.ros1.xmlrpc import address
@@ -257,7 +257,7 @@ class Node:
         if topic in self.subscriptions:
             self.subscriptions[topic].update(uris)
 
-    def _seen(self, state: State, types: Mapping[str, str]) -> None:
+    def _seen(self, state: SystemState, types: Mapping[str, str]) -> None:
         if self._access.master is None:
             self.graph.mirror(state, types)
         for name, topic in self.subscriptions.items():

@@ -16,7 +16,7 @@ from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.master import Master
 from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
-__all__ = ["Link", "MasterAccess", "Registrar", "State", "is_ours", "open_master"]
+__all__ = ["Link", "MasterAccess", "Registrar", "SystemState", "is_ours", "open_master"]
 
 MOST_AT_ONCE = 100
 """Calls that are sent together."""
@@ -226,7 +226,7 @@ SLOW = 30.0
 PORTION = 1 << 17
 """Bytes of parameters that are sent together, about."""
 METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
-State = list[dict[str, list[str]]]
+SystemState = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
 Key = tuple[str, str, str]
 
@@ -246,7 +246,7 @@ class Registrar:
         """Set when all is as wished."""
         self.publishers: Callable[[str, Sequence[str]], None] = lambda topic, uris: None
         """Takes a topic that we listen to, and its publishers' URIs."""
-        self.seen: Callable[[State, Mapping[str, str]], None] = lambda state, types: None
+        self.seen: Callable[[SystemState, Mapping[str, str]], None] = lambda state, types: None
         """Takes what the master knows now and again, and the types of topics."""
         self.api = ""
         """The node's own URI."""
@@ -326,7 +326,7 @@ class Registrar:
             values = values[:1] if kind == "service" else values[-1:]
         return f"{verb}{METHODS[kind]}", (node, name, *values)
 
-    async def _state(self) -> tuple[State, dict[str, str]]:
+    async def _state(self) -> tuple[SystemState, dict[str, str]]:
         raw, pairs = await self.link.many([("getSystemState", (self.node,)), ("getTopicTypes", (self.node,))])
         try:
             state = [{str(name): [str(node) for node in nodes] for name, nodes in part} for part in raw]
@@ -334,7 +334,7 @@ class Registrar:
         except (TypeError, ValueError):
             raise ConnectionError("the master does not report its state") from None
 
-    def _look(self, state: State, types: Mapping[str, str]) -> None:
+    def _look(self, state: SystemState, types: Mapping[str, str]) -> None:
         """What of ours the master does not know any more has to be registered again."""
         known = dict(zip(METHODS, state, strict=False))
         missing = [key for key in self._done if key[0] not in known.get(key[1], {}).get(key[2], [])]

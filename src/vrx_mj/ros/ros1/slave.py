@@ -13,7 +13,7 @@ from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import resolve
 from vrx_mj.ros.ros1.master import Reply
 from vrx_mj.ros.ros1.publication import Publication
-from vrx_mj.ros.ros1.registrar import Link, State
+from vrx_mj.ros.ros1.registrar import Link, SystemState
 from vrx_mj.ros.ros1.subscription import Subscription
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Fault, Proxy, address
 
@@ -157,7 +157,7 @@ class Watch:
         self._since: dict[tuple[str, str], float] = {}
         self._work: set[asyncio.Task[None]] = set()
 
-    def look(self, state: State, inputs: Mapping[str, object]) -> None:
+    def look(self, state: SystemState, inputs: Mapping[str, object]) -> None:
         """Find what is new in a state; `inputs` are the topics that we listen to."""
         publishers, subscribers = state[0], state[1]
         unknown_publishers = {
