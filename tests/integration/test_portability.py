@@ -117,7 +117,7 @@ OLD = {
 
 @pytest.mark.parametrize("text", OLD.values(), ids=OLD)
 def test_old_packages_on_pythonpath_do_not_matter(usual, tmp_path, poison, text):
-    names = ("pymap3d", "yaml", "numpy", "typer", "rich", "jinja2", "pydantic", "typing_extensions", "six")
+    names = ("trimesh", "yaml", "numpy", "typer", "rich", "jinja2", "pydantic", "typing_extensions", "six")
     folder = poison(**dict.fromkeys(names, text))
     code, out, err = vrx(*RUN, cwd=tmp_path, python_path=(folder,))
     assert (code, err) == (0, "")

@@ -14,7 +14,7 @@ from integration.sailing import AFLOAT, AHEAD, CALM, boats, same_bits
 from integration.sensing import GPS, IMU, P3D, PINGER, QUIET_PINGER, SUITE, sailing
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.config.world import Georeference
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import rotation_matrix
 
 ONE = boats((0.0, 0.0, 0.3))
 TWO = boats((0.0, 0.0, 0.3), (60.0, 0.0, 0.0))

@@ -29,8 +29,8 @@ class Mutant:
 
     @property
     def package(self) -> str:
-        """The package that it counts for: `physics`, `ros`."""
-        return self.file.split("/")[0]
+        """The package that it counts for, or the module of none: `physics`, `ros`, `frames`."""
+        return self.file.split("/")[0].removesuffix(".py")
 
     def applied(self, text: str) -> str:
         """The source with the mistake; ValueError where the old text does not occur exactly once."""

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from vrx_mj.config.base import Config, Name, NonNegative, NotEmpty, Pose, Positive, Vec3, fault, numbers
-from vrx_mj.config.poses import apply, rotation
 from vrx_mj.config.wording import shown
+from vrx_mj.frames import apply, rotation
 
 __all__ = [
     "BLOCKS",

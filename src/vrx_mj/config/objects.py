@@ -29,11 +29,11 @@ from vrx_mj.config.base import (
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths, load_dock
 from vrx_mj.config.loading import Loading, check, read_source, referenced, validated
-from vrx_mj.config.poses import rotation
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
+from vrx_mj.frames import rotation
 
 __all__ = [
     "BuoyancyConfig",

@@ -24,7 +24,6 @@ from vrx_mj.config.base import (
     numbers,
 )
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.geodesy import enu_to_geodetic
 from vrx_mj.config.loading import Loading, Source, check, validated
 from vrx_mj.config.objects import FieldConfig, Placement, repeated
 from vrx_mj.config.profiles import CLASSIC, Profile, physics_of_profile, world_of_profile
@@ -37,6 +36,7 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
+from vrx_mj.frames import enu_to_geodetic, geodetic_to_enu
 
 __all__ = [
     "Georeference",
@@ -169,14 +169,11 @@ class Georeference(Config):
 
     def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:
         """World x, y, z [m] of a geodetic position [degrees, degrees, m]; no altitude: that of the origin."""
-        import pymap3d
-
         height = self.elevation if altitude is None else altitude
-        east, north, up = pymap3d.geodetic2enu(
-            latitude, longitude, height, self.latitude, self.longitude, self.elevation
-        )
+        origin = self.latitude, self.longitude, self.elevation
+        east, north, up = geodetic_to_enu(latitude, longitude, height, origin)
         cos, sin = self._turn()
-        return float(cos * east + sin * north), float(cos * north - sin * east), float(up)
+        return cos * east + sin * north, cos * north - sin * east, up
 
     def to_geodetic(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """Latitude, longitude [degrees] and altitude [m] of a point of the world [m]."""

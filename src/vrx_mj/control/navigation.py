@@ -10,20 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.frames import FLATTENING, SEMI_MAJOR, rotation_matrix
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
-__all__ = ["Estimate", "Navigator", "TangentPlane", "rotation", "sensor_named", "true_estimate"]
+__all__ = ["Estimate", "Navigator", "TangentPlane", "sensor_named", "true_estimate"]
 
-SEMI_MAJOR = 6378137.0
-"""Of the Earth [m]: WGS84."""
-FLATTENING = 1.0 / 298.257223563
-"""Of the Earth: WGS84."""
 ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
 ABOVE_WATER = 0.7
@@ -125,7 +120,7 @@ class Navigator:
         if readings is None:
             return true_estimate(boat)
         fix, inertia, age = readings[0].data, readings[1].data, t - readings[0].time
-        turned = rotation(inertia.orientation)
+        turned = rotation_matrix(inertia.orientation)
         if self._plane is None:
             self._begin(readings[0])
         arm = (turned @ self._antenna).tolist()
@@ -188,25 +183,13 @@ def sensor_named(boat: "BoatObservation", kind: str) -> str | None:
     return next((name for name in boat.sensors if kind in name.lower()), None)
 
 
-def rotation(quaternion: FloatArray) -> FloatArray:
-    """(3, 3) of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
 def _heading(turned: FloatArray) -> float:
     return math.atan2(float(turned[1, 0]), float(turned[0, 0]))
 
 
 def true_estimate(boat: "BoatObservation") -> Estimate:
     """Where a boat really is, in the world frame."""
-    turned = rotation(boat.quaternion)
+    turned = rotation_matrix(boat.quaternion)
     vx, vy, _ = (float(value) for value in turned @ boat.velocity)
     x, y, z = (float(value) for value in boat.position)
     turn = float((turned @ boat.angular_velocity)[2])

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.poses import quaternion
+from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.model import tasks
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.kinds import Pose as StartPose
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.perception import ahead_of

@@ -16,9 +16,9 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import far_from_all
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import boat_box
 from vrx_mj.mjcf.docks import block_corners

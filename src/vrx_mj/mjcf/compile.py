@@ -15,10 +15,10 @@ from vrx_mj.config.bays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat

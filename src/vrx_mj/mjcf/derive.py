@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.poses import apply, compose, rotation
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
 from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
+from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
 from vrx_mj.mjcf.displacement import Displaced, displaced, floating_level
 from vrx_mj.mjcf.masses import MassProperties, boat_mass

@@ -7,9 +7,9 @@ from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
-from vrx_mj.config.poses import Pose, apply, compose, inverse, rotation
 from vrx_mj.config.shapes import Visual
 from vrx_mj.config.world import WindConfig
+from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import element_row
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, Piece, geoms, meshes

@@ -7,8 +7,8 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import Box
-from vrx_mj.config.poses import apply, rotation
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.frames import apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.model import tasks
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.objects import FieldConfig, load_object
-from vrx_mj.config.poses import compose
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CompileError
+from vrx_mj.frames import compose
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import on_land, shoreline
 from vrx_mj.physics.noise import stream_key, uniform

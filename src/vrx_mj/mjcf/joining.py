@@ -17,10 +17,10 @@ from markupsafe import Markup, escape
 
 from vrx_mj.arguments import check_name
 from vrx_mj.config.fleet import BoatConfig, newcomer
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
 from vrx_mj.errors import CommandError, CompileError, StateError, UnknownNameError, VrxWarning
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import depth_in_land
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.errors import CompileError
+from vrx_mj.frames import Pose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, Thruster
 
 Engines = Literal["fixed", "hinged"]

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from vrx_mj.config.objects import BuoyancyElement
-from vrx_mj.config.poses import rotation
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
 from vrx_mj.constants import HULL_GRAVITY
+from vrx_mj.frames import rotation
 from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.water import Sea, Wave

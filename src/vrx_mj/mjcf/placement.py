@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
 from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement, load_object
-from vrx_mj.config.poses import Pose, compose
+from vrx_mj.frames import Pose, compose
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

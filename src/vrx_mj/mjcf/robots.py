@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.config.dynamics import ContactConfig
-from vrx_mj.config.poses import Pose, rotation
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.frames import Pose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, Thruster
 from vrx_mj.mjcf.masses import (
     LIGHTEST,

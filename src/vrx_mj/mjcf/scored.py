@@ -7,7 +7,7 @@ carrier that may heave, roll and pitch; whoever lets the boat go switches the we
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from vrx_mj.config.poses import Pose
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.dock_pieces import dock_entry
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.model.tasks import TaskBase

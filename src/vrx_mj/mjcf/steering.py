@@ -5,11 +5,11 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.poses import Pose, compose
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.tree import Section
 from vrx_mj.config.urdf.model import Joint, Urdf, UrdfThruster
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
+from vrx_mj.frames import Pose, compose
 
 __all__ = ["HERE", "Hinges", "Tree", "known", "located", "own_problem", "read_hinges", "room"]
 

@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import UnknownNameError, VrxWarning
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.docks import dock_zones
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.shooters import ball_name

@@ -2,15 +2,12 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 __all__ = [
-    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "in_world_axes", "motion", "rotate", "rotated_wrench",
-    "rotation_matrix", "shift", "unrotate", "zero_wrench",
+    "Motion", "Vector", "Wrench", "add", "carry", "from_origin", "motion", "rotate", "rotated_wrench",
+    "shift", "unrotate", "zero_wrench",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -74,32 +71,6 @@ def motion(qpos: FloatArray, qvel: FloatArray, qpos_adr: int, dof_adr: int) -> M
     p, q, r = qvel[dof_adr + 3], qvel[dof_adr + 4], qvel[dof_adr + 5]
     x, y, z = qpos[qpos_adr], qpos[qpos_adr + 1], qpos[qpos_adr + 2]
     return Motion(x, y, z, r00, r01, r02, r10, r11, r12, r20, r21, r22, u, v, w, p, q, r)
-
-
-def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
-    """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = np.asarray(quaternion, np.float64).tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return vectors (..., 3) of body axes in world axes, by unit quaternions (..., 4), (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(quaternions, -1, 0)
-    u, v, up = np.moveaxis(vectors, -1, 0)
-    return np.stack(
-        (
-            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
-            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
-            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
-        ),
-        axis=-1,
-    )
 
 
 @kernel

@@ -16,7 +16,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import (
     PARKED,

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError, DivergedError, shown
+from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.motion import in_world_axes
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.crowding import check_room

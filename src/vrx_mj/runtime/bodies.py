@@ -7,9 +7,8 @@ import numpy as np
 
 from vrx_mj.arguments import several
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.poses import quaternion
+from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.runtime.hull import Hull, hull_of
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.loop_arrays import LoopArrays

@@ -7,8 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotation_matrix, shift, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
 from vrx_mj.physics.tables import RUDDER, VRX3, Record
 from vrx_mj.physics.thrust import servo_step, steering_target, thruster_wrench
 from vrx_mj.physics.wind import gust_step, wind_velocity

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import rotation_matrix
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Hull

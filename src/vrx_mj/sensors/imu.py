@@ -7,9 +7,10 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
+from vrx_mj.frames import conjugate, quaternion_product, rotation_vector
 from vrx_mj.sensors.errors import Draw, axis_of, covariance, errors, variances
 from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
-from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
+from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Inertia
 
 __all__ = ["IMU", "Covariances", "covariances", "inertia"]
@@ -35,7 +36,7 @@ def inertia(
     if before is None or interval <= 0.0:
         rate, change = down @ place.spin, np.zeros(3)
     else:
-        rate = rotation_vector(product(conjugate(before.orientation), place.orientation)) / interval
+        rate = rotation_vector(quaternion_product(conjugate(before.orientation), place.orientation)) / interval
         change = (place.velocity - before.velocity) / interval
     return Inertia(
         _with_errors(config, place.orientation, draw),
@@ -61,11 +62,11 @@ def covariances(config: ImuConfig) -> Covariances:
 
 def _with_errors(config: ImuConfig, orientation: FloatArray, draw: Draw) -> FloatArray:
     """(4,) the orientation turned about the world's z axis by the heading's error, and about its own x and y axes."""
-    turned = product(_turn(axis_of(config.heading, draw, _HEADING, 2), 3), orientation)
+    turned = quaternion_product(_turn(axis_of(config.heading, draw, _HEADING, 2), 3), orientation)
     if config.tilt == _NO_ERRORS:
         return turned
     for axis in (0, 1):
-        turned = product(turned, _turn(axis_of(config.tilt, draw, _TILT, axis), 1 + axis))
+        turned = quaternion_product(turned, _turn(axis_of(config.tilt, draw, _TILT, axis), 1 + axis))
     return turned
 
 

@@ -45,24 +45,24 @@ BROKEN = {
 
 @pytest.mark.parametrize("text", BROKEN)
 def test_a_package_in_the_way_is_named_with_its_file(ros, monkeypatch, text):
-    file = ros / "pymap3d.py"
+    file = ros / "cbor2.py"
     file.write_text(text + "\n", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "pymap3d", raising=False)
+    monkeypatch.delitem(sys.modules, "cbor2", raising=False)
     with pytest.raises(Exception, match=r".") as error:
-        __import__("pymap3d")
+        __import__("cbor2")
     told = intruder(error.value)
-    assert told.startswith(f"vrx-mj: pymap3d in {file.resolve()}, from PYTHONPATH, is in the way (")
+    assert told.startswith(f"vrx-mj: cbor2 in {file.resolve()}, from PYTHONPATH, is in the way (")
     assert BROKEN[text].strip() in told
-    assert told.endswith("): run with PYTHONPATH empty; if pymap3d is missing then, install vrx_mj again")
+    assert told.endswith("): run with PYTHONPATH empty; if cbor2 is missing then, install vrx_mj again")
 
 
 def test_a_package_that_lacks_a_name_is_in_the_way(ros, monkeypatch):
-    (ros / "pymap3d.py").write_text("", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "pymap3d", raising=False)
-    module = __import__("pymap3d")
+    (ros / "cbor2.py").write_text("", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "cbor2", raising=False)
+    module = __import__("cbor2")
     with pytest.raises(AttributeError) as error:
-        _ = module.geodetic2enu
-    assert "pymap3d.py, from PYTHONPATH, is in the way" in intruder(error.value)
+        _ = module.dumps
+    assert "cbor2.py, from PYTHONPATH, is in the way" in intruder(error.value)
 
 
 def test_other_errors_are_nobodys_fault(ros):

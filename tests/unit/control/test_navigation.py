@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.navigation import Navigator, TangentPlane, rotation
+from vrx_mj.control.navigation import Navigator, TangentPlane
 from vrx_mj.errors import SensorError, VrxWarning
+from vrx_mj.frames import rotation_matrix
 
 SYDNEY = (-33.722768, 150.673991)
 
@@ -22,7 +23,7 @@ def turned(yaw, pitch=0.0):
 
 def boat(latitude, longitude, *, altitude=0.1, velocity=(0, 0, 0), yaw=0.0, pitch=0.0, rate=0.0, time=0.0, mount=None):
     fix = SimpleNamespace(latitude=latitude, longitude=longitude, altitude=altitude, velocity=np.array(velocity, float))
-    spin = rotation(turned(yaw, pitch)).T @ (0.0, 0.0, rate)
+    spin = rotation_matrix(turned(yaw, pitch)).T @ (0.0, 0.0, rate)
     inertia = SimpleNamespace(orientation=turned(yaw, pitch), angular_velocity=spin)
     sensors = {
         "gps_wamv": SimpleNamespace(data=fix, time=time, mount=mount),
@@ -126,7 +127,7 @@ def test_without_a_gps_that_works_there_is_ground_truth_and_one_warning(sensors,
 
 @given(yaw=st.floats(-3, 3), pitch=st.floats(-1, 1))
 def test_a_rotation_turns_without_stretching(yaw, pitch):
-    matrix = rotation(turned(yaw, pitch))
+    matrix = rotation_matrix(turned(yaw, pitch))
     assert np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-12)
     assert matrix[:, 0] == pytest.approx(
         (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch)), abs=1e-12

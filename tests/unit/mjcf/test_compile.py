@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.poses import angles, compose, quaternion, rotation
 from vrx_mj.errors import ConfigError, StateError, VrxWarning
+from vrx_mj.frames import angles, compose, quaternion, rotation
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, Placement, load_object
-from vrx_mj.config.poses import compose, rotation
 from vrx_mj.config.search import catalogue
+from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.objects import object_piece
 from vrx_mj.mjcf.placement import place_docks, place_objects
 from vrx_mj.resources import root

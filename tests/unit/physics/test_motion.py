@@ -8,19 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import matrix, moving, rotation
-from vrx_mj.physics.motion import (
-    Wrench,
-    add,
-    carry,
-    in_world_axes,
-    motion,
-    rotate,
-    rotated_wrench,
-    rotation_matrix,
-    shift,
-    unrotate,
-    zero_wrench,
-)
+from vrx_mj.frames import in_world_axes, rotation_matrix
+from vrx_mj.physics.motion import Wrench, add, carry, motion, rotate, rotated_wrench, shift, unrotate, zero_wrench
 
 numbers = st.floats(-10, 10)
 vectors = st.tuples(numbers, numbers, numbers)

@@ -9,8 +9,7 @@ import pytest
 import recorded_run
 import vrx_mj
 from integration.sailing import boats, water
-from vrx_mj.config.poses import quaternion
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.recording.motion_chunks import (
     FADES,
     HORIZON,

@@ -9,7 +9,7 @@ import pytest
 from ros_scene import call as service
 from ros_scene import served
 from trees import partial
-from vrx_mj.config.poses import quaternion, rotation
+from vrx_mj.frames import quaternion, rotation
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.boats import twist_commands
 from vrx_mj.ros.table.gazebo import gazebo_services

@@ -9,7 +9,7 @@ import pytest
 from trees import partial
 from vrx_mj.config.sensors import ErrorModel, GpsConfig, ImuConfig, LidarConfig, P3dConfig, PingerConfig
 from vrx_mj.config.world import Georeference
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros.table.sensing import sensor_outputs
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.gps import fix

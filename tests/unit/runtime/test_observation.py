@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.poses import quaternion, rotation
+from vrx_mj.frames import quaternion, rotation
 from vrx_mj.runtime.observation import BoatObservation, Observation
 
 ANGLE = st.floats(-3.1, 3.1)

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.physics.motion import rotation_matrix
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.runtime.proximity import movers
 from vrx_mj.runtime.simulation import Simulation

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
+from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
 from vrx_mj.sensors.errors import Draw, errors
 from vrx_mj.sensors.imu import inertia
-from vrx_mj.sensors.places import Place, conjugate, product, rotation_vector
+from vrx_mj.sensors.places import Place
 
 CONFIG = ImuConfig(name="imu", link="imu_link")
 DRAW = Draw(1, "a", "imu", 12, 15.0)
@@ -111,7 +111,9 @@ def test_errors_add_to_rate_acceleration_and_heading():
 def test_roll_and_pitch_have_errors_about_the_sensors_own_axes():
     config = CONFIG.model_copy(update={"tilt": ErrorModel(offset=(0.02, 0.03, 9.0))})
     found = inertia(config, at(yaw=2.0), None, 0.0, DOWN, DRAW)
-    assert found.orientation == pytest.approx(product(product(quaternion_of(yaw=2.0), about(0, 0.02)), about(1, 0.03)))
+    assert found.orientation == pytest.approx(
+        quaternion_product(quaternion_product(quaternion_of(yaw=2.0), about(0, 0.02)), about(1, 0.03))
+    )
     assert found.linear_acceleration == pytest.approx((0.0, 0.0, 9.8))
 
 
@@ -139,7 +141,7 @@ def test_covariances_are_those_of_the_readings():
     """Over 4000 readings of a level unit; a variance is then known within 2.2 % (one standard deviation)."""
     place = at(yaw=0.5)
     found = [inertia(WANDERING, place, None, 0.0, DOWN, Draw(1, "a", "imu", k, 15.0)) for k in range(4000)]
-    turns = [rotation_vector(product(conjugate(place.orientation), one.orientation)) for one in found]
+    turns = [rotation_vector(quaternion_product(conjugate(place.orientation), one.orientation)) for one in found]
     stated = found[0]
     for covariance, wrong in (
         (stated.orientation_covariance, turns),

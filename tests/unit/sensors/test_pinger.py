@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.config.sensors import PingerConfig
+from vrx_mj.frames import quaternion, rotation
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.registry import sound

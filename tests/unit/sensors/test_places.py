@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.poses import rotation
-from vrx_mj.sensors.places import Mount, carried, conjugate, product, rotation_vector
+from vrx_mj.frames import conjugate, quaternion_product, rotation, rotation_vector
+from vrx_mj.sensors.places import Mount, carried
 
 angle = st.floats(-3.1, 3.1)
 BODY = """<mujoco><worldbody><body name="hull"><freejoint/><geom size="0.1"/>
@@ -58,7 +58,7 @@ def test_products_of_quaternions_are_those_of_mujoco():
     for one, other in rng.normal(size=(20, 2, 4)):
         expected = np.empty(4)
         mujoco.mju_mulQuat(expected, one, other)
-        assert product(one, other) == pytest.approx(expected, abs=1e-14)
+        assert quaternion_product(one, other) == pytest.approx(expected, abs=1e-14)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -67,7 +67,7 @@ def test_a_rotation_vector_is_axis_times_angle(size, tilt):
     turn = np.concatenate(([math.cos(size / 2)], math.sin(size / 2) * axis))
     assert rotation_vector(turn) == pytest.approx(size * axis, abs=1e-9)
     assert rotation_vector(-turn) == pytest.approx(size * axis, abs=1e-9)
-    assert rotation_vector(product(conjugate(turn), turn)) == pytest.approx((0, 0, 0), abs=1e-12)
+    assert rotation_vector(quaternion_product(conjugate(turn), turn)) == pytest.approx((0, 0, 0), abs=1e-12)
 
 
 def test_a_mount_at_the_base_keeps_its_axes():

@@ -4,7 +4,7 @@ import pytest
 
 from unit.tasks.docking import AWAY, BALL, BAY, OUT, ZONES, Run, docking
 from unit.tasks.streams import frame, pose
-from vrx_mj.config.poses import quaternion
+from vrx_mj.frames import quaternion
 from vrx_mj.tasks.frame import Pose
 
 

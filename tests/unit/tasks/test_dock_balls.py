@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from unit.tasks.docking import AWAY, BALL, BAY, FAR, HOLES, OUT, ZONES, Run, docking
 from unit.tasks.streams import frame, pose
-from vrx_mj.config.poses import quaternion, rotation
 from vrx_mj.errors import CommandError
+from vrx_mj.frames import quaternion, rotation
 from vrx_mj.tasks.dock import FASTEST, Box, relative
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.rules import LightUp, Release, ShowSymbol

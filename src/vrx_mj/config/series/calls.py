@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.series.axes import Axis, Series
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path
 from vrx_mj.config.urdf.expression_values import GLOBALS, MATH, Budget, ExpressionError, Module
@@ -16,6 +15,7 @@ from vrx_mj.config.urdf.expressions import Names, evaluate
 from vrx_mj.config.urdf.xml_text import parse_pieces
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
+from vrx_mj.frames import Pose
 
 __all__ = [
     "BLOCK",

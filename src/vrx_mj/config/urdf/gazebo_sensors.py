@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.config.base import Config
-from vrx_mj.config.poses import Pose
 from vrx_mj.config.sensors import (
     BallShooterConfig,
     CameraConfig,
@@ -20,6 +19,7 @@ from vrx_mj.config.sensors import (
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.model import Urdf, chained, link_pose
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.frames import Pose
 
 __all__ = ["INSTRUMENTS", "QUIET_SENSORS", "SENSORS", "Scope", "plugin_kind", "read_sensor"]
 

@@ -8,13 +8,13 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from vrx_mj.config.base import COLORS
-from vrx_mj.config.poses import Pose, compose, facing, inverse
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
 from vrx_mj.config.urdf.model import Inertial, Joint, Limits, Link, chained
 from vrx_mj.config.wording import choice, one_of, shown
 from vrx_mj.errors import Problem, UnknownNameError, VrxError
+from vrx_mj.frames import Pose, compose, facing, inverse
 from vrx_mj.resources import root
 
 __all__ = ["Surroundings", "material_colors", "read_joint", "read_link", "read_pose", "root_of", "stand_in"]

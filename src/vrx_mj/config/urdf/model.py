@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.poses import Pose, compose
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.frames import Pose, compose
 
 __all__ = ["Gazebo", "Inertial", "Joint", "Limits", "Link", "Urdf", "UrdfThruster", "chained", "link_pose"]
 

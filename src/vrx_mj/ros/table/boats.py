@@ -10,13 +10,13 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, Order
-from vrx_mj.config.poses import quaternion
 from vrx_mj.config.urdf.elements import Findings, Node
 from vrx_mj.config.urdf.links import read_joint, root_of
 from vrx_mj.config.urdf.model import Joint
 from vrx_mj.config.urdf.xml_text import parse_robot
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
+from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster

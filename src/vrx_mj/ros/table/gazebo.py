@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.config.poses import angles, rotation
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.physics.motion import rotation_matrix
+from vrx_mj.frames import angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import Input, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, Placed, header, pose_message, twist_message
-from vrx_mj.sensors.places import conjugate, product
 
 __all__ = ["gazebo_inputs", "gazebo_outputs", "gazebo_services"]
 
@@ -171,7 +169,7 @@ def _relative(host: Host, placed: Placed, frame: str) -> Placed:
     velocity = placed.velocity - base.velocity - np.cross(base.spin, away)
     return Placed(
         turn @ away,
-        product(conjugate(base.quaternion), placed.quaternion),
+        quaternion_product(conjugate(base.quaternion), placed.quaternion),
         turn @ velocity,
         turn @ (placed.spin - base.spin),
     )
@@ -215,7 +213,7 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
     base = host.bodies.frame(frame)
     if base is not None:
         position = base.position + rotation_matrix(base.quaternion) @ position
-        quaternion = product(base.quaternion, quaternion)
+        quaternion = quaternion_product(base.quaternion, quaternion)
     return (*position.tolist(), *angles(rotation_matrix(quaternion).tolist()))
 
 

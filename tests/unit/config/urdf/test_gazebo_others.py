@@ -3,7 +3,7 @@
 import pytest
 
 from urdf_boats import assemble, joint, link
-from vrx_mj.config.poses import apply, rotation
+from vrx_mj.frames import apply, rotation
 
 UUV, FREE = "libuuv_thruster_ros_plugin.so", "libfreefloating_gazebo_control.so"
 NAMES = "<linkName>thruster_0</linkName><jointName>thruster_0_joint</jointName><thrusterID>0</thrusterID>"

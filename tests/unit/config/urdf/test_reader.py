@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.poses import inverse
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.model import Limits, chained, link_pose
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.frames import inverse
 
 TESTS = Path(__file__).parents[3]
 BROKEN = TESTS / "broken" / "urdf"

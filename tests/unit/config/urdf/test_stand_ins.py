@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from urdf_boats import link, robot
-from vrx_mj.config.poses import apply, compose, inverse, rotation
 from vrx_mj.config.urdf.links import STAND_INS
 from vrx_mj.config.urdf.reader import read_urdf
 from vrx_mj.errors import ConfigError
+from vrx_mj.frames import apply, compose, inverse, rotation
 
 POINT = (0.3, -0.2, 0.7)
 

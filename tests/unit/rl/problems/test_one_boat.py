@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.config.poses import quaternion
+from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.rl.problem import Team, folded, open_water, pose_error, team_of
 from vrx_mj.rl.problems.docking import Docking

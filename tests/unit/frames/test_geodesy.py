@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.geodesy import enu_to_geodetic
 from vrx_mj.config.world import Georeference
+from vrx_mj.frames import enu_to_geodetic, geodetic_to_enu
 
 SYDNEY = (-33.724223, 150.679736, 0.0)
 
@@ -52,3 +52,10 @@ def test_a_place_without_an_altitude_is_on_the_level_of_the_origin():
     earth = Georeference(latitude=-33.7, longitude=150.7, elevation=50.0)
     assert earth.to_enu(-33.7, 150.7) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert earth.to_enu(-33.7, 150.7, 60.0)[2] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("place", [(-33.7, 150.67, 0.0), (0.0, 179.999, -5.0), (89.0, -20.0, 100.0)])
+def test_a_place_in_the_tangent_plane_is_that_of_pymap3d_to_the_last_bit(place):
+    latitude, longitude, altitude = place
+    there = latitude + 0.01, longitude - 0.02, altitude + 3.0
+    assert geodetic_to_enu(*there, place) == tuple(map(float, pymap3d.geodetic2enu(*there, *place)))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.poses import angles, apply, compose, facing, inverse, quaternion, rotation
+from vrx_mj.frames import angles, apply, compose, facing, inverse, quaternion, rotation
 
 ANGLE, PLACE = st.floats(-3.2, 3.2), st.floats(-50.0, 50.0)
 ANGLES, POSE = st.tuples(ANGLE, ANGLE, ANGLE), st.tuples(PLACE, PLACE, PLACE, ANGLE, ANGLE, ANGLE)

@@ -1,0 +1,244 @@
+"""Rotations, poses and places on Earth, for every layer; kernels have their own rotations in `physics.motion`.
+
+The world is east-north-up, a body forward-left-up; quaternions are (w, x, y, z); a pose in a file is
+[x, y, z, roll, pitch, yaw] in m and rad. The Earth is WGS84 (NIMA TR8350.2).
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
+
+__all__ = [
+    "FLATTENING",
+    "SEMI_MAJOR",
+    "Matrix",
+    "Pose",
+    "Quaternion",
+    "angles",
+    "apply",
+    "compose",
+    "conjugate",
+    "enu_to_geodetic",
+    "facing",
+    "geodetic_to_enu",
+    "in_world_axes",
+    "inverse",
+    "matrix_quaternion",
+    "quaternion",
+    "quaternion_product",
+    "rotation",
+    "rotation_matrix",
+    "rotation_vector",
+]
+
+SEMI_MAJOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
+"""Semi-major axis [m] and flattening of the Earth's ellipsoid."""
+SEMI_MINOR = 6356752.31424518
+"""Semi-minor axis [m], as published."""
+_MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
+"""The same, not rounded: differs in the last digit."""
+_SQUARE = FLATTENING * (2.0 - FLATTENING)
+"""The first eccentricity squared."""
+
+Pose = tuple[float, float, float, float, float, float]
+Quaternion = tuple[float, float, float, float]
+Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Matrix:
+    """Rotation matrix, body to world: R = Rz(yaw) Ry(pitch) Rx(roll), angles in rad."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Unit quaternion (w, x, y, z) of `rotation`; w is not negative."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    w = cr * cp * cy + sr * sp * sy
+    sign = -1.0 if w < 0.0 else 1.0
+    return (
+        sign * w,
+        sign * (sr * cp * cy - cr * sp * sy),
+        sign * (cr * sp * cy + sr * cp * sy),
+        sign * (cr * cp * sy - sr * sp * cy),
+    )
+
+
+def angles(matrix: Matrix) -> tuple[float, float, float]:
+    """Roll, pitch and yaw [rad] of a rotation matrix; roll is 0 where pitch is +-90 degrees."""
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = matrix
+    pitch = math.atan2(-r20, math.hypot(r00, r10))
+    if math.hypot(r00, r10) < 1e-9:
+        return 0.0, pitch, math.atan2(-r01, r11)
+    return math.atan2(r21, r22), pitch, math.atan2(r10, r00)
+
+
+def apply(matrix: Matrix, vector: Sequence[float]) -> tuple[float, float, float]:
+    """The matrix times a 3-vector."""
+    x, y, z = (sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix)
+    return x, y, z
+
+
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """Pose in the world of something at `inner` in a frame that is at `outer`."""
+    turn = rotation(*outer[3:])
+    x, y, z = (a + b for a, b in zip(outer[:3], apply(turn, inner[:3]), strict=True))
+    a, b, c = (apply(turn, column) for column in zip(*rotation(*inner[3:]), strict=True))
+    roll, pitch, yaw = angles(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
+    return x, y, z, roll, pitch, yaw
+
+
+def inverse(pose: Pose) -> Pose:
+    """Pose of the outer frame in the frame that is at `pose` in it."""
+    a, b, c = rotation(*pose[3:])
+    back = ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
+    x, y, z = apply(back, pose[:3])
+    roll, pitch, yaw = angles(back)
+    return -x, -y, -z, roll, pitch, yaw
+
+
+def facing(axis: Sequence[float]) -> Pose:
+    """A frame at the origin whose z axis points along `axis`, turned the shortest way: the identity for z itself."""
+    length = math.hypot(*axis)
+    x, y, z = (value / length for value in axis)
+    if z > 1.0 - 1e-12:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if z < 1e-12 - 1.0:
+        return 0.0, 0.0, 0.0, math.pi, 0.0, 0.0
+    k = 1.0 / (1.0 + z)
+    turn = ((1.0 - k * x * x, -k * x * y, x), (-k * x * y, 1.0 - k * y * y, y), (-x, -y, z))
+    roll, pitch, yaw = angles(turn)
+    return 0.0, 0.0, 0.0, roll, pitch, yaw
+
+
+def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
+    """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = np.asarray(quaternion, np.float64).tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return vectors (..., 3) of body axes in world axes, by unit quaternions (..., 4), (w, x, y, z)."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    u, v, up = np.moveaxis(vectors, -1, 0)
+    return np.stack(
+        (
+            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
+            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
+            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
+        ),
+        axis=-1,
+    )
+
+
+def quaternion_product(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(4,) product of two quaternions (w, x, y, z): the rotation `other`, then `one`."""
+    a, b, c, d = one.tolist()
+    w, x, y, z = other.tolist()
+    return np.array(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ]
+    )
+
+
+def conjugate(quaternion: FloatArray) -> FloatArray:
+    """(4,) the inverse of a unit quaternion."""
+    return quaternion * (1.0, -1.0, -1.0, -1.0)
+
+
+def rotation_vector(quaternion: FloatArray) -> FloatArray:
+    """(3,) axis times angle [rad] of a unit quaternion (w, x, y, z), the short way round."""
+    w, axis = (-quaternion[0], -quaternion[1:]) if quaternion[0] < 0.0 else (quaternion[0], quaternion[1:])
+    sine = float(np.linalg.norm(axis))
+    scale = 2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine
+    vector: FloatArray = scale * axis
+    return vector
+
+
+def matrix_quaternion(rotation: FloatArray) -> FloatArray:
+    """(4,) unit quaternion (w, x, y, z) of a rotation matrix; w is not negative.
+
+    The four squares follow from the diagonal; the largest gives the others without cancellation (Shepperd 1978).
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
+    products = np.array(
+        [
+            [1 + xx + yy + zz, zy - yz, xz - zx, yx - xy],
+            [zy - yz, 1 + xx - yy - zz, yx + xy, zx + xz],
+            [xz - zx, yx + xy, 1 + yy - xx - zz, zy + yz],
+            [yx - xy, zx + xz, zy + yz, 1 + zz - xx - yy],
+        ]
+    )
+    row = products[np.argmax(np.diag(products))]
+    unit: FloatArray = row / np.linalg.norm(row)
+    return -unit if unit[0] < 0.0 else unit
+
+
+def geodetic_to_enu(
+    latitude: float, longitude: float, altitude: float, origin: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """East, north and up [m] of a place in the plane tangent at an origin, both as degrees, degrees and m."""
+    x, y, z = (
+        a - b for a, b in zip(_earth_centred(latitude, longitude, altitude), _earth_centred(*origin), strict=True)
+    )
+    phi, lam = np.radians(origin[0]), np.radians(origin[1])
+    outward = np.cos(lam) * x + np.sin(lam) * y
+    east = -np.sin(lam) * x + np.cos(lam) * y
+    return float(east), float(-np.sin(phi) * outward + np.cos(phi) * z), float(np.cos(phi) * outward + np.sin(phi) * z)
+
+
+def _earth_centred(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
+    """x, y, z [m] of a place; x points to where equator and prime meridian meet, z to the north pole."""
+    phi, lam = np.radians(latitude), np.radians(longitude)
+    radius = SEMI_MAJOR**2 / np.hypot(SEMI_MAJOR * np.cos(phi), SEMI_MINOR * np.sin(phi))
+    x, y = (radius + altitude) * np.cos(phi) * np.cos(lam), (radius + altitude) * np.cos(phi) * np.sin(lam)
+    return x, y, (radius * (SEMI_MINOR / SEMI_MAJOR) ** 2 + altitude) * np.sin(phi)
+
+
+def enu_to_geodetic(
+    east: float, north: float, up: float, latitude: float, longitude: float, altitude: float
+) -> tuple[float, float, float]:
+    """Latitude, longitude [degrees] and altitude [m] of a point by a tangent plane [m] at a geodetic place."""
+    phi, lam = math.radians(latitude), math.radians(longitude)
+    sin, cos = math.sin(phi), math.cos(phi)
+    radius = SEMI_MAJOR / math.sqrt(1.0 - _SQUARE * sin * sin)
+    outward = cos * up - sin * north
+    p = (radius + altitude) * cos + outward  # in the meridian plane of the origin, from the axis
+    x, y = math.cos(lam) * p - math.sin(lam) * east, math.sin(lam) * p + math.cos(lam) * east
+    z = (radius * (1.0 - _SQUARE) + altitude) * sin + cos * north + sin * up
+    return _to_geodetic(x, y, z)
+
+
+def _to_geodetic(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """From earth-centred x, y, z [m], by Bowring's formula (Survey Review 23, 1976), iterated to the last digits."""
+    p = math.hypot(x, y)
+    reduced = math.atan2(z * SEMI_MAJOR, p * _MINOR)
+    for _ in range(3):
+        s, c = math.sin(reduced), math.cos(reduced)
+        phi = math.atan2(z + _SQUARE / (1.0 - _SQUARE) * _MINOR * s**3, p - _SQUARE * SEMI_MAJOR * c**3)
+        reduced = math.atan2(_MINOR * math.sin(phi), SEMI_MAJOR * math.cos(phi))
+    sin, cos = math.sin(phi), math.cos(phi)
+    altitude = p * cos + z * sin - SEMI_MAJOR * math.sqrt(1.0 - _SQUARE * sin * sin)
+    return math.degrees(phi), math.degrees(math.atan2(y, x)), float(altitude)
