@@ -1,5 +1,6 @@
 """Rows for the compiled loop's tables, as plain data with names where the tables have ids."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -26,6 +27,10 @@ DENSITY = 997.0
 """
 
 
+SEA_FIELDS = sorted(SeaConfig.model_fields.keys() & {field.name for field in dataclasses.fields(Sea)})
+"""Fields of a sea that a world file gives and a compiled world takes over as they are."""
+
+
 def sea_parameters(sea: SeaConfig) -> Sea:
     """Wave components and start-up ramp; `model: none` is a sea without components."""
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
@@ -36,15 +41,8 @@ def sea_parameters(sea: SeaConfig) -> Sea:
         waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=sea.direction)
     afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
-    return Sea(
-        model=sea.model,
-        tau=sea.tau,
-        level=0.0,
-        waves=tuple(Wave(**wave) for wave in afloat),
-        significant_height=height,
-        period=sea.period,
-        direction=sea.direction,
-    )
+    same: Row = {name: getattr(sea, name) for name in SEA_FIELDS}
+    return Sea(**same, level=0.0, waves=tuple(Wave(**wave) for wave in afloat), significant_height=height)
 
 
 def hull_physics(physics: PhysicsConfig) -> Row:
