@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 import numba
 from numba.core.registry import CPUDispatcher
 
-from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
-from vrx_mj.physics.kernel_folder import Choice, chosen_folder
+from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_folder, say_before_the_first
 
 __all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "inlined_kernel", "kernel"]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.errors import nearest
 from vrx_mj.model import boats as model
+from vrx_mj.runtime.hull import Thruster
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.runtime.thrusters import Thruster
 
 __all__ = ["Diagnosis", "TopicHints", "meant_topic", "overlaps", "shared_frames"]
 

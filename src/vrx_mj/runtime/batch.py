@@ -22,9 +22,7 @@ from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
-from vrx_mj.runtime.row_memory import allocating, check_memory
-from vrx_mj.runtime.row_tables import SEPARATE
-from vrx_mj.runtime.row_water import RowWater
+from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
 from vrx_mj.runtime.rows import advance_rows, observe_rows, reset_rows, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
@@ -42,7 +40,7 @@ MOST = 10**6
 """Rows, or threads, of a batch."""
 
 
-class Batch(RowWater):
+class Batch(RowTables):
     """`n` independent copies (rows) of one world, advanced in parallel on all cores.
 
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch

@@ -18,6 +18,7 @@ from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Helm
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
+from vrx_mj.runtime.hull import Thruster, thrusters
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
 from vrx_mj.runtime.physics_models import PhysicsModels
@@ -33,7 +34,6 @@ from vrx_mj.runtime.state import (
 )
 from vrx_mj.runtime.subscriptions import Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
-from vrx_mj.runtime.thrusters import Thruster, thrusters
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import announced

@@ -9,8 +9,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.hull import Hull
-    from vrx_mj.runtime.thrusters import Thruster
+    from vrx_mj.runtime.hull import Hull, Thruster
     from vrx_mj.sensors.readings import Reading
 
 __all__ = ["TASK", "BoatObservation", "Observation"]

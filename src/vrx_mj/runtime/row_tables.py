@@ -1,7 +1,9 @@
-"""The tables of a batch: what each row has of its own, and how it is copied."""
+"""The rows of a batch: what each has of its own, its memory, its water, and how they are copied."""
 
+import copy
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -9,20 +11,70 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import check_name, whole
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.ballast import with_scaled_mass
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.floating import Afloat
+from vrx_mj.runtime.limits import total_memory
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
-from vrx_mj.runtime.row_memory import allocating
-from vrx_mj.runtime.row_seas import RowSeas
-from vrx_mj.runtime.rows import FEATURES
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_vectors, which_rows
+from vrx_mj.runtime.rows import FEATURES, RowSeas, row_heights
 from vrx_mj.runtime.state import integration_state, set_integration_state
+from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS, OWN, RUN, STATE, point, point_rows
 
-__all__ = ["SEPARATE", "RowTables"]
+__all__ = ["SEPARATE", "RowTables", "allocating", "check_memory", "with_scaled_mass"]
+
+
+FIXED = 455_000
+"""Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
+
+
+def check_memory(n: int, data: mujoco.MjData) -> None:
+    """Check that `n` rows like this one fit into the memory of this machine or container: else it ends the process.
+
+    Raises:
+        CommandError: they do not.
+    """
+    each, most = FIXED + int(data.nbuffer), total_memory()
+    if most is not None and n * each > most:
+        text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
+        raise CommandError(f"no memory for {n} rows: {text}; make fewer rows")
+
+
+@contextmanager
+def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
+    """Around what allocates the memory of `n` rows like this one.
+
+    Raises:
+        CommandError: the system has refused it, say because of a limit (`ulimit -v`).
+    """
+    try:
+        yield
+    except (MemoryError, mujoco.FatalError) as error:
+        each = FIXED + int(data.nbuffer) + int(data.narena)
+        text = f"{_size(n * each)} of address space are needed, {_size(each)} a row"
+        raise CommandError(
+            f"no memory for {n} rows: {text}; make fewer rows, or raise the limit (ulimit -v)"
+        ) from error
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.2f} MB"
+
+
+def with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float) -> mujoco.MjModel:
+    """A model like another, with mass and inertia of some bodies, and of all that hangs on them, times a factor."""
+    own, chosen = copy.copy(model), set(roots)
+    bodies = [body for body in range(model.nbody) if int(model.body_rootid[body]) in chosen]
+    own.body_mass[bodies] *= factor
+    own.body_inertia[bodies] *= factor
+    mujoco.mj_setConst(own, mujoco.MjData(own))
+    return own
+
 
 SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
 """Tables of which every row has its own part."""
@@ -36,14 +88,14 @@ VARIED: dict[str, tuple[str, str]] = {
     "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
     "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
 }  # fmt: skip
-"""What `Batch.vary` changes: table and column of a rig in which it is, or the product with a factor; of phases the
+"""What `Batch.vary` changes: table and column in which it is, or the product with a factor; of phases the
 largest."""
 SHARED = {"wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Of these, those that share a column."""
 
 
 class RowTables:
-    """The part of a batch that holds its rows."""
+    """The part of a batch that holds its rows, and answers questions about their water."""
 
     world: World
     """World of every row."""
@@ -54,6 +106,7 @@ class RowTables:
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
     _masses: FloatArray
     _varied: dict[str, FloatArray]
+    _turn: Turn
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -178,3 +231,61 @@ class RowTables:
             self._own_models[row] = pair[0], pair[1]
             point_models(self._runs[row], *self._own_models[row], self._data[row])
             hulls["mass"][row] = self._rig.hulls["mass"] * factor
+
+    @property
+    def largest_masses(self) -> FloatArray:
+        """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, an end goes under."""
+        return self._afloat.largest_masses()
+
+    @in_turn
+    def waves(self, row: int) -> Table:
+        """Waves of a row's sea, a copy: records of amplitude [m], wavenumber, frequency, direction and phase [rad]."""
+        row = whole("row", row, 0, self.n - 1)
+        return self._waves_of(row)
+
+    @in_turn
+    def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+        """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's present time.
+
+        Raises:
+            CommandError: the points are not numbers, or do not have that shape.
+        """
+        east, north = (np.ascontiguousarray(as_numbers(name, value)) for name, value in (("x", x), ("y", y)))
+        if east.ndim != 2 or east.shape != north.shape or len(east) != self.n:
+            text = f"({self.n}, points) of both is needed"
+            raise CommandError(f"invalid x and y of shapes {east.shape} and {north.shape}: {text}")
+        out = np.empty(east.shape)
+        row_heights(self._stacks["waves"], self._rig.sea, east, north, self._time, out)
+        return out
+
+    @in_turn
+    def afloat(self, boat: str, places: npt.ArrayLike, rows: Rows = None) -> tuple[FloatArray, FloatArray]:
+        """Poses and velocities, (rows, 6) each as in `set_boat`, with which a boat floats on the rows' present seas.
+
+        Its weight is that of the row, engines included; wind and thrust are left out. A boat that the water cannot
+        carry is upright, with its origin at the surface.
+
+        Args:
+            boat: name of the boat.
+            places: x, y [m] and yaw [rad], (rows, 3).
+            rows: mask or numbers of the rows; by default all.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the shape is wrong, or a number is not finite or too large.
+        """
+        check_name("boat", boat, self.boats)
+        which, number = which_rows(self.n, rows), self.boats.index(boat)
+        spots = row_vectors(f"places of {boat}", places, len(which), 3)
+        times, masses = self._time.tolist(), self._masses.tolist()
+        floating = [
+            self._afloat.pose(number, self._waves_of(row), (x, y, yaw), times[row], masses[row])
+            for row, (x, y, yaw) in zip(which.tolist(), spots.tolist(), strict=True)
+        ]
+        poses, velocities = (np.array([pair[k] for pair in floating]).reshape(-1, 6) for k in range(2))
+        return poses, velocities
+
+    def _waves_of(self, row: int) -> Table:
+        waves = self._stacks["waves"]
+        own: Table = waves[row if len(waves) > 1 else 0].copy()
+        return own

@@ -10,8 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel
-from vrx_mj.physics.errors import axis_error
-from vrx_mj.physics.noise import stream_key
+from vrx_mj.physics.noise import axis_error, stream_key
 
 __all__ = ["Draw", "axis_of", "covariance", "errors", "variances"]
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.physics.cosine import cosine
+from vrx_mj.physics.waves import cosine
 
 ROUNDING = 4e-16  # eleven terms of up to 1.3, summed pairwise, each rounded to 1.1e-16
 

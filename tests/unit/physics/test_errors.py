@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.physics.errors import axis_error, gauss_markov
+from vrx_mj.physics.noise import axis_error, gauss_markov
 
 KEY, COUNT = np.uint64(0x1234_5678_9ABC_DEF0), 4000
 NEAR = 4.0 / math.sqrt(COUNT)

@@ -11,10 +11,10 @@ import pytest
 import vrx_mj
 from vrx_mj.errors import CommandError
 from vrx_mj.rl.problems import PROBLEMS
-from vrx_mj.runtime import row_memory
+from vrx_mj.runtime import row_tables
 from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
 from vrx_mj.runtime.physics_models import stepping_models
-from vrx_mj.runtime.row_memory import allocating, check_memory
+from vrx_mj.runtime.row_tables import allocating, check_memory
 
 TWO = {"thrusters": "H", "sensors": "none",
        "boats": [{"name": name, "pose": [0, 12 * k, 0.1, 0, 0, 0]} for k, name in enumerate("ab")]}  # fmt: skip
@@ -125,14 +125,14 @@ def data():
 
 
 def test_more_rows_than_the_machine_has_memory_for_are_refused(data, monkeypatch):
-    monkeypatch.setattr(row_memory, "total_memory", lambda: 8e9)
+    monkeypatch.setattr(row_tables, "total_memory", lambda: 8e9)
     check_memory(17_000, data)
     with pytest.raises(CommandError) as raised:
         check_memory(18_000, data)
     assert str(raised.value) == (
         "no memory for 18000 rows: 8.4 GB are needed, 0.47 MB a row, and at most 8.0 GB can be had; make fewer rows"
     )
-    monkeypatch.setattr(row_memory, "total_memory", lambda: None)
+    monkeypatch.setattr(row_tables, "total_memory", lambda: None)
     check_memory(10**6, data)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, THRUSTER
 from vrx_mj.physics.thrust import thrust_force
-from vrx_mj.runtime.thrusters import thrusters
+from vrx_mj.runtime.hull import thrusters
 
 DRIVES = {"linear": (LINEAR, 1.0, 250.0, 100.0), "glf": (GLF, 1.0, 250.0, -100.0), "newtons": (NEWTONS, 2e3, 2e3, 1e3)}
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.config.sensors import ErrorModel
-from vrx_mj.physics.errors import axis_error, gauss_markov
-from vrx_mj.physics.noise import bits, normal, stream_key
+from vrx_mj.physics.noise import axis_error, bits, gauss_markov, normal, stream_key
 from vrx_mj.sensors.errors import Draw, errors, variances
 
 COUNT = 6000
