@@ -145,7 +145,7 @@ class Environment:
 
     def begun(self, rows: BoolArray) -> dict[str, Any]:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
-        return masked(self.problem.drawn() | self.variety.facts(), rows)
+        return masked(self.problem.drawn() | self.variety.facts(), rows) if rows.any() else {}
 
     def step(self, actions: Floats32) -> Outcome:
         """Apply checked actions, (n, boats, channels), for 0.1 s; rows without boats begin an episode instead."""
