@@ -38,7 +38,7 @@ _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]
 
 
 def host_of(field: str) -> str:
-    """The host of a `Host` field, in lower case and without port and brackets; empty where it is none."""
+    """The host of a `Host` field, in lower case and without port and brackets; empty for anything else."""
     try:
         parts = urllib.parse.urlsplit(f"//{field.strip()}")
         parts.port  # noqa: B018 -- raises where it is none
@@ -64,7 +64,7 @@ def is_loopback(host: str) -> bool:
 class Names:
     """How others call this machine: by the address that they reach, its host name, and what it is configured to be.
 
-    A page whose owner has a name lead to this machine (DNS rebinding) reaches it by that name, which is none of these.
+    A page whose owner has a name lead to this machine (DNS rebinding) reaches it by that name, not by one of these.
     """
 
     def __init__(self, given: Iterable[str] = ()) -> None:

@@ -35,17 +35,17 @@ __all__ = ["HEAVY", "Bag", "BagFile", "bagged", "open_bag"]
 CALLER = "/vrx_mj"
 """The node by which a ROS 1 bag says that its messages were sent."""
 CHUNK = 1 << 20
-"""Of a ROS 1 bag [bytes]; those of MCAP are as large."""
+"""Size of a chunk of a ROS 1 bag [bytes]; those of MCAP are as large."""
 NEVER = 1 << 62
 HEAD_FIELDS = 13 + 4 + 69
 """Where the padding of a bag's first record begins, with its length: after the file's mark, and the record's fields."""
 HEAD_SIZE = 4096 - 69
-"""Of this padding [bytes], as `rosbag` has it."""
+"""Bytes of padding in a bag's first record, as `rosbag` has it."""
 WIDER = 8
-"""What rosbags takes off it: the lengths of the fields and of the padding [bytes]."""
+"""Bytes that rosbags takes off the padding: the lengths of the fields and of the padding itself."""
 ROS1_MAGIC, MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
 VERSION: Final = 9
-"""Of rosbag2's metadata."""
+"""Version of rosbag2's metadata."""
 KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
 
 
@@ -69,7 +69,7 @@ def open_bag(path: Path) -> BagFile:
     """A new bag in place of an earlier one, of the kind that its name says.
 
     Raises:
-        RecordError: the name says none, or something is there that is no bag of this kind.
+        RecordError: the name has another ending, or something other than a bag of this kind is there.
     """
     if path.suffix == ".bag":
         _make_room(path, ROS1_MAGIC)
@@ -311,7 +311,7 @@ class Bag:
         """Make the file, in place of an earlier bag; returns where it is.
 
         Raises:
-            RecordError: it cannot be written, or something that is no bag is there.
+            RecordError: it cannot be written, or something other than a bag is there.
         """
         with self._writing():
             self._file = open_bag(self.path)

@@ -33,7 +33,7 @@ Progress = Callable[[float, float], None]
 ANGLE = "_angle"
 """Ends the name of a command that turns an engine."""
 ROW_RATE = 1e3
-"""Of `/clock` [Hz]: more than rows have, so that it is told at each."""
+"""Of `/clock` [Hz]: more than rows have, so that it is published at each."""
 ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
 P3D = "sensors/position/p3d_wamv"
 """VRX's topic of where a boat really is, for one that has no such sensor."""
@@ -132,7 +132,7 @@ class RecordingHost:
 
 
 class SegmentOutputs(NamedTuple):
-    """What is told while a company sails."""
+    """The topics of a recording while its bodies are the same."""
 
     moment: Moment
     bodies: Bodies
@@ -170,7 +170,7 @@ class Conversion:
             ((event.time, 1 << 20, i, event) for i, event in enumerate(recorded.events)),
         ]
         for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
-            self._tell(time, found)
+            self._write_found(time, found)
             if progress is not None:
                 progress(time, end)
         return self._count
@@ -181,44 +181,44 @@ class Conversion:
             (float(time), number, i, ((sensor.boat, sensor.name), readings, i)) for i, time in enumerate(readings.time)
         )
 
-    def _tell(self, time: float, found: Any) -> None:
+    def _write_found(self, time: float, found: Any) -> None:
         if isinstance(found, SavedState):
-            self._tell_state(time, found)
+            self._write_state(time, found)
         elif isinstance(found, Event):
             self._bag.log(found.level, found.text)
         elif isinstance(found[1], np.ndarray):
-            self._tell_row(time, *found)
+            self._write_row(time, *found)
         else:
             key, readings, i = found
-            self._tell_reading(time, key, readings[i])
+            self._write_reading(time, key, readings[i])
 
-    def _tell_row(self, time: float, number: int, row: FloatArray) -> None:
-        told = self._told(self._alike[self._recorded.companies[number].layout])
-        told.moment.show(row[told.moment.columns])
-        for output in told.moving:
+    def _write_row(self, time: float, number: int, row: FloatArray) -> None:
+        segment = self._segment(self._alike[self._recorded.companies[number].layout])
+        segment.moment.show(row[segment.moment.columns])
+        for output in segment.moving:
             self._output(output, time)
-        for boat, topic in told.places.items():
+        for boat, topic in segment.places.items():
             if self._schedule.take(topic, ODOMETRY_RATE, time):
-                self._write(topic, ODOMETRY, odometry(told.bodies, boat, time), time)
-        for boat in told.moment.boats:
-            for name, value in told.moment.commands(boat):
+                self._write(topic, ODOMETRY, odometry(segment.bodies, boat, time), time)
+        for boat in segment.moment.boats:
+            for name, value in segment.moment.commands(boat):
                 self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
 
-    def _tell_state(self, time: float, saved: SavedState) -> None:
+    def _write_state(self, time: float, saved: SavedState) -> None:
         world = State.from_bytes(saved.blob).world
         company = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
         if company is None:
             raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s is of another world")
-        told = self._told(company)
-        told.moment.resume(saved)
-        before, told.moment.time = told.moment.time, time
-        for output in told.saved:
+        segment = self._segment(company)
+        segment.moment.resume(saved)
+        before, segment.moment.time = segment.moment.time, time
+        for output in segment.saved:
             self._output(output, time)
-        told.moment.time = before
+        segment.moment.time = before
 
-    def _tell_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
-        told = next((told for told in reversed(self._known.values()) if key in told.measured), None)
-        for output in told.measured[key] if told else ():
+    def _write_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
+        segment = next((segment for segment in reversed(self._known.values()) if key in segment.measured), None)
+        for output in segment.measured[key] if segment else ():
             message = output.make(reading)
             if message is not None:
                 self._write(output.name, output.type, message, time, latched=output.latched)
@@ -241,14 +241,14 @@ class Conversion:
         self._bag.write(topic, kind, message, time, latched=latched)
         self._count += 1
 
-    def _told(self, company: Company) -> SegmentOutputs:
-        """What is told while this company sails."""
+    def _segment(self, company: Company) -> SegmentOutputs:
+        """The topics while this company sails."""
         name = company.world_sha256
-        told = self._known.pop(name, None) or outputs_of(self._recorded, company)
-        self._known[name] = told
+        segment = self._known.pop(name, None) or outputs_of(self._recorded, company)
+        self._known[name] = segment
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
-        return told
+        return segment
 
 
 def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:

@@ -179,7 +179,7 @@ class Call(NamedTuple):
 
 
 class UnknownTopicPublisher(NamedTuple):
-    """Somebody publishes on a topic that is none of the table's inputs."""
+    """Somebody publishes on a topic that the simulation does not listen to."""
 
     topic: str
     type: str

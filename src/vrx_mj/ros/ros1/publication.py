@@ -63,7 +63,7 @@ class Stream:
 
 
 class Publication:
-    """One topic."""
+    """A topic of the nodes of this process, and its subscribers."""
 
     def __init__(
         self,
@@ -239,7 +239,7 @@ LONGEST_ERROR = 4000
 
 
 class Provided:
-    """One service."""
+    """A service of a node of this process, and its callers."""
 
     def __init__(self, node: str, name: str, type_name: str, call: Callable[[Message, str, Answer], None]) -> None:
         self.node, self.name, self.type = node, name, type_name
@@ -423,7 +423,7 @@ class TcprosListener:
 
 
 class Incoming(asyncio.Protocol):
-    """One connection."""
+    """A connection to our port of TCPROS."""
 
     def __init__(self, tcpros_listener: TcprosListener) -> None:
         self.transport: asyncio.Transport | None = None

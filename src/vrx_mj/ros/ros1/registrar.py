@@ -88,7 +88,7 @@ class FarLink:
 
 
 def _value(reply: Any) -> Any:
-    """The value of a reply of code, text and value; None if the code is no success."""
+    """The value of a reply of code, text and value; None if the code is another than success."""
     return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
 
 

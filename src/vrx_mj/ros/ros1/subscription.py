@@ -35,7 +35,7 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
 
 
 class Subscription:
-    """One topic."""
+    """A topic that nodes of this process listen to, and its publishers elsewhere."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class Subscription:
 
 
 class Source:
-    """One publisher."""
+    """A publisher of another process."""
 
     def __init__(self, topic: Subscription, uri: str, number: int) -> None:
         self.topic, self.uri, self.number = topic, uri, number
