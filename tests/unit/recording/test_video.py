@@ -17,7 +17,7 @@ from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
 from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
-from vrx_mj.recording.video.footage import Standing, between
+from vrx_mj.recording.video.footage import TaskMoment, between
 from vrx_mj.recording.video.stage import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
 from vrx_mj.recording.writer import RecordWriter
 
@@ -121,9 +121,9 @@ def test_twelve_boats_have_twelve_colours():
 def test_lines_of_text():
     assert clock_line("bay", 12.34, 1.0) == "bay  12.3 s"
     assert clock_line("bay", 12.34, 2.5) == "bay  12.3 s  ×2.5"
-    running = Standing(3.0, "dock", "running", 10.0, "points", 1, 44.6)
+    running = TaskMoment(3.0, "dock", "running", 10.0, "points", 1, 44.6)
     assert task_lines(running) == ("dock: running, 45 s left", "score 10.00 points, collisions 1")
-    assert task_lines(Standing(3.0, "dock", "ready", 0.0, "points", 0, 60.0))[0] == "dock: ready"
+    assert task_lines(TaskMoment(3.0, "dock", "ready", 0.0, "points", 0, 60.0))[0] == "dock: ready"
 
 
 def test_a_size_is_two_numbers():
