@@ -22,7 +22,7 @@ from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.model.world import tree_of
+from vrx_mj.model.world import Parameters, tree_of
 from vrx_mj.recording.companies import Company
 from vrx_mj.recording.record_scene import (
     MovingBody,
@@ -34,6 +34,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
     RowLayout,
     Surface,
+    ToWorld,
     Waypoint,
 )
 from vrx_mj.runtime.run import fingerprint
@@ -70,6 +71,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         looks |= _looks(world, drawn)
     parameters = world.parameters
     wind, sea = parameters.wind.direction, tree_of(parameters.sea)
+    recorded = tuple(recorded_sensors(world, choices))
     return RecordScene(
         properties={
             "world": world.name,
@@ -94,12 +96,23 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
             Waypoint(f"waypoint_{number}", (x, y, 0.0), yaw)
             for number, (x, y, yaw) in enumerate(parameters.waypoints, 1)
         ),
-        sensors=tuple(recorded_sensors(world, choices)),
+        sensors=recorded,
         displays=tuple(_displays(world, looks, part_paths(world, model))),
         parts=tuple(parts_of(world, model, looks)),
-        to_world=None if parameters.georeference is None else Georeference(**vars(parameters.georeference)).to_enu,
+        to_world=_to_world(parameters, recorded),
         parameters=parameters,
     )
+
+
+def _to_world(parameters: Parameters, sensors: Sequence[RecordedSensor]) -> ToWorld | None:
+    """The conversion of fixes to the world frame; None where the world has no place on Earth."""
+    place = parameters.georeference
+    if place is None:
+        return None
+    to_enu = Georeference(**vars(place)).to_enu
+    if any(sensor.type == "gps" for sensor in sensors):
+        to_enu(place.latitude, place.longitude, place.elevation)  # loads packages before the writer's thread does
+    return to_enu
 
 
 def check_columns(company: Company, model: mujoco.MjModel) -> None:
