@@ -384,17 +384,17 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
     owner = next((level for level in levels if level.robot), spawn)
     robot = str(owner.robot)
     driven = next((level for level in levels if level.thrusters), None)
-    furnished = next((level for level in levels if level.components), None)
+    level_with_parts = next((level for level in levels if level.components), None)
     engines = next((level.engines for level in levels if level.engines), None)
     return BoatConfig(
         folder=owner.folder,
         name=name,
         robot=robot,
         thrusters=_layout(levels, robot, owner.folder, spawn),
-        components=furnished.components if furnished else None,
+        components=level_with_parts.components if level_with_parts else None,
         sensors=_sensors(levels, robot, spawn),
         thrusters_folder=driven.thrusters_folder if driven else None,
-        components_folder=furnished.components_folder if furnished else None,
+        components_folder=level_with_parts.components_folder if level_with_parts else None,
         pose=pose,
         color=entry.color if entry else None,
         engines=engines or "fixed",

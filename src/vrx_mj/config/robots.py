@@ -183,7 +183,7 @@ class RobotConfig(Config):
     suites: dict[Name, Arguments] = Field(default_factory=dict)
     """Sets of sensors by name, as xacro arguments; `vrx` and `none` among them, if it has any."""
     vrx_parts: Switch = False
-    """Whether VRX's thruster and component files can furnish it."""
+    """Whether VRX's thruster and component files can be given for it."""
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
     """Lift, drag and added mass."""
     contact: ContactConfig = ContactConfig()

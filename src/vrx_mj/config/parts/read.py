@@ -37,7 +37,6 @@ __all__ = [
     "meant",
     "name_key",
     "name_of",
-    "oddities",
     "place_of",
     "triple_of",
 ]
@@ -198,12 +197,9 @@ LIDAR_TYPES = ("16_beam", "32_beam")
 FULL_TURN = 2.0 * math.pi
 """An angle beyond this is rather meant in degrees [rad]."""
 
-Oddity = tuple[str, str]
-"""The parameter, and what is odd about it."""
 
-
-def oddities(instance: Instance) -> Iterator[Oddity]:
-    """What is odd about a part whose parameters are all valid."""
+def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
+    """Parameters of a valid part that VRX accepts and nobody means, each with a warning."""
     yield from _angles(instance)
     yield from _post(instance)
     kind = instance.parameters.get("type", LIDAR_TYPES[0])
@@ -214,7 +210,7 @@ def oddities(instance: Instance) -> Iterator[Oddity]:
         yield "position", message
 
 
-def _angles(instance: Instance) -> Iterator[Oddity]:
+def _angles(instance: Instance) -> Iterator[tuple[str, str]]:
     for key, value in instance.parameters.items():
         parameter = TYPES[instance.type].parameter(key)
         if parameter is None or parameter.unit != "rad":
@@ -228,7 +224,7 @@ def _angles(instance: Instance) -> Iterator[Oddity]:
                 break
 
 
-def _post(instance: Instance) -> Iterator[Oddity]:
+def _post(instance: Instance) -> Iterator[tuple[str, str]]:
     """A post's length is what is left of the height of what it carries."""
     part = TYPES[instance.type]
     if part.drop is None:
@@ -266,7 +262,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     if reading.problems:
         raise ConfigError(sorted(reading.problems, key=lambda each: (each.line or 0, each.column or 0)))
     for loc, instance in reading.parts:
-        for key, message in oddities(instance):
+        for key, message in _suspicious_values(instance):
             place = reading.places.get((*loc, key), instance.place)
             warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))

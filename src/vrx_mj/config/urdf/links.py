@@ -102,7 +102,7 @@ class Surroundings:
 
 
 def read_link(node: Node, around: Surroundings) -> Link:
-    """A `<link>`. Problems and oddities are noted, not raised."""
+    """A `<link>`. Problems and suspicious values are noted, not raised."""
     name = node.name()
     short = _is_short_post(node, name)
     if short:
@@ -314,7 +314,7 @@ BOUNDED = ("revolute", "prismatic")
 
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
-    """A `<joint>` between two of these links. Problems and oddities are noted, not raised."""
+    """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
     name, kind = node.name(), node.attribute("type") or ""
     if kind not in TYPES:
         node.fault(choice(kind, TYPES) if kind else f"required, but missing; one of {', '.join(TYPES)}", "type")
