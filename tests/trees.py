@@ -22,6 +22,8 @@ def partial(tree, kind=Parameters):
             object.__setattr__(made, own.name, _as(hints[own.name], tree[own.name]))
         elif own.default_factory is not MISSING:
             object.__setattr__(made, own.name, own.default_factory())
+        elif own.default is not MISSING:
+            object.__setattr__(made, own.name, own.default)
     return made
 
 
