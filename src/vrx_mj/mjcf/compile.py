@@ -7,9 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import mujoco
-from markupsafe import Markup, escape
-
 from vrx_mj.arguments import as_seed
 from vrx_mj.config.bays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
@@ -29,17 +26,17 @@ from vrx_mj.mjcf.fitting import boat_rows, fitted
 from vrx_mj.mjcf.markers import marker_rows
 from vrx_mj.mjcf.objects import object_piece
 from vrx_mj.mjcf.parameters import float_row, sea_parameters
+from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.robots import stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.scored import Lock, Touch, lock_of, touches_of
+from vrx_mj.mjcf.scored import Touch, lock_of, touch_sensor, touches_of
 from vrx_mj.mjcf.shooters import parked_balls
 from vrx_mj.mjcf.swimmers import follower_row
 from vrx_mj.mjcf.tasks import task_parameters, waypoints
-from vrx_mj.mjcf.templates import PREFIX, Piece, render
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
-from vrx_mj.mjcf.world import World, make_world
+from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.site import Light
 from vrx_mj.model.tasks import Task
@@ -85,12 +82,8 @@ class _Assembly:
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea)
-        self.assets: dict[str, bytes] = {}
-        self.pieces: dict[Any, Piece] = {}
-        self.shapes: dict[str, None] = {}
-        self.placed: list[dict[str, Any]] = []
-        self.contacts: list[str] = []
-        self.equalities: list[str] = []
+        self.kinds_of_objects: dict[Any, Piece] = {}
+        self.parts: list[Part] = []
         self.rows: dict[str, list[Any]] = {
             "hulls": [],
             "stations": [],
@@ -108,7 +101,6 @@ class _Assembly:
         self.shooters: list[tuple[str, str]] = []
         self.task: Task | None = None
         self.touches: list[Touch] = []
-        self.lock: Lock | None = None
 
     def world(self, seed: int) -> World:
         for note in ros_names_note("boat", (boat.name for boat in self.boats)):
@@ -125,41 +117,34 @@ class _Assembly:
         self._check_wind()
         self._add_balls()
         self._add_task()
-        world = make_world(
-            self._text(), self.assets, parameters_of(json.dumps(tree_of(self._parameters(seed))).encode())
-        )
+        pieces = self._pieces()
         try:
-            mujoco.MjSpec.from_string(world.mjcf, assets=self.assets).compile()
+            pieces.spec().compile()
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
-        return world
+        return joined_world(pieces, parameters_of(json.dumps(tree_of(self._parameters(seed))).encode()))
 
-    def _text(self) -> str:
+    def _pieces(self) -> Pieces:
         config = self.config
         sea = {
             key: tree_of(getattr(self.sea, key))
             for key in ("model", "significant_height", "period", "direction", "tau")
         }
-        return render(
-            "world.xml.j2",
-            name=config.name,
-            fleet=self.fleet,
-            timestep=config.physics.timestep,
-            gravity=config.physics.gravity,
-            center=[*self.boats[0].pose[:2], 0.0] if self.boats else [0.0, 0.0, 0.0],
-            water=config.sea.model != "none" or config.terrain is not None,
-            level=self.sea.level,
-            sea=json.dumps(sea).replace('"', "'"),
-            assets=[Markup(item) for item in self.shapes],
-            pieces=self.placed,
-            contacts=Markup("".join(self.contacts)),
-            equalities=Markup("".join(self.equalities)),
-            asleep=bool(self.balls),
-            scored=self._base_links()[self.task.boat] if self.task else None,
-            touches=self.touches,
-            lock=self.lock,
+        values = {
+            "name": config.name,
+            "fleet": self.fleet,
+            "timestep": config.physics.timestep,
+            "gravity": config.physics.gravity,
+            "asleep": bool(self.balls),
+            "center": [*self.boats[0].pose[:2], 0.0] if self.boats else [0.0, 0.0, 0.0],
+            "water": config.sea.model != "none" or config.terrain is not None,
+            "level": self.sea.level,
+            "sea": json.dumps(sea).replace('"', "'"),
             **scene_values(config),
-        )
+        }
+        scored = self._base_links()[self.task.boat] if self.task else ""
+        touches = {touch.name: touch_sensor(touch, scored) for touch in self.touches}
+        return Pieces.joined(Piece("world.xml.j2", values, {}), self.parts, touches)
 
     def _add_dock(self, dock: PlacedDock) -> None:
         self._place(dock.name, dock_piece(dock), dock.pose)
@@ -172,9 +157,9 @@ class _Assembly:
 
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
-        if kind not in self.pieces:
-            self.pieces[kind] = object_piece(item.config, asleep=asleep)
-        self._place(item.name, self.pieces[kind], item.pose)
+        if kind not in self.kinds_of_objects:
+            self.kinds_of_objects[kind] = object_piece(item.config, asleep=asleep)
+        self._place(item.name, self.kinds_of_objects[kind], item.pose)
         if item.config.light is not None:
             self.rows["lights"].append(_light_entry(item, item.config.light))
         if item.config.kind == "floating":
@@ -213,7 +198,8 @@ class _Assembly:
             return
         links, terrain = self._base_links(), self.config.terrain is not None
         self.touches = touches_of(self.task.boat, links, self.objects, self.docks, terrain=terrain)
-        self.lock = lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats})
+        if lock := lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats}):
+            self.parts.append(Part("carrier", Piece("lock.xml.j2", {"lock": lock}, {})))
         self.task = replace(self.task, rivals=tuple(touch.name for touch in self.touches))
 
     def _base_links(self) -> dict[str, str]:
@@ -249,12 +235,7 @@ class _Assembly:
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
         """Put a piece into the world, its names after `name` and a slash."""
-        prefix = escape(f"{name}/")
-        self.shapes.update(dict.fromkeys(item.replace(PREFIX, prefix) for item in piece.assets))
-        self.placed.append({"pose": pose, "bodies": Markup(piece.bodies.replace(PREFIX, prefix))})
-        self.contacts.append(piece.contacts.replace(PREFIX, prefix))
-        self.equalities.append(piece.equalities.replace(PREFIX, prefix))
-        self.assets.update(piece.files)
+        self.parts.append(Part.placed(name, piece, pose))
 
     def _parameters(self, seed: int) -> dict[str, Any]:
         config = self.config

@@ -11,8 +11,9 @@ from vrx_mj.config.shapes import Visual
 from vrx_mj.config.world import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import element_row
+from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedDock
-from vrx_mj.mjcf.templates import Geom, Mesh, Piece, geoms, meshes
+from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.mjcf.trees import BlockTree, block_tree
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Mooring
@@ -39,6 +40,9 @@ def dock_piece(dock: PlacedDock) -> Piece:
     boards = [_board(dock, item) for item in dock.berths.placards]
     needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
     values: Row = {"name": dock.name, "block": edge, "height": BLOCK_HEIGHT, "meshes": needed}
+    values["solid_meshes"] = meshes(
+        shape for item in dock.berths.placards for shape in load_object(item.model).collisions
+    )
     if dock.config.dynamic:
         tree = block_tree(cells)
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))

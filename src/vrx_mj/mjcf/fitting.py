@@ -12,8 +12,8 @@ from vrx_mj.mjcf.afloat import outline
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.masses import Engines
 from vrx_mj.mjcf.parameters import Row, hull_physics
+from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.robots import Color, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
-from vrx_mj.mjcf.templates import PREFIX, Piece
 from vrx_mj.mjcf.wind import boat_wind
 
 __all__ = ["Fitted", "boat_rows", "fitted", "renamed"]

@@ -1,7 +1,8 @@
 """Objects of the catalogue, and users' own, as pieces of one body each."""
 
 from vrx_mj.config.objects import ObjectConfig
-from vrx_mj.mjcf.templates import Piece, geoms, meshes
+from vrx_mj.mjcf.pieces import Piece
+from vrx_mj.mjcf.templates import geoms, meshes
 
 __all__ = ["object_piece"]
 
@@ -16,6 +17,7 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     values = {
         "object": config,
         "meshes": needed,
+        "solid_meshes": meshes(config.collisions),
         "collisions": geoms(config.collisions),
         "visuals": geoms(config.visuals),
         "asleep": asleep,

@@ -29,7 +29,8 @@ from vrx_mj.mjcf.masses import (
     push_center,
     turning_mass,
 )
-from vrx_mj.mjcf.templates import Geom, Piece, geoms, meshes
+from vrx_mj.mjcf.pieces import Piece
+from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 
@@ -71,6 +72,7 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
     values = {
         "link": boat.link,
         "meshes": needed,
+        "solid_meshes": meshes(shape for part in parts for shape in part.collisions),
         "base_mass": body_mass(boat, engines),
         "base": _painted([_frame(part, double, yields) for part in boat.parts], color),
         "thrusters": thrusters,

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.dock_pieces import dock_entry
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
+from vrx_mj.mjcf.templates import render
 from vrx_mj.model.tasks import TaskBase
 
-__all__ = ["Lock", "Touch", "lock_of", "touches_of"]
+__all__ = ["Lock", "Touch", "lock_of", "touch_sensor", "touches_of"]
 
 WORLD_BODY = "world"
 """The body of all that stands still without one of its own, as MuJoCo calls it."""
@@ -36,6 +37,11 @@ class Lock:
     body: str
     position: tuple[float, float, float]
     yaw: float
+
+
+def touch_sensor(touch: Touch, scored: str) -> str:
+    """The element of the sensor of what the base link `scored` touches."""
+    return "\n    " + render("touch.xml.j2", touch=touch, scored=scored)
 
 
 def touches_of(

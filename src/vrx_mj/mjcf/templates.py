@@ -4,7 +4,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,8 @@ from vrx_mj.config.urdf.meshes import mesh_bytes, obj_text, read_mesh
 from vrx_mj.errors import CompileError
 from vrx_mj.resources import root
 
-__all__ = ["PREFIX", "Geom", "Mesh", "Piece", "geoms", "meshes", "render"]
+__all__ = ["Geom", "Mesh", "block", "geoms", "meshes", "render"]
 
-PREFIX = "@prefix@/"
-"""What names in a piece start with until it has a place in a world."""
 MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 MUJOCO_SUFFIXES = (".obj", ".stl")
@@ -56,51 +54,19 @@ class Mesh:
     content: bytes
 
 
-@dataclass(frozen=True)
-class Piece:
-    """Something that a world is made of, as MJCF. Its names, but for those of meshes, start with `PREFIX`."""
-
-    template: str
-    values: Mapping[str, Any]
-    files: Mapping[str, bytes]
-    """Contents of the files that it names, by file name."""
-
-    @cached_property
-    def assets(self) -> tuple[str, ...]:
-        """Its meshes, an element each."""
-        return tuple(line.strip() for line in self._block("assets").splitlines() if line.strip())
-
-    @cached_property
-    def bodies(self) -> str:
-        """Its bodies, or geoms that stand still."""
-        return self._block("bodies")
-
-    @cached_property
-    def contacts(self) -> str:
-        """Pairs of its bodies that never touch."""
-        return self._block("contacts")
-
-    @cached_property
-    def equalities(self) -> str:
-        """Constraints between its bodies."""
-        return self._block("equalities")
-
-    def document(self, name: str = "piece") -> str:
-        """It alone, as a model called `name`, its names without a prefix."""
-        return render(self.template, **self.values, prefix="", model=name)
-
-    def _block(self, name: str) -> str:
-        template = _environment().get_template(self.template)
-        holder = template if name in template.blocks else _environment().get_template("model.xml.j2")
-        return "".join(holder.blocks[name](holder.new_context({**self.values, "prefix": PREFIX})))
-
-
 def render(template: str, **values: Any) -> str:
     """The text of a template of `templates/`. A name that `values` lacks is an error, not an empty string.
 
     Floats are written with all their digits, sequences of numbers separated by blanks, text escaped for XML.
     """
     return _environment().get_template(template).render(values)
+
+
+def block(template: str, name: str, values: Mapping[str, Any]) -> str:
+    """The text of one block of a template; empty if the template has none of this name."""
+    found = _environment().get_template(template)
+    holder = found if name in found.blocks else _environment().get_template("model.xml.j2")
+    return "".join(holder.blocks[name](holder.new_context({**values})))
 
 
 def geoms(shapes: Iterable[Shape]) -> list[Geom]:

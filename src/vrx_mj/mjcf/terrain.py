@@ -17,7 +17,7 @@ from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.land import land_meshes
-from vrx_mj.mjcf.templates import Piece
+from vrx_mj.mjcf.pieces import Piece, hull_file
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
 
@@ -67,8 +67,10 @@ def _build(path: Path, _changed: int) -> Piece:
         meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
     except (shapely.errors.GEOSException, ValueError) as error:
         raise _invalid(path, f"its rings bound no land: {error}") from error
-    values = {"blocks": bank_blocks(_rings(polygons)).round(2).tolist(), "meshes": meshes}
-    return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes})
+    blocks = bank_blocks(_rings(polygons)).round(2)
+    hulls = [hull_file(corners) for corners in blocks]
+    values = {"blocks": blocks.tolist(), "meshes": meshes, "hulls": [file for file, _ in hulls]}
+    return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes}, dict(hulls))
 
 
 def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:

@@ -11,7 +11,9 @@ from typing import Any
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
+from vrx_mj.mjcf.pieces import Pieces
 from vrx_mj.mjcf.saved import checked
+from vrx_mj.mjcf.saved_pieces import pieces_of
 from vrx_mj.model.world import Parameters, json_of, tree_of
 
 LARGEST_FILE = 200_000_000
@@ -44,6 +46,11 @@ class World:
     def tree(self) -> Mapping[str, Any]:
         """`parameters` as a tree for JSON."""
         return MappingProxyType(tree_of(self.parameters))
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The pieces that the MJCF joins; those of a world that was loaded are read from it."""
+        return pieces_of(self.mjcf, self.assets, self.tree)
 
     @property
     def name(self) -> str:
@@ -145,3 +152,10 @@ def _scene(target: Path) -> Path:
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
     """A `World` that nobody can change, its assets in the order of their names."""
     return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), parameters)
+
+
+def joined_world(pieces: Pieces, parameters: Parameters) -> World:
+    """A `World` of pieces, whose MJCF is joined here."""
+    world = make_world(pieces.text(), pieces.files, parameters)
+    world.__dict__["pieces"] = pieces
+    return world

@@ -17,7 +17,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import RecordError
-from vrx_mj.mjcf.joining import boat_alone
 from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
@@ -67,7 +66,8 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
     """
     world, model = sim.world, sim.model
     looks: Looks = {}
-    for drawn in [sim.visual_model] if looks_of is None else (boat_alone(world, boat) for boat in looks_of):
+    alone = (world.pieces.spec_of(boat).compile() for boat in looks_of or ())
+    for drawn in [sim.visual_model] if looks_of is None else alone:
         looks |= _looks(world, drawn)
     parameters = world.parameters
     wind, sea = parameters.wind.direction, tree_of(parameters.sea)

@@ -6,7 +6,7 @@ import mujoco
 import pytest
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.joining import boat_alone, with_boat, without_boat
+from vrx_mj.mjcf.joining import with_boat, without_boat
 
 ONE = {"name": "one", "pose": [0.0, 0.0, 0.1, 0.0, 0.0, 0.5]}
 TWO = {"name": "two", "pose": [30.0, 5.0, 0.1, 0.0, 0.0, -1.0], "engines": "hinged"}
@@ -91,7 +91,7 @@ def test_balls_wait_apart():
 def test_a_boat_alone_has_all_that_is_seen_of_it():
     world = compiled(ONE, TWO)
     whole = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets)).compile()
-    alone = boat_alone(world, "two")
+    alone = world.pieces.spec_of("two").compile()
 
     def shapes(model):
         own = [geom for geom in range(model.ngeom) if model.body(model.geom_bodyid[geom]).name.startswith("two/")]
