@@ -133,10 +133,7 @@ def _part(
     """Something that was placed."""
     root = item.bodies[0] if item.bodies else "terrain/"
     name = names.get(root, root.partition("/")[0])
-    start, end = item.start, item.end
-    if item.tag == "frame":
-        start = start + text.cut(start, end).index(">") + 1
-        end = start + len(text.cut(start, end).rpartition("</")[0].rstrip().encode())
+    start, end = _inside(text, item)
     used = [meshes[mesh] for mesh in item.meshes if mesh in meshes]
     hulls = {
         mesh: hull_file([float(number) for number in points.split()])
@@ -165,6 +162,14 @@ def _part(
     own_files = [file for mesh in used if (file := mesh.attributes.get("file"))]
     piece = Piece("saved.xml.j2", marked, {file: files[file] for file in own_files}, dict(hulls.values()))
     return Part(name, piece, text.cut(item.start, start) if item.tag == "frame" else "")
+
+
+def _inside(text: _Text, item: _Element) -> tuple[int, int]:
+    """Where the bodies are: within the frame, if there is one."""
+    if item.tag != "frame":
+        return item.start, item.end
+    start = item.start + text.cut(item.start, item.end).index(">") + 1
+    return start, start + len(text.cut(start, item.end).rpartition("</")[0].rstrip().encode())
 
 
 def _solid_line(text: _Text, mesh: _Element, hull: tuple[str, bytes] | None) -> str:
