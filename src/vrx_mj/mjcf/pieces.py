@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup, escape
 
-from vrx_mj.config.poses import Pose
+from vrx_mj.frames import Pose
 from vrx_mj.mjcf.templates import block, render
 
 __all__ = ["Detail", "Part", "Piece", "Pieces", "hull_file"]
