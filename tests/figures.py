@@ -16,7 +16,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "vrx_mj"
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 """Tokens that make no code line."""
-TREE_READ = re.compile(r"\bparameters(\[\"|\.get\(\")|\btree\[\"")
+TREE_READ = re.compile(r"(?i)world\.(parameters(\[|\.get\()|tree\b)")
 
 
 def code_lines(text: str) -> int:

@@ -13,6 +13,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import figures
+
 REPO = Path(__file__).resolve().parents[1]
 SOURCES = sorted((REPO / "src").rglob("*.py"))
 TESTS = sorted((REPO / "tests").rglob("*.py"))
@@ -194,3 +196,8 @@ def test_files_that_contributing_names_exist():
     places = [REPO, REPO / "src" / "vrx_mj"]
     assert {name for name in named if not any((place / name).exists() for place in places)} == set()
     assert len(named) > 30
+
+
+def test_nobody_reads_a_compiled_world_by_string_keys():
+    sources = (path.read_text(encoding="utf-8") for path in figures.SOURCE.rglob("*.py"))
+    assert sum(len(figures.TREE_READ.findall(text)) for text in sources) == 0

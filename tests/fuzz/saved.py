@@ -108,9 +108,9 @@ def run_saved(folder: Path) -> None:
     sim = Simulation(world)
     use(sim)
     world.save(folder / "out" / "again")
-    if world.tree["task"] is None and len(world.mjcf) < 200_000:
+    if world.parameters.task is None and len(world.mjcf) < 200_000:
         batch = Batch(world, 2)
-        batch.step(np.full((2, len(batch.channels)), 0.5), duration=world.tree["timestep"] * 5)
+        batch.step(np.full((2, len(batch.channels)), 0.5), duration=world.parameters.timestep * 5)
 
 
 def use(sim: Simulation) -> None:

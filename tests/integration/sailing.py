@@ -9,6 +9,7 @@ import numpy as np
 
 import vrx_mj
 from trees import partial
+from vrx_mj.model.world import tree_of
 
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 CALM = {"model": "none"}
@@ -54,7 +55,7 @@ def simulation(fleet=None, *, seed=None, edit=None, **world):
 
 def edited(world, change):
     """The world with other parameters: `change` edits a copy of the tree."""
-    parameters = json.loads(json.dumps(dict(world.tree)))
+    parameters = json.loads(json.dumps(dict(tree_of(world.parameters))))
     change(parameters)
     return dataclasses.replace(world, parameters=partial(parameters))
 

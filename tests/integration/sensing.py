@@ -9,6 +9,7 @@ from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dCo
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.shooters import BALL, ball_name, parked_balls
 from vrx_mj.mjcf.world import make_world
+from vrx_mj.model.world import tree_of
 
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
 GPS_AT, IMU_AT, PINGER_AT, GUN_AT = (-0.85, 0.0, 1.3), (0.3, -0.2, 1.3), (1.0, 0.5, -1.0), (0.52, 0.3, 1.4)
@@ -37,7 +38,7 @@ def row(boat, config):
 def equipped(world, sensors, **parameters):
     """The world with these sensors on its boats, a list of configurations for each."""
     rows = [row(boat, config) for boat, configs in sensors.items() for config in configs]
-    return make_world(world.mjcf, world.assets, typed({**world.tree, "sensors": rows, **parameters}))
+    return make_world(world.mjcf, world.assets, typed({**tree_of(world.parameters), "sensors": rows, **parameters}))
 
 
 def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
@@ -54,14 +55,16 @@ def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
 def _renamed(world, guns):
     """The world whose objects ball0, ball1, ... belong to these guns, and sleep."""
     names = {f"ball{k}": ball_name(*gun) for k, gun in enumerate(guns)}
-    mjcf, parameters = world.mjcf, dict(world.tree)
+    mjcf, parameters = world.mjcf, dict(tree_of(world.parameters))
     for old, new in names.items():
         mjcf = mjcf.replace(f'"{old}/', f'"{new}/')
     parameters["objects"] = [
         {**item, "name": names.get(item["name"], item["name"]), "body": _body(item["body"], names)}
-        for item in world.tree["objects"]
+        for item in tree_of(world.parameters)["objects"]
     ]
-    parameters["floats"] = [{**item, "body": _body(item["body"], names)} for item in world.tree["floats"]]
+    parameters["floats"] = [
+        {**item, "body": _body(item["body"], names)} for item in tree_of(world.parameters)["floats"]
+    ]
     if guns:
         mjcf = re.sub(r"<option ", '<option sleep_tolerance="0" ', mjcf, count=1)
         mjcf = re.sub(r"<flag ", '<flag sleep="enable" ', mjcf, count=1)

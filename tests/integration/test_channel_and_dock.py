@@ -4,6 +4,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.control import Captain, Channel
+from vrx_mj.model.world import tree_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.render]
 
@@ -57,8 +58,8 @@ def test_the_same_pictures_give_the_same_way():
 
 def test_a_chart_leads_through_the_gates_of_a_boat_without_a_camera():
     world = vrx_mj.compile_world("vrx2023/phase2/follow_path0", fleet={"sensors": "none"})
-    places = {item["name"]: item["pose"] for item in world.tree["objects"]}
-    gates = world.tree["task"]["gates"]
+    places = {item["name"]: item["pose"] for item in tree_of(world.parameters)["objects"]}
+    gates = tree_of(world.parameters)["task"]["gates"]
     chart = [[dict(zip("xy", places[gate[side]], strict=False)) for side in ("left", "right")] for gate in gates]
     sim = vrx_mj.Simulation(world, seed=1)
     with pytest.warns(vrx_mj.VrxWarning, match="navigation by ground truth: the boat has no GPS"):

@@ -5,6 +5,7 @@ import inspect
 import multiprocessing
 import pickle
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import FrozenInstanceError
 
 import gymnasium
 import numpy as np
@@ -41,9 +42,10 @@ def test_a_world_is_the_same_world(world, copied):
     assert other == world
     assert other.sha256 == world.sha256
     assert other.boats == world.boats
-    for mapping in (other.tree, other.assets):
-        with pytest.raises(TypeError, match="does not support item assignment"):
-            mapping["name"] = "other"
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        other.assets["name"] = "other"
+    with pytest.raises(FrozenInstanceError):
+        other.parameters.name = "other"
 
 
 def test_a_world_that_was_read_or_edited_is_the_same(world, tmp_path):

@@ -6,6 +6,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import CALM, GUSTY, ROUGH, boats, simulation
+from vrx_mj.model.world import tree_of
 from vrx_mj.recording.motion_chunks import part_poses
 from vrx_mj.recording.simulation_scene import scene_of
 
@@ -188,7 +189,7 @@ def test_a_collision_hands_its_momentum_to_the_dock():
         body = sim.model.body(name)
         return float(body.subtreemass[0]) * sim.data.subtree_linvel[body.id]
 
-    boat = sim.world.tree["hulls"][0]["body"]
+    boat = tree_of(sim.world.parameters)["hulls"][0]["body"]
     total = momentum(boat) + momentum("d/dock")
     sim.step(duration=3.0)
     assert momentum("d/dock")[0] > 100.0

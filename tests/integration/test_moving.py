@@ -9,6 +9,7 @@ import pytest
 import vrx_mj
 from integration.sailing import AFLOAT, CALM, GUSTY, ROUGH, boats, same_bits, simulation
 from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.model.world import tree_of
 from vrx_mj.recording.motion_chunks import MovingChunks
 from vrx_mj.recording.reader import read_record
 from vrx_mj.recording.simulation_scene import scene_of
@@ -87,7 +88,7 @@ def test_it_comes_to_look_at_its_waypoint_and_reaches_it():
 
 def rounds(sim, count):
     """Targets in the order in which they are swum to, and how far it was from each when it took the next [m]."""
-    points = np.array([row["position"] for row in sim.world.tree["path_points"]])
+    points = np.array([row["position"] for row in tree_of(sim.world.parameters)["path_points"]])
     state, seen, gaps = sim._live.rig.follower_state, [0], []
     for _ in range(20_000):
         sim.advance(10)
@@ -108,7 +109,7 @@ def test_a_circle_is_swum_point_by_point_and_again(profile):
          "path": {"circle": {"radius": 3}, "force": 18, "torque": 1.5}},
     ]}  # fmt: skip
     sim = vrx_mj.Simulation(vrx_mj.compile_world(world, fleet=ALONE))
-    assert sim.world.tree["followers"][0]["turns_first"] == (profile == "vrx3")
+    assert tree_of(sim.world.parameters)["followers"][0]["turns_first"] == (profile == "vrx3")
     seen, gaps = rounds(sim, 10)
     assert seen == [0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2]
     assert max(gaps) < 0.52  # 0.5 m, and what it swims in ten steps
@@ -128,7 +129,7 @@ def test_the_beacon_of_2023_races_along_and_stays_in_the_water():
 
 def test_a_line_is_swum_to_and_fro():
     sim = swimming({"line": {"length": 4, "direction": math.pi / 2}}, yaw=math.pi / 2)
-    assert sim.world.tree["path_points"][1]["position"] == pytest.approx([-4.0, 0.0])
+    assert tree_of(sim.world.parameters)["path_points"][1]["position"] == pytest.approx([-4.0, 0.0])
     assert rounds(sim, 3)[0] == [0, 1, 0, 1]
 
 
@@ -153,7 +154,7 @@ def test_without_a_path_it_drifts_as_the_static_one():
     ways = []
     for model, path in (("crocodile_buoy", None), ("crocodile_static", None)):
         sim = swimming(path, model=model, sea=ROUGH, wind=GUSTY)
-        assert sim.world.tree["followers"] == []
+        assert tree_of(sim.world.parameters)["followers"] == []
         sim.advance(500)
         ways.append(sim.data.qpos.copy())
     assert same_bits(*ways)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from integration.sailing import AHEAD, GUSTY, added_mass, boats, head_on, simulation
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.observation import rotation_matrix
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
@@ -80,7 +81,7 @@ def test_each_effect_has_a_name_and_none_is_nothing_here():
 def test_added_mass_is_what_remains(values):
     """All of it with VRX's boats; in general but for the moment -c x A a that `added_inertia` leaves out."""
     sim = simulation(sea=SWELL, edit=added_mass(*values))
-    hull = sim.world.tree["hulls"][0]
+    hull = tree_of(sim.world.parameters)["hulls"][0]
     sim.set_boat("a", velocity=(1.5, 0.5, 0.3, 0.2, -0.3, 0.4))
     for _ in range(20):
         sim.step({"a": AHEAD}, duration=0.05)

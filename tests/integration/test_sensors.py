@@ -15,6 +15,7 @@ from integration.sensing import GPS, IMU, P3D, PINGER, QUIET_PINGER, SUITE, sail
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.config.world import Georeference
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.model.world import tree_of
 
 ONE = boats((0.0, 0.0, 0.3))
 TWO = boats((0.0, 0.0, 0.3), (60.0, 0.0, 0.0))
@@ -81,7 +82,7 @@ def test_a_boat_that_turns_steadily_feels_the_centripetal_acceleration():
 
 def test_gps_and_truth_agree():
     sim = sailing((GPS, P3D), physics={"at_base_link": []}, fleet=boats((100.0, -50.0, 1.0)))
-    earth = Georeference(**sim.world.tree["georeference"])
+    earth = Georeference(**tree_of(sim.world.parameters)["georeference"])
     sim.sense("a")["gps"], sim.sense("a")["p3d"]
     sim.step({"a": AHEAD}, duration=10.0)
     fix, truth = sim.sense("a")["gps"].data, sim.sense("a")["p3d"].data

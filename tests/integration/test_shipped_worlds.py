@@ -12,6 +12,7 @@ import vrx_mj
 from integration.sailing import same_bits
 from vrx_mj.config.search import catalogue
 from vrx_mj.errors import VrxWarning
+from vrx_mj.model.world import tree_of
 
 WORLDS = list(catalogue("worlds"))
 SERIES = [name for name in WORLDS if "/phase2/" in name]
@@ -53,7 +54,7 @@ def test_plain_mujoco_opens_it_and_has_the_same_bodies(world, tmp_path):
     model = mujoco.MjModel.from_xml_path(str(world.save(tmp_path / "saved")))
     names = {model.body(number).name for number in range(model.nbody)}
     assert {f"{boat}/base_link" for boat in world.boats} <= names
-    assert {item["body"] for item in world.tree["objects"]} <= names
+    assert {item["body"] for item in tree_of(world.parameters)["objects"]} <= names
     stepping = vrx_mj.Simulation(world).model
     assert (model.nq, model.nv, model.nbody) == (stepping.nq, stepping.nv, stepping.nbody)
     assert same_bits(model.body_mass, stepping.body_mass)
@@ -62,7 +63,7 @@ def test_plain_mujoco_opens_it_and_has_the_same_bodies(world, tmp_path):
 
 
 def test_its_boats_lie_still_and_then_sail(world):
-    task = world.tree["task"] or {"durations": [0.0, 0.0, 0.0], "held": False}
+    task = tree_of(world.parameters)["task"] or {"durations": [0.0, 0.0, 0.0], "held": False}
     sim = vrx_mj.Simulation(world)
     start = {boat: seen.position for boat, seen in sim.observe().items()}
     sim.step(duration=10.0)
@@ -74,7 +75,7 @@ def test_its_boats_lie_still_and_then_sail(world):
         assert max(abs(seen.roll), abs(seen.pitch)) < 0.2
         assert np.linalg.norm((seen.position - start[boat])[:2]) < 5.0
     sim.step(duration=max(1.0, sum(task["durations"][:2]) - 9.0))  # until the task lets go of the boat
-    full = NEWTONS if world.tree["profile"] == "vrx3" else 1.0
+    full = NEWTONS if tree_of(world.parameters)["profile"] == "vrx3" else 1.0
     sim.step({boat: {"left": 0.6 * full, "right": 0.5 * full} for boat in sim.boats}, duration=10.0)
     assert np.isfinite(sim.data.qpos).all()
     for seen in sim.observe().values():
@@ -84,7 +85,7 @@ def test_its_boats_lie_still_and_then_sail(world):
 
 def test_nothing_that_stands_in_it_moves(world):
     sim = vrx_mj.Simulation(world)
-    standing = [item["body"] for item in world.tree["objects"] if item["kind"] == "static"]
+    standing = [item["body"] for item in tree_of(world.parameters)["objects"] if item["kind"] == "static"]
     before = [sim.data.body(name).xpos.copy() for name in standing]
     sim.step(duration=1.0)
     assert all(same_bits(sim.data.body(name).xpos, place) for name, place in zip(standing, before, strict=True))
@@ -92,7 +93,7 @@ def test_nothing_that_stands_in_it_moves(world):
 
 def test_no_boat_starts_inside_of_something(world):
     sim = vrx_mj.Simulation(world)
-    pair = (world.name, world.tree["fleet"])
+    pair = (world.name, tree_of(world.parameters)["fleet"])
     assert touched_by_boats(sim) == KNOWN.get(pair, set())
 
 
@@ -103,7 +104,7 @@ def test_every_world_of_a_competition_compiles_and_runs(name):
     world = vrx_mj.compile_world(name)
     sim = vrx_mj.Simulation(world)
     assert touched_by_boats(sim) == set()
-    assert (world.name, world.tree["task"]["boat"]) == (name, "wamv")
+    assert (world.name, tree_of(world.parameters)["task"]["boat"]) == (name, "wamv")
     sim.step(duration=0.2)
     assert np.isfinite(sim.data.qpos).all()
 

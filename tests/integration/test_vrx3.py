@@ -14,6 +14,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.model.world import tree_of
 from vrx_mj.resources import root
 
 JAGGED = {"gain": 2.0, "period": 2.0, "direction": [1.0, 0.0]}
@@ -208,7 +209,7 @@ def test_water_has_the_profiles_density_where_an_object_does_not_say(tmp_path, m
     (tmp_path / "salty.yaml").write_text(f"{RAFT}  fluid_density: 1025\n", encoding="utf-8")
     things = [{"name": name, "model": f"./{name}.yaml", "pose": [9, 9, 0, 0, 0, 0]} for name in ("silent", "salty")]
     world = vrx_mj.compile_world({"physics": {"profile": profile}, "objects": things})
-    assert [row["density"] for row in world.tree["floats"][:2]] == [density, 1025.0]
+    assert [row["density"] for row in tree_of(world.parameters)["floats"][:2]] == [density, 1025.0]
 
 
 def test_a_run_goes_on_from_a_state_bit_for_bit():

@@ -11,6 +11,7 @@ from integration.sailing import boats
 from integration.test_newton import momentum_rate
 from integration.vrx3_worlds import BREEZE, MOST, sailing
 from unit.physics.rows import rotation
+from vrx_mj.model.world import tree_of
 
 SWELL = {"gain": 0.8, "period": 6.0, "direction": [0.5, 0.8]}
 POINTS = np.array([(-1.4, -1.03, 0.0), (0.6, -1.03, 0.0), (-1.4, 1.03, 0.0), (0.6, 1.03, 0.0)])
@@ -102,7 +103,7 @@ def test_the_boat_moves_as_newton_and_euler_say():
     sim.command("a", left=700.0, right=350.0)
     sim.advance(1500)
     air = (7 * math.cos(math.radians(120)), 7 * math.sin(math.radians(120)))
-    height = functools.partial(surface, sim.world.tree["sea"]["waves"])
+    height = functools.partial(surface, tree_of(sim.world.parameters)["sea"]["waves"])
     position, turn, speed, spin = marched(start, angles, (700.0, 350.0), height, air, 1500)
     seen = sim.observe()["a"]
     # the figures of mass and inertia have 8 digits, and the roll is nearly undamped

@@ -13,6 +13,7 @@ import vrx_mj
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import ConfigError
+from vrx_mj.model.world import tree_of
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 TOLERANCES = {"goal": 0.0051, "waypoint": 0.0051, "sea": 1e-4}
@@ -167,7 +168,7 @@ COURSES = sorted(name for name, known in golden().items() if "gates" in known)
 
 @pytest.mark.parametrize("name", COURSES)
 def test_a_course_has_vrxs_gates_red_to_starboard(name):
-    task = vrx_mj.compile_world(name).tree["task"]
+    task = tree_of(vrx_mj.compile_world(name).parameters)["task"]
     gates = task["channel"]["gates"] if task["type"] == "gymkhana" else task["gates"]
     assert [str(len(gates))] == golden()[name]["gates"]
     assert all(gate["left"].endswith(f"/red_bound_{index}") for index, gate in enumerate(gates))
@@ -208,7 +209,7 @@ def test_there_are_three_worlds_for_practice_of_each_kind():
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_practice_gymkhanas_score_three_of_their_four_gates(number):
-    task = vrx_mj.compile_world(f"vrx2022/practice/gymkhana{number}").tree["task"]
+    task = tree_of(vrx_mj.compile_world(f"vrx2022/practice/gymkhana{number}").parameters)["task"]
     course = f"short_navigation_course_{number}"
     pairs = [{"left": f"{course}/red_bound_{i}", "right": f"{course}/green_bound_{i}"} for i in range(3)]
     assert task["channel"]["gates"] == pairs
@@ -216,8 +217,8 @@ def test_the_practice_gymkhanas_score_three_of_their_four_gates(number):
 
 def test_wind_blows_on_boats_unless_its_stale_link_is_kept():
     name = "vrx2019/phase2/stationkeeping1"
-    meant = vrx_mj.compile_world(name).tree
-    literal = vrx_mj.compile_world({"extends": name, "physics": {"quirks": ["wind_stale_link"]}}).tree
+    meant = tree_of(vrx_mj.compile_world(name).parameters)
+    literal = tree_of(vrx_mj.compile_world({"extends": name, "physics": {"quirks": ["wind_stale_link"]}}).parameters)
     assert [hull["wind"] for hull in meant["hulls"]] == [[0.5, 0.5, 0.33]]
     assert [hull["wind"] for hull in literal["hulls"]] == [[0.0, 0.0, 0.0]]
     assert literal["wind"] == meant["wind"]
@@ -225,7 +226,7 @@ def test_wind_blows_on_boats_unless_its_stale_link_is_kept():
 
 def test_the_stale_link_spares_boats_alone():
     literal = {"extends": "vrx2019/wind_test", "physics": {"quirks": ["wind_stale_link"]}}
-    parameters = vrx_mj.compile_world(literal).tree
+    parameters = tree_of(vrx_mj.compile_world(literal).parameters)
     buoys = [row["wind"] for row in parameters["floats"] if row["body"].startswith("robotx_light_buoy/")]
     assert (buoys, parameters["hulls"][0]["wind"]) == ([[0.5, 0.5, 0.33]], [0.0, 0.0, 0.0])
 

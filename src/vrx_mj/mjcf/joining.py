@@ -4,13 +4,12 @@ A boat that joins comes last, in the MJCF and in every table, with the ball of i
 their order, and MuJoCo gives them the same numbers.
 """
 
-import json
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from vrx_mj.arguments import check_name
 from vrx_mj.config.fleet import BoatConfig, newcomer
@@ -29,12 +28,15 @@ from vrx_mj.mjcf.scored import Touch, touch_sensor
 from vrx_mj.mjcf.shooters import ball_name, ball_names, spare_ball
 from vrx_mj.mjcf.wind import warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
-from vrx_mj.model.world import Parameters, parameters_of
+from vrx_mj.model.afloat import Block, Float
+from vrx_mj.model.world import Parameters, rows_of, tree_of
 
 __all__ = ["with_boat", "without_boat"]
 
 Rows = dict[str, list[Any]]
 Conditions = tuple[WindConfig, PhysicsConfig]
+AnyRow = TypeVar("AnyRow")
+Wet = TypeVar("Wet", Float, Block)
 
 
 def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None) -> World:
@@ -49,29 +51,28 @@ def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None)
         CommandError: something has the name already, or the boat would stand on land.
         CompileError: the boat cannot be built.
     """
-    spawn = world.tree.get("spawn", {})
-    own = {key: spawn[key] for key in ("robot", "thrusters", "sensors") if spawn.get(key) is not None}
+    spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "thrusters", "sensors")}
+    own = {key: value for key, value in spawn.items() if value is not None}
     boat = newcomer(said, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
-    old = world.tree
-    fit = fitted(_built(boat, old["profile"]), boat.engines, boat.color)
+    old = world.parameters
+    fit = fitted(_built(boat, old.profile), boat.engines, boat.color)
     _check_shore(old, boat, fit)
     wind, physics = conditions = _conditions(old)
-    rows = boat_rows(fit, boat, old, wind, physics)
-    warn_if_unpushed(old["name"], wind, physics, [(boat, fit.boat.wind)])
+    rows = boat_rows(fit, boat, vars(old), wind, physics)
+    warn_if_unpushed(old.name, wind, physics, [(boat, fit.boat.wind)])
     balls = list(_with_balls(world, boat.name, rows, conditions))
-    entry, life = boat_entry(boat), old.get("lives", {}).get(boat.name, 0)
-    rows["boats"] = [{**entry, "life": life} if life else entry]
+    rows["boats"] = [{**boat_entry(boat), "life": old.lives.get(boat.name, 0)}]
     pieces = world.pieces.with_parts([Part.placed(boat.name, fit.piece, boat.pose), *balls], asleep=bool(balls))
-    new: dict[str, Any] = {table: [*old[table], *own] for table, own in rows.items()}
-    if task := old.get("task"):
-        new["task"] = {**task, "rivals": [*task["rivals"], boat.name]}
-        scored = old["hulls"][world.boats.index(task["boat"])]["body"]
+    new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in rows_of(rows).items()}
+    if task := old.task:
+        new["task"] = replace(task, rivals=(*task.rivals, boat.name))
+        scored = old.hulls[world.boats.index(task.boat)].body
         sensor = touch_sensor(Touch(boat.name, rows["hulls"][0]["body"]), scored)
         pieces = replace(pieces, touches={**pieces.touches, boat.name: sensor})
-    return joined_world(pieces, _parameters({**old, **new}))
+    return joined_world(pieces, replace(old, **new))
 
 
 def without_boat(world: World, name: str) -> World:
@@ -82,19 +83,17 @@ def without_boat(world: World, name: str) -> World:
         CommandError: it is the boat that the world's task scores.
     """
     check_name("boat", name, world.boats)
-    task = world.tree.get("task")
-    if task and task["boat"] == name:
-        raise CommandError(f"{name} cannot be removed: it is the boat that the task '{task['name']}' scores")
-    tree = world.tree
-    balls = {ball_name(name, row["config"]["name"]) for row in tree["sensors"] if row["boat"] == name}
-    balls &= ball_names(tree)
-    return joined_world(world.pieces.without({name, *balls}), _parameters(_rows_without(world, name, balls)))
+    old = world.parameters
+    if old.task and old.task.boat == name:
+        raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")
+    balls = {ball_name(name, sensor.name) for sensor in old.sensors if sensor.boat == name}
+    balls &= ball_names(old)
+    return joined_world(world.pieces.without({name, *balls}), _rows_without(world, name, balls))
 
 
 def _check_name(world: World, name: str) -> None:
-    parameters = world.tree
-    taken = {item["name"]: "a dock" for item in parameters["docks"]}
-    taken |= {item["name"].partition("/")[0]: "an object" for item in parameters["objects"]}
+    taken = {dock.name: "a dock" for dock in world.parameters.docks}
+    taken |= {item.name.partition("/")[0]: "an object" for item in world.parameters.objects}
     taken |= dict.fromkeys(world.boats, "a boat")
     taken |= dict.fromkeys(("terrain", "carrier"), "a part")
     if name in taken:
@@ -103,36 +102,32 @@ def _check_name(world: World, name: str) -> None:
 
 def _with_balls(world: World, boat: str, rows: Rows, conditions: Conditions) -> Iterator[Part]:
     """The parts of a boat's balls, one for each ball shooter, whose rows are added."""
-    old = world.tree
+    old = world.parameters
     shooters = [row["config"]["name"] for row in rows["sensors"] if row["config"]["type"] == "ball_shooter"]
     rows |= {"floats": [], "elements": [], "objects": []}
     for shooter in shooters:
-        ball = spare_ball(boat, shooter, [*old["objects"], *rows["objects"]])
+        taken = {item.pose[:3] for item in old.objects} | {item["pose"][:3] for item in rows["objects"]}
+        ball = spare_ball(boat, shooter, taken)
         row, elements = float_row(ball, *conditions)
-        start = len(old["elements"]) + len(rows["elements"])
+        start = len(old.elements) + len(rows["elements"])
         rows["floats"].append({**row, "element_start": start, "element_count": len(elements)})
         rows["elements"] += elements
         rows["objects"].append(object_entry(ball))
         yield Part.placed(ball.name, object_piece(ball.config, asleep=True), ball.pose)
 
 
-def _parameters(tree: Mapping[str, Any]) -> Parameters:
-    return parameters_of(json.dumps(tree).encode())
-
-
-def _conditions(tree: Mapping[str, Any]) -> Conditions:
+def _conditions(world: Parameters) -> Conditions:
     """The wind and the physics of a world, as boats that join later meet them."""
-    spawn = tree.get("spawn", {})
-    blowing = {"mean_velocity": abs(tree["wind"]["mean"]), "var_gain": tree["wind"]["gain"]}
-    physics = {"profile": tree["profile"], "gravity": tree["gravity"], "quirks": spawn.get("quirks", ())}
-    wind = WindConfig.model_validate({"objects": spawn.get("wind"), **blowing})
+    blowing = {"mean_velocity": abs(world.wind.mean), "var_gain": world.wind.gain}
+    physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}
+    wind = WindConfig.model_validate({"objects": tree_of(world.spawn.wind), **blowing})
     return wind, PhysicsConfig.model_validate(physics)
 
 
-def _check_shore(tree: Mapping[str, Any], boat: BoatConfig, fit: Fitted) -> None:
-    if tree["shoreline"] and (depth := depth_in_land(fit.outline, boat.pose, tree["shoreline"])):
+def _check_shore(world: Parameters, boat: BoatConfig, fit: Fitted) -> None:
+    if world.shoreline and (depth := depth_in_land(fit.outline, boat.pose, world.shoreline)):
         x, y, *_ = boat.pose
-        shore = f"{depth:.2f} m inside the shore of {tree['terrain']}"
+        shore = f"{depth:.2f} m inside the shore of {world.terrain}"
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
 
 
@@ -143,47 +138,53 @@ def _built(boat: BoatConfig, profile: str) -> Boat:
         raise CompileError(f"boat {boat.name}: {error}") from error
 
 
-def _rows_without(world: World, name: str, balls: AbstractSet[str]) -> dict[str, Any]:
+def _rows_without(world: World, name: str, balls: AbstractSet[str]) -> Parameters:
     """The parameters of a world without a boat and its balls."""
-    old, index = world.tree, world.boats.index(name)
-    hull = old["hulls"][index]
-    floating = [item["name"] for item in old["objects"] if item["kind"] == "floating"]
-    lost = [row for item, row in zip(floating, old["floats"], strict=True) if item in balls]
-    new = {
-        "boats": [row for row in old["boats"] if row["name"] != name],
-        "sensors": [row for row in old["sensors"] if row["boat"] != name],
-        "objects": [row for row in old["objects"] if row["name"] not in balls],
-        "stations": _without(old["stations"], [(hull["station_start"], hull["station_count"])]),
-        "elements": _without(old["elements"], [(row["element_start"], row["element_count"]) for row in lost]),
-        "lives": {**old.get("lives", {}), name: old["boats"][index].get("life", 0) + 1},
-    }
-    thrusters = hull["thruster_start"], hull["thruster_count"]
-    hulls = [_shifted(row, "station", hull["station_start"], hull["station_count"]) for row in old["hulls"]]
-    new["hulls"] = [_shifted(row, "thruster", *thrusters) for row in hulls if row["body"] != hull["body"]]
-    new["thrusters"] = [
-        {**row, "hull": row["hull"] - (row["hull"] > index), "race": _down(row["race"], *thrusters)}
-        for row in _without(old["thrusters"], [thrusters])
-    ]
-    for table, gone in (("floats", lost), ("blocks", ())):
-        rows = [row for row in old[table] if row not in gone]
-        for row in reversed(lost):
-            rows = [_shifted(other, "element", row["element_start"], row["element_count"]) for other in rows]
-        new[table] = rows
-    if task := old.get("task"):
-        new["task"] = {**task, "rivals": [rival for rival in task["rivals"] if rival != name]}
-    return {**old, **new}
+    old, index = world.parameters, world.boats.index(name)
+    hull = old.hulls[index]
+    stations, thrusters = (hull.station_start, hull.station_count), (hull.thruster_start, hull.thruster_count)
+    floating = [item.name for item in old.objects if item.kind == "floating"]
+    lost = [row for item, row in zip(floating, old.floats, strict=True) if item in balls]
+    spans = [(row.element_start, row.element_count) for row in lost]
+    kept = (row for row in old.hulls if row is not hull)
+    return replace(
+        old,
+        boats=tuple(row for row in old.boats if row.name != name),
+        sensors=tuple(row for row in old.sensors if row.boat != name),
+        objects=tuple(row for row in old.objects if row.name not in balls),
+        stations=_without(old.stations, [stations]),
+        elements=_without(old.elements, spans),
+        lives={**old.lives, name: old.boats[index].life + 1},
+        hulls=tuple(
+            replace(
+                row,
+                station_start=_down(row.station_start, *stations),
+                thruster_start=_down(row.thruster_start, *thrusters),
+            )
+            for row in kept
+        ),
+        thrusters=tuple(
+            replace(row, hull=row.hull - (row.hull > index), race=_down(row.race, *thrusters))
+            for row in _without(old.thrusters, [thrusters])
+        ),
+        floats=tuple(_shifted(row, spans) for row in old.floats if row not in lost),
+        blocks=tuple(_shifted(row, spans) for row in old.blocks),
+        task=old.task and replace(old.task, rivals=tuple(rival for rival in old.task.rivals if rival != name)),
+    )
 
 
-def _without(rows: Sequence[Any], spans: Iterable[tuple[int, int]]) -> list[Any]:
+def _without(rows: Sequence[AnyRow], spans: Iterable[tuple[int, int]]) -> tuple[AnyRow, ...]:
     """The rows but for those of spans, each a start and a count."""
     gone = {row for start, count in spans for row in range(start, start + count)}
-    return [row for number, row in enumerate(rows) if number not in gone]
+    return tuple(row for number, row in enumerate(rows) if number not in gone)
 
 
-def _shifted(row: Mapping[str, Any], table: str, start: int, count: int) -> dict[str, Any]:
-    """A row whose own span in another table begins earlier by `count` if that many rows are gone before it."""
-    key = f"{table}_start"
-    return {**row, key: _down(row[key], start, count)}
+def _shifted(row: Wet, spans: Sequence[tuple[int, int]]) -> Wet:
+    """A row whose elements begin earlier by as many as are gone before them."""
+    start = row.element_start
+    for span in reversed(spans):
+        start = _down(start, *span)
+    return replace(row, element_start=start)
 
 
 def _down(number: int, start: int, count: int) -> int:

@@ -6,12 +6,12 @@ pieces again is the same.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 from xml.parsers import expat
 
 from markupsafe import Markup, escape
 
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, hull_file
+from vrx_mj.model.world import Parameters
 
 __all__ = ["pieces_of"]
 
@@ -87,20 +87,20 @@ class _Text:
                 whole.meshes[mesh] = solid or whole.meshes.get(mesh, False)
 
 
-def pieces_of(mjcf: str, files: Mapping[str, bytes], tree: Mapping[str, Any]) -> Pieces:
-    """The pieces of a world's MJCF, whose form was checked; `tree` are its parameters."""
+def pieces_of(mjcf: str, files: Mapping[str, bytes], world: Parameters) -> Pieces:
+    """The pieces of a world's MJCF, whose form was checked; `world` are its parameters."""
     text = _Text(mjcf)
     meshes = {element.attributes.get("name", ""): element for element in text.elements("asset")}
-    names = {row["body"]: boat["name"] for row, boat in zip(tree["hulls"], tree["boats"], strict=True)}
-    names |= {row["body"]: row["name"] for row in tree["objects"]}
+    names = {hull.body: boat.name for hull, boat in zip(world.hulls, world.boats, strict=True)}
+    names |= {item.body: item.name for item in world.objects}
     placed = [item for item in text.elements("worldbody") if item.tag in ("frame", "body")]
     parts = [_part(text, item, names, meshes, files) for item in placed]
     touches = {item.attributes["name"].partition("/")[2]: text.line(item) for item in text.elements("sensor")}
     assets = tuple(text.line(item).strip() for item in text.elements("asset"))
-    return Pieces(_own(text, placed, tree), tuple(parts), assets, touches)
+    return Pieces(_own(text, placed, world), tuple(parts), assets, touches)
 
 
-def _own(text: _Text, placed: list[_Element], tree: Mapping[str, Any]) -> Piece:
+def _own(text: _Text, placed: list[_Element], world: Parameters) -> Piece:
     """What belongs to nothing that was placed."""
     sections = [section for section, _ in text.sections]
     at = next(index for index, section in enumerate(sections) if section.tag == "option")
@@ -119,7 +119,7 @@ def _own(text: _Text, placed: list[_Element], tree: Mapping[str, Any]) -> Piece:
         "tail": text.cut(sections[last].end, -1) + "\n",
     }
     marked = {name: Markup(value) for name, value in values.items()}
-    options = {"asleep": False, "timestep": tree["timestep"], "gravity": tree["gravity"]}
+    options = {"asleep": False, "timestep": world.timestep, "gravity": world.gravity}
     return Piece("saved.xml.j2", marked | options, {})
 
 

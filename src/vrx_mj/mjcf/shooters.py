@@ -4,11 +4,12 @@ A parked ball sleeps, in MuJoCo's sense: it takes no part in a step until its po
 asleep, as the tolerance is 0.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 
 from vrx_mj.config.objects import load_object
 from vrx_mj.mjcf.placement import PlacedObject
+from vrx_mj.model.world import Parameters
 
 __all__ = ["BALL", "ball_name", "ball_names", "parked_balls", "spare_ball"]
 
@@ -26,10 +27,10 @@ def ball_name(boat: str, shooter: str) -> str:
     return f"{boat}/{shooter}"
 
 
-def ball_names(parameters: Mapping[str, Any]) -> frozenset[str]:
-    """Names of the balls among the objects of a compiled world, from its parameters."""
-    rows = [row for row in parameters.get("sensors", ()) if row["config"]["type"] == "ball_shooter"]
-    return frozenset(ball_name(row["boat"], row["config"]["name"]) for row in rows)
+def ball_names(world: Parameters) -> frozenset[str]:
+    """Names of the balls among the objects of a compiled world."""
+    shooters = (sensor for sensor in world.sensors if sensor.type == "ball_shooter")
+    return frozenset(ball_name(sensor.boat, sensor.name) for sensor in shooters)
 
 
 def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
@@ -47,9 +48,8 @@ def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
     ]
 
 
-def spare_ball(boat: str, shooter: str, objects: Sequence[Mapping[str, Any]]) -> PlacedObject:
-    """The ball of a shooter that comes later: south of the grid, at the first place where no object starts."""
-    taken = {tuple(item["pose"][:3]) for item in objects}
+def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -> PlacedObject:
+    """The ball of a shooter that comes later: south of the grid, at the first place [m] that is not `taken`."""
     index = 0
     while (place := (SPACING * (index % COLUMNS), -SPACING * (1 + index // COLUMNS), -DEPTH)) in taken:
         index += 1

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import Any
 
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
@@ -14,7 +13,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.mjcf.pieces import Pieces
 from vrx_mj.mjcf.saved import checked
 from vrx_mj.mjcf.saved_pieces import pieces_of
-from vrx_mj.model.world import Parameters, json_of, tree_of
+from vrx_mj.model.world import Parameters, json_of
 
 LARGEST_FILE = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
@@ -43,14 +42,9 @@ class World:
         return f"<World {self.name}, fleet {self.parameters.fleet}, {boats}, seed {self.seed}>"
 
     @cached_property
-    def tree(self) -> Mapping[str, Any]:
-        """`parameters` as a tree for JSON."""
-        return MappingProxyType(tree_of(self.parameters))
-
-    @cached_property
     def pieces(self) -> Pieces:
         """The pieces that the MJCF joins; those of a world that was loaded are read from it."""
-        return pieces_of(self.mjcf, self.assets, self.tree)
+        return pieces_of(self.mjcf, self.assets, self.parameters)
 
     @property
     def name(self) -> str:

@@ -1,10 +1,10 @@
 """The whole of a compiled world but for its MJCF, and its form in JSON."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_type_hints
 
 import pydantic
 from pydantic import TypeAdapter
@@ -17,7 +17,7 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Sea, Wind
 
-__all__ = ["FORMAT", "Parameters", "format_of", "json_of", "parameters_of", "tree_of"]
+__all__ = ["FORMAT", "Parameters", "format_of", "json_of", "parameters_of", "rows_of", "tree_of"]
 
 FORMAT = 3
 """Version of the saved form; another one is refused."""
@@ -126,6 +126,20 @@ def parameters_of(text: bytes) -> Parameters:
     parameters = _adapter().validate_json(text)
     json.loads(text, object_pairs_hook=_each_once)
     return parameters
+
+
+def rows_of(rows: Mapping[str, Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
+    """Rows of some tables of a world, given as trees, as `Parameters` has them.
+
+    Raises:
+        ValidationError: a key is missing, unknown or of the wrong kind, or a number is out of range.
+    """
+    return {table: _table(table).validate_json(json.dumps(tree_of(own))) for table, own in rows.items()}
+
+
+@cache
+def _table(name: str) -> TypeAdapter[Any]:
+    return TypeAdapter(get_type_hints(Parameters, include_extras=True)[name])
 
 
 def json_of(parameters: Parameters) -> str:

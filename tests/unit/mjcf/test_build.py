@@ -13,6 +13,7 @@ from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import PACKAGE_PATH
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.build import build_boat, robot_urdf
+from vrx_mj.model.world import tree_of
 
 PUSHER = (link("left_propeller"), joint("shaft", "left_propeller", xyz="-2 0 0", kind="continuous"), thruster("left"))
 DYNAMICS = '<plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"><hullRadius>0.2</hullRadius></plugin>'
@@ -288,7 +289,7 @@ def test_boats_of_a_fleet_have_their_own_files_and_namespaces(folder):
     for boat, z in (("alpha", 1.4), ("bravo", 1.6)):
         (folder / f"{boat}.yaml").write_text(f"wamv_imu:\n  - {{name: imu_{boat}, x: 0.3, y: 0, z: {z}}}\n", "utf-8")
     (folder / "fleet.yaml").write_text(FLEET, encoding="utf-8")
-    world = vrx_mj.compile_world("ocean", fleet="fleet.yaml").tree
+    world = tree_of(vrx_mj.compile_world("ocean", fleet="fleet.yaml").parameters)
     assert [(row["boat"], row["frame"], row["body"]) for row in world["sensors"]] == [
         ("alpha", "alpha/imu_alpha_link", "alpha/base_link"),
         ("bravo", "bravo/imu_bravo_link", "bravo/base_link"),

@@ -12,6 +12,7 @@ from vrx_mj.errors import ConfigError, StateError, VrxWarning
 from vrx_mj.frames import angles, compose, quaternion, rotation
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.world import tree_of
 
 PAIR = {"usv_count": 2, "positions": [{"x": 0, "y": 0}, {"x": 10.123456789, "y": -7.5, "Y": 30}]}
 WINDY = {
@@ -41,7 +42,11 @@ def test_a_saved_world_comes_back_whole(course, tmp_path):
     for target in (tmp_path / "folder", tmp_path / "mine.xml"):
         course.save(target)
         back = World.load(target)
-        assert (back.mjcf, back.tree, back.assets) == (course.mjcf, course.tree, course.assets)
+        assert (back.mjcf, tree_of(back.parameters), back.assets) == (
+            course.mjcf,
+            tree_of(course.parameters),
+            course.assets,
+        )
 
 
 def test_plain_mujoco_opens_the_saved_file_from_anywhere(course, tmp_path, monkeypatch):
@@ -72,20 +77,20 @@ def test_positions_keep_all_their_digits():
 
 
 def test_wind_finds_a_boat_by_its_name_before_its_kind():
-    hulls = compile_world(WINDY, fleet=PAIR).tree["hulls"]
+    hulls = tree_of(compile_world(WINDY, fleet=PAIR).parameters)["hulls"]
     assert [hull["wind"] for hull in hulls] == [[0.5, 0.5, 0.33], [1, 2, 3]]
 
 
 def test_an_object_s_row_is_that_of_its_file():
-    row = compile_world(WINDY, fleet=PAIR).tree["floats"][0]
+    row = tree_of(compile_world(WINDY, fleet=PAIR).parameters)["floats"][0]
     assert (row["mass"], row["com"], row["linear_drag"], row["angular_drag"]) == (20, [0, 0, -2], 25, 2)
     assert row["body"] == "red/link"
 
 
 def test_waves_of_no_height_are_left_out():
-    waves = compile_world(WINDY, fleet=PAIR).tree["sea"]["waves"]
+    waves = tree_of(compile_world(WINDY, fleet=PAIR).parameters)["sea"]["waves"]
     assert len(waves) == 2  # the longest of three has 1e-11 m at VRX's scale 2.5
-    assert compile_world({"sea": {"model": "none"}}).tree["sea"]["waves"] == []
+    assert tree_of(compile_world({"sea": {"model": "none"}}).parameters)["sea"]["waves"] == []
 
 
 def test_what_mujoco_cannot_draw_is_one_warning():
@@ -106,7 +111,7 @@ def test_linear_fog_and_light_reach_the_model():
     assert model.vis.headlight.ambient == pytest.approx([0.3, 0.2, 0.1])
     extent = model.stat.extent
     assert [model.vis.map.fogstart * extent, model.vis.map.fogend * extent] == pytest.approx([5, 60], rel=1e-6)
-    assert world.tree["scene"]["fog"] is True
+    assert tree_of(world.parameters)["scene"]["fog"] is True
 
 
 def test_shipped_worlds_compile_without_a_word():

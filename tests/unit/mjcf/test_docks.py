@@ -13,6 +13,7 @@ from vrx_mj.mjcf.dock_pieces import BLOCK_MODELS
 from vrx_mj.mjcf.docks import dock_zones, docks_overlap, find_dock
 from vrx_mj.mjcf.placement import place_docks
 from vrx_mj.mjcf.trees import block_tree
+from vrx_mj.model.world import tree_of
 
 POSE = [40, -30, 0, 0, 0, 0.7]
 
@@ -75,17 +76,19 @@ def test_blocks_and_placards_start_where_they_belong(name, dynamic):
         there = turn @ (2 * i, 2 * j, 0.25) + (40, -30, 0)
         assert data.geom(f"o/base/dock_block_{i}_{j}").xpos == pytest.approx(there)
     zones = dock_zones(placed(objects=[{"name": "o", "model": model_name, "pose": POSE}])[0])
-    for placard, entry in zip(zones["placards"], made.tree["placards"], strict=True):
+    for placard, entry in zip(zones["placards"], tree_of(made.parameters)["placards"], strict=True):
         assert entry["name"] == placard["name"]
         assert data.body(entry["body"]).xpos == pytest.approx(turn @ placard["pose"][:3] + (40, -30, 0))
         assert list(entry["geoms"]) == placard["shapes"]
-    assert made.tree["docks"][0]["bodies"][0] == "o/base/dock"
+    assert tree_of(made.parameters)["docks"][0]["bodies"][0] == "o/base/dock"
 
 
 def test_only_the_symbol_to_show_is_seen():
     keys = {"name": "o", "model": "dock_2018", "symbols": ["red_cross", "green_triangle"]}
     made, model, data = compiled(objects=[keys])
-    for entry, shape, color in zip(made.tree["placards"], ("cross", "triangle"), ((1, 0, 0), (0, 1, 0)), strict=True):
+    for entry, shape, color in zip(
+        tree_of(made.parameters)["placards"], ("cross", "triangle"), ((1, 0, 0), (0, 1, 0)), strict=True
+    ):
         for name, geoms in entry["geoms"].items():
             for geom in geoms:
                 assert tuple(model.geom(geom).rgba) == pytest.approx((*color, float(name == shape)))
@@ -103,8 +106,8 @@ def test_a_block_of_any_size_weighs_what_vrx_gives_it(edge):
         assert model.body(body).inertia == pytest.approx(block.inertia)
         assert data.body(body).xipos == pytest.approx((0.0, x, 0.25))
     assert model.geom("d/dock_block_0_1").size == pytest.approx((edge / 2, edge / 2, 0.2))
-    assert [row["mass"] for row in made.tree["blocks"]] == [block.mass] * 2
-    assert all(element["position"][:2] == [0.0, 0.0] for element in made.tree["elements"])
+    assert [row["mass"] for row in tree_of(made.parameters)["blocks"]] == [block.mass] * 2
+    assert all(element["position"][:2] == [0.0, 0.0] for element in tree_of(made.parameters)["elements"])
 
 
 def test_blocks_of_one_dock_never_touch_each_other():

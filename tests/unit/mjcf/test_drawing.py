@@ -13,6 +13,7 @@ from vrx_mj.mjcf.daylight import DAY, daylight
 from vrx_mj.mjcf.drawing import SEA, SKY_SIDE, drawing_model, drawing_spec
 from vrx_mj.mjcf.scene import fog_range
 from vrx_mj.mjcf.sky import sea_palette, sky_cube
+from vrx_mj.model.world import tree_of
 from vrx_mj.physics import tables
 from vrx_mj.physics.surface import (
     EDGE,
@@ -106,7 +107,7 @@ def drawn_surface(sea, time, *, eye=(3.0, -7.0, 2.0), course=0.3, half=0.7, shad
 
 @pytest.mark.parametrize("time", [0.0, 1.7, 400.0])
 def test_near_the_eye_heights_are_those_of_the_physics(world, time):
-    waves, level, vertices, _, _ = drawn_surface(world.tree["sea"], time)
+    waves, level, vertices, _, _ = drawn_surface(tree_of(world.parameters)["sea"], time)
     distances, _ = fan()
     near = vertices[: SPOKES * int(np.searchsorted(distances, 20.0))]
     expected = [surface_height(waves, level, float(x), float(y), time) for x, y, _ in near.astype(float)]
@@ -115,7 +116,7 @@ def test_near_the_eye_heights_are_those_of_the_physics(world, time):
 
 
 def test_normals_are_square_to_the_surface(world):
-    waves, level, vertices, normals, _ = drawn_surface(world.tree["sea"], 30.0, shaded=False)
+    waves, level, vertices, normals, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0, shaded=False)
     step = 1e-4
     for x, y, normal in ((*v[:2], n) for v, n in zip(vertices[:1500:37], normals[:1500:37], strict=True)):
         ways = ((step, 0.0), (0.0, step))
@@ -129,7 +130,7 @@ def test_normals_are_square_to_the_surface(world):
 
 
 def test_far_away_the_sea_is_flat_and_wide(world):
-    _, _, vertices, normals, palette = drawn_surface(world.tree["sea"], 30.0)
+    _, _, vertices, normals, palette = drawn_surface(tree_of(world.parameters)["sea"], 30.0)
     rim = slice(-SPOKES, None)
     assert np.all(vertices[rim, 2] == 0.0)
     assert np.all(normals[rim] == (0.0, 0.0, 1.0))
@@ -141,8 +142,8 @@ def test_far_away_the_sea_is_flat_and_wide(world):
 
 
 def test_ripples_shade_a_sea_and_leave_a_calm_alone(world):
-    _, _, plain, smooth, _ = drawn_surface(world.tree["sea"], 30.0, shaded=False)
-    _, _, shaded, rough, _ = drawn_surface(world.tree["sea"], 30.0)
+    _, _, plain, smooth, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0, shaded=False)
+    _, _, shaded, rough, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0)
     assert np.array_equal(plain, shaded)
     assert np.abs(smooth - rough).max() > 0.01
     assert len(ripples(tables.table(tables.WAVE, []))) == 0

@@ -12,6 +12,7 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.fields import _Ground
 from vrx_mj.mjcf.terrain import on_land, shoreline
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.physics_models import stepping_models
 
 KINDS = [{"model": "mb_marker_buoy_red", "count": 8, "name": "red"}, {"model": "polyform_a5", "count": 7}]
@@ -21,7 +22,7 @@ POST = {"name": "post", "model": "post", "pose": [-525, 185, 0, 0, 0, 0]}
 
 
 def field_of(world):
-    items = [item for item in world.tree["objects"] if item["name"].startswith("field/")]
+    items = [item for item in tree_of(world.parameters)["objects"] if item["name"].startswith("field/")]
     return [item["name"] for item in items], np.array([item["pose"][:2] for item in items])
 
 
@@ -54,11 +55,11 @@ def test_nothing_of_a_field_is_too_near_to_anything(course):
     _, points = field_of(course)
     assert np.all(np.abs(points - (-520, 190)) <= 30.0)
     assert apart(points, points)[~np.eye(len(points), dtype=bool)].min() >= 6.0
-    spawn = course.tree["boats"][0]["pose"][:2]
+    spawn = tree_of(course.parameters)["boats"][0]["pose"][:2]
     assert apart(points, [spawn, (-525, 185)]).min() >= 6.0
     turn = np.array([[math.cos(0.4), -math.sin(0.4)], [math.sin(0.4), math.cos(0.4)]])
     edge = np.linspace(-1.0, 1.0, 9)
-    for i, j in course.tree["docks"][0]["cells"]:
+    for i, j in tree_of(course.parameters)["docks"][0]["cells"]:
         block = np.array([(2 * i + a, 2 * j + b) for a in edge for b in edge]) @ turn.T + (-518, 192)
         assert apart(points, block).min() >= 6.0
 
@@ -90,7 +91,7 @@ def test_another_field_does_not_change_the_first():
     alone = field_of(compile_world({"extends": "ocean", "fields": [first]}))[1]
     both = compile_world({"extends": "ocean", "fields": [first, {**first, "name": "other"}]})
     assert np.array_equal(field_of(both)[1], alone)
-    points = np.array([item["pose"][:2] for item in both.tree["objects"]])
+    points = np.array([item["pose"][:2] for item in tree_of(both.parameters)["objects"]])
     assert apart(points, points)[~np.eye(len(points), dtype=bool)].min() >= 5.0
 
 
@@ -125,9 +126,9 @@ def test_a_marker_is_two_cylinders_that_only_pictures_have():
 
 def test_the_goals_of_a_task_have_markers_unless_told_otherwise():
     task = {"type": "wayfinding", "waypoints_cart": [[10, 0, 0], [10, 10, 1]]}
-    assert len(compile_world({"extends": "ocean", "task": task}).tree["markers"]) == 4
+    assert len(tree_of(compile_world({"extends": "ocean", "task": task}).parameters)["markers"]) == 4
     hidden = compile_world({"extends": "ocean", "task": task, "markers": {"task": False}})
-    assert hidden.tree["markers"] == []
+    assert tree_of(hidden.parameters)["markers"] == []
 
 
 def test_no_number_of_the_stream_is_used_for_two_coordinates(course):

@@ -7,6 +7,7 @@ import pytest
 
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.model.world import tree_of
 
 ONE = {"name": "one", "pose": [0.0, 0.0, 0.1, 0.0, 0.0, 0.5]}
 TWO = {"name": "two", "pose": [30.0, 5.0, 0.1, 0.0, 0.0, -1.0], "engines": "hinged"}
@@ -25,7 +26,7 @@ def compiled(*boats):
 
 def without_waiting_places(world):
     """Its parameters but for where balls wait, which goes by the order in which boats came."""
-    tree = json.loads(json.dumps(dict(world.tree)))
+    tree = json.loads(json.dumps(dict(tree_of(world.parameters))))
     for item in tree["objects"]:
         if item["model"] == "blue_projectile":
             del item["pose"]
@@ -57,7 +58,7 @@ def test_a_boat_that_joins_is_as_if_compiled_last(said):
 
 def test_a_boat_that_leaves_is_as_if_never_compiled():
     left = without_boat(compiled(ONE, TWO, LATE), "two")
-    assert left.tree["lives"] == {"two": 1}
+    assert tree_of(left.parameters)["lives"] == {"two": 1}
     rest = {key: value for key, value in without_waiting_places(left).items() if key != "lives"}
     expected = compiled(ONE, LATE)
     assert rest == without_waiting_places(expected)
@@ -70,21 +71,21 @@ def test_who_comes_and_goes_leaves_nothing_behind():
         world = without_boat(with_boat(world, {**LATE, "robot": "skiff"}), "late")
     assert world.mjcf == began.mjcf
     assert world.assets == began.assets
-    assert world.tree == {**began.tree, "lives": {"late": 5}}
+    assert tree_of(world.parameters) == {**tree_of(began.parameters), "lives": {"late": 5}}
 
 
 def test_a_world_is_not_changed_by_the_one_that_follows_from_it():
     world = compiled(ONE, TWO)
-    before, mjcf = json.dumps(dict(world.tree)), world.mjcf
+    before, mjcf = json.dumps(dict(tree_of(world.parameters))), world.mjcf
     without_boat(with_boat(world, LATE), "one")
-    assert (json.dumps(dict(world.tree)), world.mjcf) == (before, mjcf)
+    assert (json.dumps(dict(tree_of(world.parameters))), world.mjcf) == (before, mjcf)
 
 
 def test_balls_wait_apart():
     world = compiled(ONE, TWO)
     world = with_boat(without_boat(world, "one"), LATE)
     world = with_boat(world, {**ONE, "name": "again"})
-    places = [tuple(item["pose"][:3]) for item in world.tree["objects"]]
+    places = [tuple(item["pose"][:3]) for item in tree_of(world.parameters)["objects"]]
     assert len(set(places)) == len(places)
 
 

@@ -19,7 +19,7 @@ WORLDS = {
 
 
 def read(world):
-    return pieces_of(world.mjcf, world.assets, world.tree)
+    return pieces_of(world.mjcf, world.assets, world.parameters)
 
 
 @pytest.mark.parametrize("name", WORLDS)

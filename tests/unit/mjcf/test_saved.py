@@ -13,6 +13,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.mjcf_form import ATTRIBUTES, contents_of
 from vrx_mj.mjcf.world import World, world_of
+from vrx_mj.model.world import tree_of
 from vrx_mj.resources import root
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
@@ -34,7 +35,7 @@ def worlds():
 
 def loaded(world, tree=None, mjcf=None, assets=None):
     """The world again, through its saved form, of which a part is another."""
-    text = json.dumps(dict(world.tree) if tree is None else tree).encode()
+    text = json.dumps(dict(tree_of(world.parameters)) if tree is None else tree).encode()
     files = dict(world.assets) if assets is None else assets
     return world_of((world.mjcf if mjcf is None else mjcf).encode(), text, lambda name: files[name], "scene.json")
 
@@ -47,7 +48,7 @@ def refusal(*args, **kwargs):
 
 def changed(world, *path, to):
     """The parameters of a world with another value at a path."""
-    tree = copy.deepcopy(dict(world.tree))
+    tree = copy.deepcopy(dict(tree_of(world.parameters)))
     owner = tree
     for step in path[:-1]:
         owner = owner[step]
@@ -73,7 +74,7 @@ def numbers_of(tree, path=()):
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
-    paths = list(numbers_of(dict(worlds[name].tree)))
+    paths = list(numbers_of(dict(tree_of(worlds[name].parameters))))
     chance = random.Random(1)
     seen = {path[-1] for path, _ in paths}
     assert seen >= {"station_start", "thruster_count", "element_start", "hull", "race"}
@@ -144,7 +145,7 @@ def test_what_is_no_world_at_all_is_said_in_one_line(worlds, text, message):
 
 
 def test_an_engine_turns_on_its_own_hinge(worlds):
-    first, second = worlds["rafts"].tree["thrusters"][:2]
+    first, second = tree_of(worlds["rafts"].parameters)["thrusters"][:2]
     said = refusal(worlds["rafts"], changed(worlds["rafts"], "thrusters", 0, "joint", to=second["joint"]))
     place = f"thrusters[0].body: '{first['body']}'"
     assert said == f"scene.json is damaged: {place} is not the hull or a body on its own hinge"

@@ -7,6 +7,7 @@ import pytest
 
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.physics_models import stepping_models
 
 EARTH = {"georeference": {"latitude": -33.724223, "longitude": 150.679736}}
@@ -20,7 +21,7 @@ HERE = {"type": "stationkeeping", "goal_cart": [1, 2, 0.5]}
 
 
 def task_of(task, *objects, fleet=None, **more):
-    return compile_world({"objects": list(objects), "task": task, **more}, fleet=fleet).tree["task"]
+    return tree_of(compile_world({"objects": list(objects), "task": task, **more}, fleet=fleet).parameters)["task"]
 
 
 def refusal(task, *objects, **more):
@@ -31,7 +32,7 @@ def refusal(task, *objects, **more):
 
 def test_a_world_without_a_task_has_none():
     world = compile_world("sydney_regatta")
-    assert (world.tree["task"], world.tree["waypoints"]) == (None, [])
+    assert (tree_of(world.parameters)["task"], tree_of(world.parameters)["waypoints"]) == (None, [])
     assert not any(word in world.mjcf for word in ("<sensor>", "carrier", "<weld"))
 
 
@@ -74,8 +75,8 @@ def test_the_same_place_both_ways():
 
 def test_maps_get_the_waypoints_of_the_task():
     world = compile_world({"task": {"type": "wayfinding", "waypoints_cart": [[1, 2, 0.5], [3, 4, 0]]}})
-    assert world.tree["waypoints"] == [[1.0, 2.0, 0.5], [3.0, 4.0, 0.0]]
-    assert compile_world({"task": HERE}).tree["waypoints"] == [[1.0, 2.0, 0.5]]
+    assert tree_of(world.parameters)["waypoints"] == [[1.0, 2.0, 0.5], [3.0, 4.0, 0.0]]
+    assert tree_of(compile_world({"task": HERE}).parameters)["waypoints"] == [[1.0, 2.0, 0.5]]
 
 
 def test_the_scored_boat_is_the_fleets_first_or_the_named_one():
@@ -285,7 +286,7 @@ def placed(world, model, body, pose):
 def touched(world, body="wamv/base_link", pose=(0.0, 0.0, 0.1), which=0):
     """Names of the rivals whose sensors fire with the boat there, in the model with shapes or its twin without."""
     data = placed(world, stepping_models(world)[which], body, pose)
-    rivals = world.tree["task"]["rivals"]
+    rivals = tree_of(world.parameters)["task"]["rivals"]
     return [name for name, value in zip(rivals, data.sensordata, strict=True) if value > 0]
 
 
@@ -301,7 +302,7 @@ def harbour():
 
 def test_rivals_are_all_that_can_collide(harbour):
     parts = [f"c/{name}" for name in PARTS.split(", ")]
-    assert harbour.tree["task"]["rivals"] == ["red", "post", *parts, "raft", "pier", "bob"]
+    assert tree_of(harbour.parameters)["task"]["rivals"] == ["red", "post", *parts, "raft", "pier", "bob"]
 
 
 @pytest.mark.parametrize(
@@ -329,5 +330,5 @@ def test_another_boat_that_hits_something_is_not_scored(harbour):
 
 def test_the_shore_is_a_rival():
     world = compile_world({"extends": "sydney_regatta", "task": HERE})
-    assert world.tree["task"]["rivals"][-1] == "terrain"
+    assert tree_of(world.parameters)["task"]["rivals"][-1] == "terrain"
     assert touched(world, pose=(-532.0, 154.0, 0.3)) == ["terrain"]

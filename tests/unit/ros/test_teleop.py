@@ -10,6 +10,7 @@ from bridged import Bridged, nothing
 from vrx_mj import compile_world
 from vrx_mj.drive.pilot import Engine, Wheel, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
+from vrx_mj.model.world import tree_of
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Input, Output, RosInterface, Service
 from vrx_mj.ros.table.world import _course, chart_output
@@ -268,11 +269,11 @@ def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
     told = json.loads(output.make().data)
     assert (output.name, output.type, output.latched) == ("/vrx_mj/world", "std_msgs/String", True)
     assert (told["name"], told["cmd_vel"], told["course"]) == ("example_course", "thrust", [])
-    assert [len(ring) for ring in told["shore"]] == [len(ring) for ring in world.tree["shoreline"]]
-    there = {row["name"] for row in world.tree["objects"]}
+    assert [len(ring) for ring in told["shore"]] == [len(ring) for ring in tree_of(world.parameters)["shoreline"]]
+    there = {row["name"] for row in tree_of(world.parameters)["objects"]}
     assert {row["name"] for row in told["objects"]} == there - {"blue_projectile"}  # the shooter's ball: not to be seen
     (dock,) = told["docks"]
-    assert len(dock["cells"]) == len(world.tree["docks"][0]["cells"])
+    assert len(dock["cells"]) == len(tree_of(world.parameters)["docks"][0]["cells"])
     made = {boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()}
     assert made == {boat: engines_of(world, boat) for boat in world.boats}
     host.sim.task = {"type": "stationkeeping", "goal": {"x": 1.0, "y": 2.0}}

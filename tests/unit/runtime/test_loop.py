@@ -11,6 +11,7 @@ import pytest
 import vrx_mj
 from integration.sailing import AHEAD, added_mass, boats, edited, head_on, same_bits, simulation, water
 from integration.sensing import GUN, sailing
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.state import SIGNATURE
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
@@ -70,7 +71,7 @@ def test_added_mass_makes_the_boat_heavier_by_itself():
     sim.step({"a": {"left": 1.0, "right": 1.0}})
     pushed = sim.data.qvel[:3] - before
     turned = sim.data.qacc[4]
-    height = sim.world.tree["hulls"][0]["body_com"][2]
+    height = tree_of(sim.world.parameters)["hulls"][0]["body_com"][2]
     # of the centre of mass: a + alpha x r, where the added mass pulls at the origin
     com = pushed[0] / 0.01 + turned * height
     assert 258.0 * com + 42.0 * pushed[0] / 0.01 == pytest.approx(100.0)

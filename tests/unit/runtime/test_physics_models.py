@@ -8,6 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.crowding import arena_bytes
 from vrx_mj.runtime.physics_models import PhysicsModels, stepping_models
 
@@ -48,7 +49,7 @@ def different(one, other):
 
 
 def near_first(world, **said):
-    x, y, *_ = world.tree["boats"][0]["pose"]
+    x, y, *_ = tree_of(world.parameters)["boats"][0]["pose"]
     return {"pose": [x, y + 30.0, 0.1, 0, 0, 1.0], **said}
 
 

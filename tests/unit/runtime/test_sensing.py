@@ -11,6 +11,7 @@ from integration.sailing import boats
 from integration.sensing import GPS, GUN, IMU, P3D, PINGER, SUITE, sailing
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, SensorError, UnknownNameError
+from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.state import State
 
 TWO = boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0))
@@ -177,7 +178,7 @@ def test_sensors_measure_at_base_link_or_at_their_own_place(sim):
         fixes.append((fix.latitude, fix.longitude, fix.altitude))
         sound = run.sense("a")["pinger"].data
         ranges.append((sound.range, sound.bearing, sound.elevation))
-    earth = Georeference(**sim.world.tree["georeference"])
+    earth = Georeference(**tree_of(sim.world.parameters)["georeference"])
     assert earth.to_enu(*fixes[0]) == pytest.approx((10.0, 20.0, 0.5), abs=1e-6)
     assert earth.to_enu(*fixes[1]) == pytest.approx((10.0, 20.0 - 0.85, 0.5 + 1.3), abs=1e-6)
     assert ranges[0] == pytest.approx((100.0, 0.0, 0.0), abs=1e-9)

@@ -7,6 +7,7 @@ import pytest
 
 from integration.sailing import CALM, GUSTY, ROUGH, same_bits, simulation
 from vrx_mj.errors import CommandError
+from vrx_mj.model.world import tree_of
 
 BUOY = {"name": "buoy", "model": "polyform_a5", "pose": [5, 5, 0, 0, 0, 0]}
 
@@ -38,7 +39,7 @@ def test_heights_are_the_waves_that_the_world_was_made_of():
     sim = simulation()
     x, y, t = 13.0, -7.0, 4.2
     height = 0.0
-    for wave in sim.world.tree["sea"]["waves"]:
+    for wave in tree_of(sim.world.parameters)["sea"]["waves"]:
         along = wave["direction"][0] * x + wave["direction"][1] * y
         height += wave["amplitude"] * math.cos(wave["wavenumber"] * along - wave["frequency"] * t)
     assert sim.sea.height(x, y, t) == pytest.approx((1 - math.exp(-t / ROUGH["tau"])) * height, abs=1e-12)

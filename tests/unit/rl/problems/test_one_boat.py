@@ -8,6 +8,7 @@ import pytest
 
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, folded, open_water, pose_error, team_of
 from vrx_mj.rl.problems.docking import Docking
 from vrx_mj.rl.problems.follow_path import COUNT, FollowPath
@@ -212,7 +213,7 @@ def test_every_bay_is_drawn_and_looks_into_the_dock(docks):
         problem.start(0, np.random.default_rng(seed))
         goals.add(tuple(np.round(problem._goal[0, :3], 6)))
     assert len(goals) == 3
-    (dock,) = docks.tree["docks"]
+    (dock,) = tree_of(docks.parameters)["docks"]
     middle = np.array(dock["pose"][:2])
     for x, y, inward in goals:
         assert np.dot(middle - (x, y), (math.cos(inward), math.sin(inward))) > -2.0
