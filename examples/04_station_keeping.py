@@ -26,9 +26,9 @@ class Controller:
         self.navigator, self.pilot = Navigator(), None
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """Commands of the boat, once the task has told its goal."""
+        """Commands of the boat, once the task has given its goal."""
         boat, goal = obs["wamv"], obs["task"].get("goal")
-        self.pilot = self.pilot or Pilot(boat.thrusters, craft_of(boat))  # what they are tells how to share out forces
+        self.pilot = self.pilot or Pilot(boat.thrusters, craft_of(boat))
         seen = self.navigator(boat, t)  # GPS and inertial unit
         if goal is None:
             return {}

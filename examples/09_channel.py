@@ -19,15 +19,15 @@ class Controller(Gymkhana):
     def reset(self, seed: int) -> None:
         """Before a new run."""
         super().reset(seed)
-        self._told = 0
+        self._printed = 0
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """Steer, and tell of buoys that are new."""
+        """Steer, and print the buoys that are new."""
         commands = super().__call__(obs, t)
         known = [buoy for buoy in self.lookout.map.sure if buoy.kind]
-        for buoy in known[self._told :]:
+        for buoy in known[self._printed :]:
             print(f"{t:5.1f} s  {buoy.kind} {buoy.x:6.1f} m east, {buoy.y:6.1f} m north of the start")
-        self._told = max(self._told, len(known))
+        self._printed = max(self._printed, len(known))
         return commands
 
 

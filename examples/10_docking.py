@@ -19,17 +19,17 @@ class Controller(Docking):
     def reset(self, seed: int) -> None:
         """Before a new run."""
         super().reset(seed)
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """Steer, and tell of what was read."""
+        """Steer, and print the lights and placards that were read."""
         commands = super().__call__(obs, t)
         news = [f"lights {', '.join(colors)}" for colors in [commands.get("task", {}).get("color_sequence")] if colors]
         news += [f"placard {face.symbol}" for face in self.lookout.faces if face.symbol]
         for text in news:
-            if text not in self._told:
+            if text not in self._printed:
                 print(f"{t:5.1f} s  {text}")
-        self._told.update(news)
+        self._printed.update(news)
         return commands
 
 

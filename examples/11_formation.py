@@ -71,8 +71,8 @@ class Controller(Formation):
         self.log.append((self.leader.along, max(self.off.values()), boats))
         return commands
 
-    def tell(self) -> None:
-        """Print what the log says."""
+    def print_log(self) -> None:
+        """Print how well the shapes were kept, how near the boats came, and how they passed the gate."""
         for shape, (start, end) in FORMED.items():
             off = [worst for along, worst, _ in self.log if start <= along <= end]
             if off:
@@ -98,7 +98,7 @@ def main(path: Path = Path("formation.rrd"), duration: float = 127.0) -> vrx_mj.
 
     with vrx_mj.record(sim, path):
         summary = vrx_mj.run(sim, duration, controller=watched, control_rate=CALLS)
-    controller.tell()
+    controller.print_log()
     print(f"{touches or 'no'} contacts of hulls and buoys; vrx-mj replay {path}")
     return summary
 

@@ -30,7 +30,7 @@ class Learned:
         self.sim, self.last, self.calls = sim, np.zeros(4, np.float32), 0
 
     def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
-        """Commands of the boat, once the task has told its goal."""
+        """Commands of the boat, once the task has given its goal."""
         goal = obs["task"].get("goal")
         if goal is None:
             return {}

@@ -82,11 +82,11 @@ class Rows(VecEnv):
 
 
 class Clock(BaseCallback):
-    """Ends when time is up, lets the rate of learning fall until then, and tells how it goes."""
+    """Ends when time is up, lets the rate of learning fall until then, and prints the mean error every 20 s."""
 
     def __init__(self, seconds: float) -> None:
         super().__init__()
-        self.seconds, self.begun, self.told = seconds, time.perf_counter(), 0.0
+        self.seconds, self.begun, self.printed = seconds, time.perf_counter(), 0.0
         self.errors: list[float] = []
 
     @property
@@ -100,8 +100,8 @@ class Clock(BaseCallback):
 
     def _on_step(self) -> bool:
         self.errors += [info["error"] for info in self.locals["infos"] if "error" in info]
-        if self.spent > self.told + 20.0 and self.errors:
-            self.told = self.spent
+        if self.spent > self.printed + 20.0 and self.errors:
+            self.printed = self.spent
             recent = np.mean(self.errors[-100:])
             print(f"{self.spent:4.0f} s, {self.num_timesteps:6} decisions, mean error {recent:.2f} m", flush=True)
         return self.spent < self.seconds
