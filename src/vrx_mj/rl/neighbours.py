@@ -93,16 +93,17 @@ class Neighbours:
 
 def _report(team: Team) -> FloatArray:
     """(n, boats, 6): x, y, heading, east and north velocity, whether it is there."""
-    return np.stack((team.x, team.y, team.yaw, team.east, team.north, team.present), axis=-1)
+    return np.stack((team.x, team.y, team.yaw, *team.velocity(), team.present), axis=-1)
 
 
 def _seen_from(team: Team, reported: FloatArray) -> FloatArray:
     """Reports, (n, boats, k, 6), in the observers' axes, (n, boats, k, 7)."""
     wide = Team._make(part[:, :, None] for part in team)
     x, y, yaw, east, north, _ = np.moveaxis(reported, -1, 0)
+    own_east, own_north = team.velocity()
     turn = yaw - wide.yaw
     ahead, port = wide.toward(x, y)
-    faster, aside = wide.turned(east - wide.east, north - wide.north)
+    faster, aside = wide.turned(east - own_east[:, :, None], north - own_north[:, :, None])
     return np.stack((np.ones_like(x), ahead, port, np.sin(turn), np.cos(turn), faster, aside), axis=-1)
 
 

@@ -48,14 +48,20 @@ class Team(NamedTuple):
     """Position north of the world's origin [m]."""
     yaw: FloatArray
     """Heading, counter-clockwise from east [rad]."""
-    east: FloatArray
-    """Velocity over ground to the east [m/s]."""
-    north: FloatArray
-    """Velocity over ground to the north [m/s]."""
+    motion: FloatArray
+    """(n, boats, 7): quaternion (w, x, y, z), and velocity in the boat's axes [m/s]."""
     own: FloatArray
     """(n, boats, 9): the entries `OWN`, in SI units."""
     present: BoolArray
     """Which boats are in the water; the others' numbers mean nothing."""
+
+    def velocity(self) -> tuple[FloatArray, FloatArray]:
+        """Velocity over ground, to the east and to the north [m/s]; one boat alone needs it for nothing."""
+        qw, qx, qy, qz, u, v, w = self.motion.transpose(2, 0, 1)
+        ahead_east, ahead_north = _bow(qw, qx, qy, qz)
+        east = ahead_east * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
+        north = ahead_north * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
+        return east, north
 
     def toward(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where points are, ahead and to port [m] of each boat; they broadcast with (n, boats)."""
@@ -145,16 +151,19 @@ class Problem(ABC):
 
 def team_of(features: FloatArray, wind: FloatArray, present: BoolArray) -> Team:
     """The boats of a batch, by its features, (n, boats, 13), and its wind, (n, 2) [m/s]."""
-    x, y, _, qw, qx, qy, qz, u, v, w, p, q, r = features.transpose(2, 0, 1)
-    ahead_east, ahead_north = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)
+    x, y, _, qw, qx, qy, qz, u, v, _, p, q, r = features.transpose(2, 0, 1)
+    ahead_east, ahead_north = _bow(qw, qx, qy, qz)
     yaw = np.arctan2(ahead_north, ahead_east)
     roll = np.arctan2(2 * (qw * qx + qy * qz), 1 - 2 * (qx * qx + qy * qy))
     pitch = np.arcsin(np.clip(2 * (qw * qy - qz * qx), -1.0, 1.0))
-    east = ahead_east * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
-    north = ahead_north * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
     ahead, port = _along(wind[:, :1], wind[:, 1:], yaw)
     own = np.stack((u, v, r, roll, pitch, p, q, ahead, port), axis=-1)
-    return Team(x.copy(), y.copy(), yaw, east, north, own, present)
+    return Team(x.copy(), y.copy(), yaw, features[:, :, 3:10].copy(), own, present)
+
+
+def _bow(qw: FloatArray, qx: FloatArray, qy: FloatArray, qz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """East and north of the unit vector along the bow."""
+    return 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)
 
 
 def folded(angle: FloatArray) -> FloatArray:

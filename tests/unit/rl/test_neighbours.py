@@ -20,7 +20,9 @@ def team(spots, present=None):
     """One world; a spot is x, y, heading, east and north velocity, and the own surge and sway follow."""
     x, y, yaw, east, north = np.array(spots, float).T[:, None]
     here = np.ones_like(x, dtype=bool) if present is None else np.array([present])
-    return Team(x, y, yaw, east, north, np.zeros((*x.shape, 9)), here)
+    motion = np.zeros((*x.shape, 7))
+    motion[..., 0], motion[..., 4], motion[..., 5] = 1.0, east, north  # in axes that are the world's
+    return Team(x, y, yaw, motion, np.zeros((*x.shape, 9)), here)
 
 
 def looking(view, first, key=7):

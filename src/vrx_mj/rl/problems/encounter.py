@@ -132,7 +132,7 @@ class Encounter(Problem):
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
-        time, distance = colregs.approach(team.x, team.y, team.east, team.north)
+        time, distance = colregs.approach(team.x, team.y, *team.velocity())
         port = np.clip(folded(team.yaw - self._course) / colregs.READILY, 0.0, 1.0)
         risk = np.clip(1.0 - distance / WANTED, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == colregs.HEAD_ON, port, 0.0), 1.0)
@@ -177,5 +177,5 @@ def _gap(team: Team) -> FloatArray:
 
 def _speeds(team: Team) -> FloatArray:
     """(n, 2): over ground [m/s]."""
-    speed: FloatArray = np.hypot(team.east, team.north)
+    speed: FloatArray = np.hypot(*team.velocity())
     return speed

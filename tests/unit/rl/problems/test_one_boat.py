@@ -33,7 +33,7 @@ GOING = np.ones(1, bool)
 def at(x, y, yaw):
     """One world with one boat, at rest."""
     x, y, yaw = (np.array([[value]], float) for value in (x, y, yaw))
-    return Team(x, y, yaw, 0 * x, 0 * x, np.zeros((1, 1, 9)), np.ones((1, 1), bool))
+    return Team(x, y, yaw, np.zeros((1, 1, 7)), np.zeros((1, 1, 9)), np.ones((1, 1), bool))
 
 
 def problem_of(kind, world):

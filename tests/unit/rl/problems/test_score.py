@@ -26,7 +26,7 @@ def row(kind, score=0.0):
 
 def team(there):
     x, y = there.features[:, :, 0], there.features[:, :, 1]
-    return Team(x, y, np.zeros((1, 3)), x * 0, x * 0, np.zeros((1, 3, 9)), np.ones((1, 3), bool))
+    return Team(x, y, np.zeros((1, 3)), np.zeros((1, 3, 7)), np.zeros((1, 3, 9)), np.ones((1, 3), bool))
 
 
 @pytest.mark.parametrize(("kind", "gain"), [("follow_path", 11.0), ("dock", 11.0), ("wayfinding", -11.0)])

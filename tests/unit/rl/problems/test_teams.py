@@ -19,7 +19,9 @@ def team(spots, present=None):
     """One world; a spot is x, y, heading and speed along it."""
     x, y, yaw, speed = np.array(spots, float).T[:, None]
     here = np.ones_like(x, dtype=bool) if present is None else np.array([present])
-    return Team(x, y, yaw, speed * np.cos(yaw), speed * np.sin(yaw), np.zeros((*x.shape, 9)), here)
+    motion = np.zeros((*x.shape, 7))
+    motion[..., 0], motion[..., 3], motion[..., 4] = np.cos(yaw / 2), np.sin(yaw / 2), speed
+    return Team(x, y, yaw, motion, np.zeros((*x.shape, 9)), here)
 
 
 def begun(kind, boats, seed=1, **attributes):
@@ -40,7 +42,7 @@ def test_what_a_team_sees_is_over_ground():
     features[1, 2, :2], features[1, 2, 7:9] = (4, 5), (2, 0.5)
     seen = team_of(features, np.array([[0.0, 0.0], [0.0, 3.0]]), np.ones((2, 3), bool))
     np.testing.assert_allclose([seen.x[1, 2], seen.y[1, 2], seen.yaw[1, 2]], [4, 5, math.pi / 2])
-    np.testing.assert_allclose([seen.east[1, 2], seen.north[1, 2]], [-0.5, 2], atol=1e-12)
+    np.testing.assert_allclose([speed[1, 2] for speed in seen.velocity()], [-0.5, 2], atol=1e-12)
     np.testing.assert_allclose(seen.own[:, :, 7], [[0] * 3, [3] * 3], atol=1e-12)
     np.testing.assert_allclose(np.array(seen.toward(np.array([[0.0]]), np.array([[5.0]])))[:, 1, 2], [0, 4], atol=1e-12)
 
