@@ -153,7 +153,7 @@ def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]
                 yield f"the world {world}{f', or the fleet {plan.fleet},' if own_fleet else ''} has changed since"
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     words = {None: "not given", True: "on", False: "off"}
     return words[value] if value is None or isinstance(value, bool) else f"{value}"
 

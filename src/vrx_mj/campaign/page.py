@@ -89,7 +89,7 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     }
 
 
-def _how(task: Mapping[str, Any]) -> str:
+def _how(task: Mapping[str, object]) -> str:
     """How a task ended, in words."""
     hits = task["num_collisions"]
     collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""

@@ -137,7 +137,7 @@ def _row(result: Result) -> dict[str, Any]:
     }
 
 
-def write_json(file: Path, tree: Mapping[str, Any]) -> None:
+def write_json(file: Path, tree: Mapping[str, object]) -> None:
     """Write a file as a whole: there is never half of one."""
     write_text(file, json.dumps(tree, ensure_ascii=False, allow_nan=False) + "\n")
 

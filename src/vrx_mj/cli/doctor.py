@@ -130,7 +130,7 @@ def package_row(
     name: str,
     module: str,
     *,
-    load: Callable[[str], Any] = importlib.import_module,
+    load: Callable[[str], object] = importlib.import_module,
     version: Callable[[str], str] = importlib.metadata.version,
 ) -> Row:
     """A package: its version, whether it is one that we take, and whether it can be imported."""
@@ -266,7 +266,7 @@ def _viewer() -> Path:
 # Surroundings
 
 
-def ros_row(environment: Mapping[str, str], find: Callable[[str], Any] = importlib.util.find_spec) -> Row:
+def ros_row(environment: Mapping[str, str], find: Callable[[str], object] = importlib.util.find_spec) -> Row:
     """ROS, which nothing here needs."""
     distro = environment.get("ROS_DISTRO")
     modules = [name for name in ("rospy", "rclpy") if find(name) is not None]

@@ -119,7 +119,7 @@ def _on_land(sim: "Simulation") -> Iterator[str]:
 # ROS
 
 
-def extra_row(name: str, modules: Sequence[str], find: Callable[[str], Any] = importlib.util.find_spec) -> Row:
+def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] = importlib.util.find_spec) -> Row:
     """An extra of ours, by the modules that it brings."""
     missing = [module for module in modules if find(module) is None]
     what = f"extra {name}"

@@ -36,20 +36,20 @@ def example(command: Any) -> str | None:
 class _Light:
     """What a command and a group have in common."""
 
-    def get_params(self, ctx: Any) -> list[Any]:
+    def get_params(self, ctx: object) -> list[Any]:
         """The parameters, `--help` too, with our own conversion."""
         parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
         for parameter in parameters:
             convert_lightly(parameter)
         return parameters
 
-    def get_help(self, ctx: Any) -> str:
+    def get_help(self, ctx: object) -> str:
         """The page, with bold headings in a terminal."""
         page = super().get_help(ctx)  # type: ignore[misc]
         plain = "NO_COLOR" in os.environ or not sys.stdout.isatty()
         return str(page) if plain else HEADING.sub("\x1b[1m\\g<0>\x1b[0m", page)
 
-    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+    def parse_args(self, ctx: object, args: list[str]) -> Any:
         """Take the arguments; an error names the command in its context."""
         try:
             return super().parse_args(ctx, args)  # type: ignore[misc]

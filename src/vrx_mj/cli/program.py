@@ -40,7 +40,7 @@ class Commands(MutableMapping[str, Any]):
             self._loaded[name] = loaded(name)
         return self._loaded[name]
 
-    def __setitem__(self, name: str, command: Any) -> None:
+    def __setitem__(self, name: str, command: object) -> None:
         self._loaded[name] = command
 
     def __delitem__(self, name: str) -> None:
@@ -77,11 +77,11 @@ class Program(Group):
         super().__init__(**{**options, "commands": {}})
         self.commands: MutableMapping[str, Any] = Commands()
 
-    def list_commands(self, _ctx: Any) -> list[str]:
+    def list_commands(self, _ctx: object) -> list[str]:
         """The names, in the order of the help."""
         return list(COMMANDS)
 
-    def get_command(self, _ctx: Any, cmd_name: str) -> Any:
+    def get_command(self, _ctx: object, cmd_name: str) -> Any:
         """A command; None where the name is unknown."""
         return self.commands[cmd_name] if cmd_name in COMMANDS else None
 

@@ -115,7 +115,7 @@ class Config(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_file(cls, data: Any) -> Any:
+    def _from_file(cls, data: object) -> Any:
         """Lists become tuples, an empty section its default; `folder` is where the text came from."""
         if not isinstance(data, Mapping):
             return data
@@ -140,7 +140,7 @@ def keys_of(model: type[Config]) -> list[str]:
     return [name for name, field in model.model_fields.items() if not field.exclude]
 
 
-def _huge(model: type[Config], key: str, value: Any) -> Iterator[tuple[tuple[str | int, ...], str]]:
+def _huge(model: type[Config], key: str, value: object) -> Iterator[tuple[tuple[str | int, ...], str]]:
     """Numbers of a field that are too large for any unit, and what to say of them."""
     if key in _whole_numbers(model):
         return
@@ -149,7 +149,7 @@ def _huge(model: type[Config], key: str, value: Any) -> Iterator[tuple[tuple[str
             yield path, f"must be at most {MAX_NUMBER:g} in size, got {shown(number)}"
 
 
-def _numbers_in(path: tuple[str | int, ...], value: Any) -> Iterator[tuple[tuple[str | int, ...], float]]:
+def _numbers_in(path: tuple[str | int, ...], value: object) -> Iterator[tuple[tuple[str | int, ...], float]]:
     if isinstance(value, int | float) and not isinstance(value, bool):
         yield path, value
     elif isinstance(value, list | tuple):
@@ -163,7 +163,7 @@ def _whole_numbers(model: type[Config]) -> frozenset[str]:
     return frozenset(key for key, field in model.model_fields.items() if int in _kinds(field.annotation))
 
 
-def _kinds(annotation: Any) -> set[Any]:
+def _kinds(annotation: object) -> set[Any]:
     return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
 
 
@@ -194,7 +194,7 @@ def numbers(labels: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _in_brackets(value: Any, *counts: int) -> str:
+def _in_brackets(value: object, *counts: int) -> str:
     """Advice for so many numbers that stand side by side, as in Gazebo's files; empty for anything else."""
     parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
     if len(parts) not in counts or not all(
@@ -204,7 +204,7 @@ def _in_brackets(value: Any, *counts: int) -> str:
     return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
 
 
-def _some(value: tuple[Any, ...]) -> tuple[Any, ...]:
+def _some(value: tuple[object, ...]) -> tuple[Any, ...]:
     if not value:
         raise fault("must not be empty")
     return value
@@ -230,7 +230,7 @@ def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
     return value
 
 
-def _rgba(value: Any) -> Any:
+def _rgba(value: object) -> Any:
     if isinstance(value, str) and not _in_brackets(value, 3, 4):
         if value not in COLORS:
             raise fault(str(UnknownNameError("colour", value, COLORS)))
@@ -242,7 +242,7 @@ def _rgba(value: Any) -> Any:
     return (*value, 1.0) if len(value) == 3 else tuple(value)
 
 
-def _switch(value: Any) -> Any:
+def _switch(value: object) -> Any:
     return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
 
 

@@ -56,12 +56,12 @@ SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green",
 """The 16 symbols that shuffling goes through; a placard shows the first unless it is told otherwise."""
 
 
-def _off(value: Any) -> Any:
+def _off(value: object) -> Any:
     """A file's `off` reads as false."""
     return OFF if value is False else value
 
 
-def _three(value: Any) -> Any:
+def _three(value: object) -> Any:
     if not isinstance(value, tuple | list) or len(value) != 3:
         raise fault(f"expected three of red, green, blue, yellow and off, got {shown(value)}")
     return tuple(value)

@@ -166,7 +166,7 @@ class Placed(Config):
     """Pose in the world, or in the object that this is a part of [m, rad]."""
 
 
-def _drawing(value: Any) -> Any:
+def _drawing(value: object) -> Any:
     """A list of rows becomes the block of text that it stands for."""
     if isinstance(value, list | tuple):
         text, found = drawn(value)
@@ -216,7 +216,7 @@ class DockPlacement(Placed):
 
     @field_validator("block", mode="before")
     @classmethod
-    def _is_a_size(cls, value: Any) -> Any:
+    def _is_a_size(cls, value: object) -> Any:
         if isinstance(value, bool) or value not in BLOCKS:
             raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
         return float(value)

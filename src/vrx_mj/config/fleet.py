@@ -231,7 +231,7 @@ class BoatEntry(_Built):
     """Colour of the boat's skin."""
 
 
-def _origin(value: Any) -> Any:
+def _origin(value: object) -> Any:
     if not isinstance(value, tuple | list) and not (isinstance(value, str) and value in {"world", "spawn"}):
         raise fault(f"expected world, spawn or [x, y, yaw], got {shown(value)}")
     return value
@@ -245,7 +245,7 @@ Origin = Annotated[
 ]
 
 
-def _facing(value: Any) -> Any:
+def _facing(value: object) -> Any:
     words = get_args(Facing)
     if (
         isinstance(value, bool)
@@ -362,7 +362,7 @@ def _far_message(name: str, pose: Pose) -> str:
     return f"puts {name} at x {x:.4g}, y {y:.4g}, z {z:.4g} m in the world: at most {MAX_COORDINATE:g} m are allowed"
 
 
-def newcomer(said: Mapping[str, Any], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
+def newcomer(said: Mapping[str, object], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
     """A boat that joins a world later: what is said of it, as in a fleet's `boats`, and the rest from its spawn.
 
     Paths start in `folder`, by default the current one.

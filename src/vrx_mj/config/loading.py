@@ -109,21 +109,21 @@ def _keys(model: type[Config], section: Section, path: tuple[str | int, ...]) ->
     return [*top, *keys_of(owner)]
 
 
-def _model_in(annotation: Any, value: Any) -> type[Config] | None:
+def _model_in(annotation: object, value: object) -> type[Config] | None:
     """The model of a value: of several that of its `type`, or else the first."""
     models = list(_models(annotation))
     kind = value.get("type") if isinstance(value, Mapping) else None
     return next((model for model in models if _is_of_type(model, kind)), models[0] if models else None)
 
 
-def _models(annotation: Any) -> Iterator[type[Config]]:
+def _models(annotation: object) -> Iterator[type[Config]]:
     if isinstance(annotation, type) and issubclass(annotation, Config):
         yield annotation
     for part in get_args(annotation):
         yield from _models(part)
 
 
-def _is_of_type(model: type[Config], kind: Any) -> bool:
+def _is_of_type(model: type[Config], kind: object) -> bool:
     return "type" in model.model_fields and kind in get_args(model.model_fields["type"].annotation)
 
 
@@ -144,7 +144,7 @@ def _limit(words: str, key: str) -> Callable[[Any, Mapping[str, Any]], str]:
     return say
 
 
-def _text(value: Any, _: Mapping[str, Any]) -> str:
+def _text(value: object, _: Mapping[str, object]) -> str:
     quote = "; put it in quotes" if isinstance(value, int | float) else ""
     return f"expected text, got {shown(value)}{quote}"
 
@@ -254,7 +254,7 @@ def _of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
     return file
 
 
-def read_source(kind: str, source: Path | Mapping[str, Any]) -> Section:
+def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
     """The keys and values of a YAML file, of a dict or of a section, on top of those of the files that it extends."""
     if isinstance(source, Path):
         section = _read(source)

@@ -93,11 +93,11 @@ class FogConfig(Config):
         return self
 
 
-def _sky_kind(value: Any) -> str:
+def _sky_kind(value: object) -> str:
     return "switch" if isinstance(value, bool) else "sky"
 
 
-def _sky(value: Any) -> Any:
+def _sky(value: object) -> Any:
     if isinstance(value, str):
         value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
     if value is None or (isinstance(value, str | int | float) and not isinstance(value, bool)):

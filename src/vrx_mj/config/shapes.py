@@ -37,7 +37,7 @@ Factor = Annotated[float, AfterValidator(_not_zero)]
 Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 
-def _three(value: Any) -> Any:
+def _three(value: object) -> Any:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 

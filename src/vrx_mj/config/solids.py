@@ -170,7 +170,7 @@ def _round(radius: float, length: float) -> FloatArray:
     return _rings(radius * np.cos(angles), radius * np.sin(angles) + np.where(angles < 0, -length / 2, length / 2))
 
 
-def _rings(radii: Any, heights: Any) -> FloatArray:
+def _rings(radii: object, heights: object) -> FloatArray:
     """Regular polygons about the z axis, each of the area of a circle of its radius [m], at these heights [m]."""
     step = 2 * math.pi / SEGMENTS
     turn = np.arange(SEGMENTS) * step

@@ -51,14 +51,14 @@ __all__ = [
 ]
 
 
-def _gates(value: Any) -> Any:
+def _gates(value: object) -> Any:
     """Lists of lists of two names."""
     if isinstance(value, tuple | list):
         return tuple(_gate(item, index) for index, item in enumerate(value))
     return value
 
 
-def _gate(value: Any, index: int) -> Any:
+def _gate(value: object, index: int) -> Any:
     if not isinstance(value, tuple | list) or len(value) != 2 or not all(isinstance(name, str) for name in value):
         raise faults(((index,), f"expected two names [left, right], got {shown(value)}"))
     if value[0] == value[1]:
@@ -285,14 +285,14 @@ class DockTask(TaskConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _defaults_of_its_type(cls, data: Any) -> Any:
+    def _defaults_of_its_type(cls, data: object) -> Any:
         if not isinstance(data, Mapping):
             return data
         return {**_DOCKS.get(data.get("type", ""), {}), **data}
 
     @field_validator("color_sequence", mode="before")
     @classmethod
-    def _has_three(cls, value: Any) -> Any:
+    def _has_three(cls, value: object) -> Any:
         if not isinstance(value, tuple | list) or len(value) != 3:
             raise fault(f"expected three colours of {', '.join(LIGHT_COLORS)}, got {shown(value)}")
         return tuple(value)
@@ -382,7 +382,7 @@ TASKS: Mapping[str, type[TaskConfig]] = {
 """Models of the tasks, by type."""
 
 
-def read_task(value: Any, info: ValidationInfo) -> Any:
+def read_task(value: object, info: ValidationInfo) -> Any:
     """The task of a file's section, by its type."""
     if value is None or isinstance(value, TaskConfig):
         return value
@@ -399,7 +399,7 @@ def read_task(value: Any, info: ValidationInfo) -> Any:
     return task
 
 
-def _unknown(kind: Any) -> str:
+def _unknown(kind: object) -> str:
     close = nearest(kind, TASKS) if isinstance(kind, str) else None
     hint = f"did you mean '{close}'?" if close else f"known: {', '.join(TASKS)}"
     return f"unknown task type {shown(kind)}; {hint}"

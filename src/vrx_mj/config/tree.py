@@ -48,7 +48,7 @@ class Entry(NamedTuple):
 class Section(dict[str, Any]):
     """A mapping that knows its place, the places of its entries, and its file's folder."""
 
-    def __init__(self, values: Mapping[str, Any], place: Place, entries: Mapping[str, Entry]) -> None:
+    def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry]) -> None:
         super().__init__(values)
         self.place = place
         self.entries = entries
@@ -79,7 +79,7 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
         return items
 
 
-def of_python(value: Any, file: File, depth: int = 0) -> Any:
+def of_python(value: object, file: File, depth: int = 0) -> Any:
     """A plain value (dicts, lists, NumPy scalars and arrays among them) as sections and items."""
     place = Place(file)
     if depth > DEEPEST:

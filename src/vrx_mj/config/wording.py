@@ -27,7 +27,7 @@ def shown(value: Any) -> str:
     return f"a number of more than {_LONGEST} digits" if huge else in_python(value).removesuffix(".0")
 
 
-def choice(value: Any, allowed: Sequence[str]) -> str:
+def choice(value: object, allowed: Sequence[str]) -> str:
     """What to say about a value that is none of the allowed ones."""
     close = nearest(value, allowed) if isinstance(value, str) else None
     hint = f"; did you mean '{close}'?" if close else ""

@@ -151,7 +151,7 @@ class PhysicsConfig(Config):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_its_profile(cls, data: Any) -> Any:
+    def _of_its_profile(cls, data: object) -> Any:
         return physics_of_profile(data)
 
 
@@ -189,7 +189,7 @@ class Georeference(Config):
         return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
 
 
-def _names(value: Any) -> Any:
+def _names(value: object) -> Any:
     if isinstance(value, str):
         return (value,)
     if not isinstance(value, Sequence) or not all(isinstance(name, str) for name in value):
@@ -277,7 +277,7 @@ class WorldConfig(Config):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_its_profile(cls, data: Any) -> Any:
+    def _of_its_profile(cls, data: object) -> Any:
         return world_of_profile(data)
 
     @field_validator("terrain")

@@ -237,13 +237,13 @@ class BeaconSeeker(Listener):
         super().begin()
         self._beacon = StillBeacon()
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
         """Add a sound to the estimate, also before the boat is released."""
         sound = self.sound(boat, seen, t)
         if sound is not None:
             self._beacon.update(sound)
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Commands that lead to the estimated position of the beacon."""
         if self._beacon.place is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
@@ -265,7 +265,7 @@ class BeaconFollower(Listener):
         super().begin()
         self._beacon, self._lookout = MovingBeacon(), Lookout()
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
         """Add a sound to the estimate once the task runs; before, the beacon is elsewhere."""
         if task.get("state", "running") != "running":
             return
@@ -274,7 +274,7 @@ class BeaconFollower(Listener):
             self._beacon.update(sound, t)
         self._lookout.look(boat, seen, t, colors=False)
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Commands that follow the beacon around the buoys."""
         now = self._beacon.at(t)
         if now is None:

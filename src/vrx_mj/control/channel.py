@@ -187,7 +187,7 @@ class Channel(Skipper):
     {latitude, longitude} [degrees]; obstacles still come from the lidar.
     """
 
-    def __init__(self, chart: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]] | None = None) -> None:
+    def __init__(self, chart: Sequence[tuple[Mapping[str, object], Mapping[str, object]]] | None = None) -> None:
         self._chart = chart
         super().__init__()
 
@@ -204,7 +204,7 @@ class Channel(Skipper):
         self._aim: tuple[Point, float] = (math.inf, math.inf), 0.0
         self._searched: tuple[int, Roam] | None = None
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Commands that cross the next gate, or search for it."""
         if self._start is None:
             self._start, self._since = ((seen.x, seen.y), seen.heading), t

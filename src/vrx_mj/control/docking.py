@@ -96,7 +96,7 @@ class Docking(Skipper):
         self._last_went = self._astern_until = -math.inf
         self._started = self._then = math.nan
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Commands for the present phase: find, line up, enter, stay or back out."""
         if math.isnan(self._heading):
             self._heading = seen.heading
@@ -111,7 +111,7 @@ class Docking(Skipper):
 
     # Finding what there is
 
-    def _find(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def _find(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Read the lights, if the task asks for that, then find the bay."""
         assert self._roam is not None, "before the task runs"
         if task.get("color_sequence_open") and self._time_for_lights(seen, task, t):
@@ -129,7 +129,7 @@ class Docking(Skipper):
         self._stage = "line up"
         return self._dock(seen, t)
 
-    def _time_for_lights(self, seen: Estimate, task: Mapping[str, Any], t: float) -> bool:
+    def _time_for_lights(self, seen: Estimate, task: Mapping[str, object], t: float) -> bool:
         """Whether to look for the lights: in the beginning, and later as long as a bay is known that can wait."""
         if t - self._started < LIGHTS_UNTIL:
             return True
@@ -174,7 +174,7 @@ class Docking(Skipper):
                 self.messages["color_sequence"] = self._colors
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
 
-    def _right_bay(self, task: Mapping[str, Any]) -> Face | None:
+    def _right_bay(self, task: Mapping[str, object]) -> Face | None:
         """The face that shows the symbol that is looked for."""
         wanted = self._wanted(task)
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)

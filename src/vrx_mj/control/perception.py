@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -287,7 +287,7 @@ class Perceiver(Skipper):
         self._pause = Pause()
         self._sights: list[Sight] = []
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
         """Take a picture, if one is due, and report what is new."""
         if task.get("state") != "running" or not self._pause.is_over(t):
             return
@@ -308,7 +308,7 @@ class Perceiver(Skipper):
                 {"type": sight.type, **self.navigator.report(sight.x, sight.y)} for sight in new
             ]
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Return no commands: the task holds the boat."""
         return {}
 

@@ -67,9 +67,9 @@ class Skipper:
     def begin(self) -> None:
         """Forget what a subclass knows."""
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> None:
+    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
         """Take in what the boat senses, in every phase; most need nothing but the estimate."""
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """The boat's commands, from the task's phase `ready` on."""
         raise NotImplementedError

@@ -45,7 +45,7 @@ class WaypointFollower(Skipper):
         self._order: list[int] = []
         self._since = math.inf
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
         """Commands that lead to the next waypoint."""
         if not self._poses:
             self._plan(seen, task)

@@ -56,7 +56,7 @@ def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suf
         chart(scene, _pixels(size)).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
 
 
-def _pixels(size: Any) -> tuple[int, int]:
+def _pixels(size: object) -> tuple[int, int]:
     """Width and height of a picture."""
     if not isinstance(size, Sequence) or len(size) != 2:
         raise CommandError(f"invalid size {shown(size)}: width and height are needed")

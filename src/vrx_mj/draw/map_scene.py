@@ -161,12 +161,12 @@ def _boat(boat: Boat, index: int) -> MapBoat:
     return MapBoat(boat.name, x, y, yaw, color)
 
 
-def _objects(world: World, model: Any) -> tuple[MapObject, ...]:
+def _objects(world: World, model: object) -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
     return tuple(_object(model, item) for item in world.parameters.objects if item.model != BALL)
 
 
-def _placards(world: World, model: Any) -> Iterator[MapPlacard]:
+def _placards(world: World, model: object) -> Iterator[MapPlacard]:
     import mujoco
 
     rows = world.parameters.placards

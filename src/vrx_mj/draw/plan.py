@@ -232,7 +232,7 @@ ARROWS = 3
 """Arrows on a circle."""
 
 
-def draw_course(axes: Any, scene: MapScene, pixel: float) -> None:
+def draw_course(axes: object, scene: MapScene, pixel: float) -> None:
     """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
     course = scene.course
     for animal in course.animals:

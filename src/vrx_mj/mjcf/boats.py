@@ -7,7 +7,6 @@ steers, are rigid here too, at zero. What steers is a joint of a thruster or of 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
 
 from vrx_mj.config.dynamics import ContactConfig, HydrodynamicsConfig, ServoConfig, ThrusterConfig
 from vrx_mj.config.robots import RobotConfig
@@ -97,7 +96,7 @@ class Boat:
 
 
 def assembled(
-    urdf: Urdf, gazebo: Gazebo, config: RobotConfig, drive: Mapping[str, Any] = MappingProxyType({})
+    urdf: Urdf, gazebo: Gazebo, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})
 ) -> Boat:  # fmt: skip
     """The boat of a URDF, of its Gazebo tags and of the YAML beside it, which has the last word.
 

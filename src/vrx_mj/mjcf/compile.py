@@ -170,7 +170,7 @@ class _Assembly:
             if item.path is not None:
                 self._add_follower(item, row)
 
-    def _add_follower(self, item: PlacedObject, row: dict[str, Any]) -> None:
+    def _add_follower(self, item: PlacedObject, row: dict[str, object]) -> None:
         row["follower"] = len(self.rows["followers"])
         follower, points = follower_row(item, self.config.physics.profile, len(self.rows["path_points"]))
         self.rows["followers"].append(follower)

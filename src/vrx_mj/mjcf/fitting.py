@@ -81,7 +81,7 @@ def boat_rows(
     }
 
 
-def renamed(tree: Any, prefix: str) -> Any:
+def renamed(tree: object, prefix: str) -> Any:
     """A copy of rows in which names get their prefix."""
     if isinstance(tree, str):
         return tree.replace(PREFIX, prefix)

@@ -39,7 +39,7 @@ AnyRow = TypeVar("AnyRow")
 Wet = TypeVar("Wet", Float, Block)
 
 
-def with_boat(world: World, said: Mapping[str, Any], folder: Path | None = None) -> World:
+def with_boat(world: World, said: Mapping[str, object], folder: Path | None = None) -> World:
     """The world with another boat; `said` is an entry of a fleet's `boats`, its pose in world axes [m, rad].
 
     Paths in it start in `folder`, by default the current one.

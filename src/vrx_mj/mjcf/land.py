@@ -5,7 +5,6 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ class LandMesh:
     color: tuple[float, float, float, float]
 
 
-def land_meshes(polygons: list[dict[str, Any]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:
+def land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:
     """Meshes of sand and grass for polygons of land under one bank profile.
 
     Args:
@@ -53,7 +52,7 @@ def land_meshes(polygons: list[dict[str, Any]], profile: Sequence[tuple[float, f
     return [_mesh(name, np.concatenate(bands), color) for name, bands, color in parts]
 
 
-def _triangles(area: Any, inner: Any, low: float, high: float) -> FloatArray:
+def _triangles(area: object, inner: object, low: float, high: float) -> FloatArray:
     """Upward triangles of an area, (n, 3, 3) [m]: `high` on the boundary of `inner`, `low` elsewhere."""
     import shapely
 

@@ -54,7 +54,7 @@ class Mesh:
     content: bytes
 
 
-def render(template: str, **values: Any) -> str:
+def render(template: str, **values: object) -> str:
     """The text of a template of `templates/`. A name that `values` lacks is an error, not an empty string.
 
     Floats are written with all their digits, sequences of numbers separated by blanks, text escaped for XML.
@@ -62,7 +62,7 @@ def render(template: str, **values: Any) -> str:
     return _environment().get_template(template).render(values)
 
 
-def block(template: str, name: str, values: Mapping[str, Any]) -> str:
+def block(template: str, name: str, values: Mapping[str, object]) -> str:
     """The text of one block of a template; empty if the template has none of this name."""
     found = _environment().get_template(template)
     holder = found if name in found.blocks else _environment().get_template("model.xml.j2")
@@ -148,7 +148,7 @@ def _environment() -> Environment:
     )
 
 
-def _text(value: Any) -> Any:
+def _text(value: object) -> Any:
     """How a value is written; MJCF's numbers are separated by blanks."""
     if isinstance(value, tuple | list):
         return " ".join(repr(float(number)) for number in value)

@@ -218,7 +218,7 @@ def _read(path: Path) -> list[dict[str, Any]]:
     return polygons
 
 
-def _polygon_fault(item: dict[str, Any]) -> str:
+def _polygon_fault(item: dict[str, object]) -> str:
     """Where a ring crosses or touches itself or another, in Shapely's words; empty if none does."""
     import shapely
 

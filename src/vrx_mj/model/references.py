@@ -142,7 +142,7 @@ def _watched(task: tasks.Task) -> Iterator[tuple[str, str]]:
         yield "pinger", task.pinger
 
 
-def _same_length(one: str, rows: Sequence[Any], other: str, things: Sequence[Any]) -> Iterator[str]:
+def _same_length(one: str, rows: Sequence[object], other: str, things: Sequence[object]) -> Iterator[str]:
     if len(rows) != len(things):
         yield f"{one}: {len(rows)} rows for {len(things)} {other}"
 

@@ -128,7 +128,7 @@ def parameters_of(text: bytes) -> Parameters:
     return parameters
 
 
-def rows_of(rows: Mapping[str, Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
+def rows_of(rows: Mapping[str, Sequence[object]]) -> dict[str, tuple[Any, ...]]:
     """Rows of some tables of a world, given as trees, as `Parameters` has them.
 
     Raises:
@@ -147,7 +147,7 @@ def json_of(parameters: Parameters) -> str:
     return json.dumps(tree_of(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def tree_of(value: Any) -> Any:
+def tree_of(value: object) -> Any:
     """Parameters, or a part of them, as what JSON is made of: mappings, lists, texts and numbers."""
     if isinstance(value, tuple | list):
         return [tree_of(item) for item in value]
@@ -165,7 +165,7 @@ def _written(kind: type) -> tuple[Field[Any], ...]:
     return tuple(sorted(fields(kind), key=lambda own: own.metadata.get("rank", 0)))
 
 
-def _left_out(own: Field[Any], value: Any) -> bool:
+def _left_out(own: Field[object], value: object) -> bool:
     default = own.default if own.default_factory is MISSING else own.default_factory()
     return "left_out" in own.metadata and bool(value == default)
 
@@ -189,7 +189,7 @@ class _Versioned:
 _VERSIONED = TypeAdapter(_Versioned)
 
 
-def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _each_once(pairs: list[tuple[str, object]]) -> dict[str, Any]:
     """A JSON object's keys and values; readers differ about a key that is given twice."""
     found = dict(pairs)
     if len(found) < len(pairs):

@@ -67,7 +67,7 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
     processes that write at once, or one that dies meanwhile, leave nothing that is taken for something else.
     """
 
-    def save(self, key: Any, data: Any) -> None:
+    def save(self, key: object, data: object) -> None:
         """Save what was compiled for a key; OSError if it cannot be written."""
         overloads = self._load_index()
         name = hashlib.blake2b(repr(key).encode(), digest_size=6).hexdigest()

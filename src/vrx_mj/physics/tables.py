@@ -273,7 +273,7 @@ VARIED: Mapping[str, float] = {"phase": 0.0, "gain": 1.0}
 """Columns that compiled worlds do not have, with what they are unless a batch varies them."""
 
 
-def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, Any]]) -> Table:
+def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, object]]) -> Table:
     """Return a table of `rows`, each of which has exactly the fields of `dtype`, or all but those `VARIED`."""
     names = set(dtype.names or ())
     filled = np.zeros(len(rows), dtype)

@@ -92,7 +92,7 @@ def sent_messages(text: str) -> Sent:
     return sent
 
 
-def checked(schema: TypeAdapter[Any], name: str, text: str) -> Any:
+def checked(schema: TypeAdapter[object], name: str, text: str) -> Any:
     """The values in a JSON text, by its schema.
 
     Raises:

@@ -42,7 +42,7 @@ class RecordedReadings(Sequence[Reading]):
     They equal those of `Simulation.sense` to the last bit, but for pictures, which are JPEG.
     """
 
-    def __init__(self, sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:
+    def __init__(self, sensor: RecordedSensor, columns: Mapping[str, Sequence[object]]) -> None:
         """Take arrays for every reading: `time`, `sequence`, and what gives its data.
 
         That is the bytes `blob`, or the numbers `points` with the bytes `intensity` and `ring`, or the bytes `numbers`.
@@ -100,7 +100,7 @@ class RecordedReadings(Sequence[Reading]):
         return numbers.data(row["numbers"].view("<f8"), self._config)
 
 
-def add_readings(columns: dict[str, list[Any]], sensor: RecordedSensor, part: Part) -> None:
+def add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part: Part) -> None:
     """Add the readings of a chunk to the columns of a sensor.
 
     Raises:

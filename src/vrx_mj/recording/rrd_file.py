@@ -100,7 +100,7 @@ class Part:
         found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name)]
         return [self._array(name, cell, np.dtype(kind)) for cell in found]
 
-    def _array(self, name: str, cell: Cell, kind: np.dtype[Any]) -> npt.NDArray[Any]:
+    def _array(self, name: str, cell: Cell, kind: np.dtype[np.generic]) -> npt.NDArray[Any]:
         if isinstance(cell, np.ndarray) and not len(cell):
             return np.zeros(0, kind)
         if not isinstance(cell, np.ndarray) or cell.dtype != kind:

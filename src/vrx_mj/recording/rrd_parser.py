@@ -89,7 +89,7 @@ def write_chunks(
             output.writelines(content for cells in found.values() for _, content in cells)
 
 
-def write_block(output: BinaryIO, header: Any) -> None:
+def write_block(output: BinaryIO, header: object) -> None:
     """Write a header; what it counts comes after it."""
     text = json.dumps(header).encode()
     output.write(LENGTH.pack(len(text)) + text)

@@ -140,7 +140,7 @@ def _files(world: World) -> dict[str, bytes]:
         return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: Any) -> Iterator[RecordedBody]:
+def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: object) -> Iterator[RecordedBody]:
     """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos

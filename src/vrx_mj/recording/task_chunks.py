@@ -194,13 +194,13 @@ class TaskChunks:
     def _due(self, path: str, time: float, every: float) -> bool:
         return path not in self._last or time - self._last[path][0] > every - 1e-6
 
-    def _change(self, path: str, maker: Maker, time: float, value: Any) -> None:
+    def _change(self, path: str, maker: Maker, time: float, value: object) -> None:
         """Have something written, if it is another than before."""
         if path not in self._last or self._last[path][1] != value:
             self._last[path] = (time, value)
             self._add(path, maker, time, value)
 
-    def _add(self, path: str, maker: Maker, time: float, value: Any) -> None:
+    def _add(self, path: str, maker: Maker, time: float, value: object) -> None:
         """Have something written; of two values at one time the later counts."""
         rows = self._waiting.setdefault(path, (maker, []))[1]
         if rows and rows[-1][0] == time:

@@ -252,7 +252,7 @@ class Work:
             going = self._gather(batch)
             yield batch
 
-    def _gather(self, batch: dict[str, list[Any]]) -> bool:
+    def _gather(self, batch: dict[str, list[object]]) -> bool:
         """Fill `batch` until the next flush is due, or boats come or go; False if that was the last."""
         due, size = time.monotonic() + FLUSH, 0
         while size < FLUSH_BYTES and (left := due - time.monotonic()) > 0:

@@ -252,7 +252,7 @@ class Actions:
         return np.where(counts, given, np.float32(0.0))
 
 
-def masked(facts: Mapping[str, npt.NDArray[Any]], rows: BoolArray) -> dict[str, Any]:
+def masked(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> dict[str, Any]:
     """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
     info: dict[str, Any] = {}
     if rows.any():

@@ -76,7 +76,7 @@ class Generators:
         self._random[row] = random
 
 
-def _each(seed: Any, n: int) -> list[int | None]:
+def _each(seed: object, n: int) -> list[int | None]:
     """The seed of each row."""
     if seed is None or isinstance(seed, int | np.integer):
         given: list[Any] = [None if seed is None else int(seed) + row for row in range(n)]
@@ -136,7 +136,7 @@ class Variety:
         return {name: values.copy() for name, values in self._drawn.items()}
 
 
-def _range(name: str, value: Any) -> tuple[float, float]:
+def _range(name: str, value: object) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, Sequence | np.ndarray) else (value, value)
     least = LEAST.get(name, 0.0)
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= LARGEST:

@@ -153,7 +153,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._core.generators.check_begun()
         return tuple(self._core.picture.from_behind(self._core.batch, row) for row in range(self.num_envs))
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: object) -> None:
         """Free the renderer; the rows go with the environment."""
         self._core.picture.close()
 
@@ -255,12 +255,12 @@ def _alone(info: dict[str, Any]) -> dict[str, Any]:
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
 
 
-def _of_boat(value: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _of_boat(value: npt.NDArray[np.generic]) -> npt.NDArray[Any]:
     """A fact of the only boat of each row, (n,)."""
     return value[:, 0] if value.ndim > 1 else value
 
 
-def _final(facts: Mapping[str, npt.NDArray[Any]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
+def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
     """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():

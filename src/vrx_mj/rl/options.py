@@ -54,7 +54,7 @@ def episode_steps(duration: Any) -> int:
     return round(float(duration) / PERIOD)
 
 
-def step_limit(duration: Any, most: Any, default: float) -> int:
+def step_limit(duration: object, most: object, default: float) -> int:
     """Steps after which an episode is truncated.
 
     Args:
@@ -78,7 +78,7 @@ def step_limit(duration: Any, most: Any, default: float) -> int:
     return steps
 
 
-def check_count(name: str, value: Any) -> None:
+def check_count(name: str, value: object) -> None:
     """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
@@ -86,7 +86,7 @@ def check_count(name: str, value: Any) -> None:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {MOST} are possible")
 
 
-def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> None:
+def check_picture(mode: object, modes: Sequence[str], width: object, height: object) -> None:
     """gymnasium.error.Error: `mode` is not one of the ways to draw, or pictures have no such size [pixels]."""
     if mode is not None and not (isinstance(mode, str) and mode in modes):
         possible = ", ".join(["None", *map(repr, modes[:-1])])
@@ -97,7 +97,7 @@ def check_picture(mode: Any, modes: Sequence[str], width: Any, height: Any) -> N
             raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
 
 
-def reset_mode(mode: Any) -> AutoresetMode:
+def reset_mode(mode: object) -> AutoresetMode:
     """When rows are reset; gymnasium.error.Error: Gymnasium has no such mode."""
     try:
         return AutoresetMode(mode)
@@ -106,12 +106,12 @@ def reset_mode(mode: Any) -> AutoresetMode:
         raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: object) -> bool:
     """Whether it is a finite number."""
     return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(as_number(value))
 
 
-def as_floats(action: Any, name: str = "action") -> npt.NDArray[np.float32]:
+def as_floats(action: object, name: str = "action") -> npt.NDArray[np.float32]:
     """An action as an array; gymnasium.error.InvalidAction: it has values that are not numbers."""
     try:
         with np.errstate(over="ignore"):  # an infinity is out of range like the number
@@ -165,7 +165,7 @@ def team_share(reward: Any) -> float:
     return float(reward)
 
 
-def row_mask(name: str, given: Any, n: int) -> BoolArray:
+def row_mask(name: str, given: object, n: int) -> BoolArray:
     """Which rows are meant; None means all.
 
     Raises:

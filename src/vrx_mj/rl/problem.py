@@ -191,7 +191,7 @@ def crowded(team: Team, distance: float = CLEAR) -> BoolArray:
     return np.asarray(((gaps < distance) & both).any(axis=2))
 
 
-def open_water(**more: Any) -> dict[str, Any]:
+def open_water(**more: object) -> dict[str, Any]:
     """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
     return {
         "extends": "ocean",

@@ -385,7 +385,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
             complain()
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if isinstance(value, np.ndarray):
         return value.copy() if value.ndim else value.item()
     return value.item() if isinstance(value, np.generic) else value

@@ -445,7 +445,7 @@ def heard(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
     return command
 
 
-def _write_commands(bag: Bag, boat: str, names: Sequence[str], given: Any, time: float) -> None:
+def _write_commands(bag: Bag, boat: str, names: Sequence[str], given: object, time: float) -> None:
     """Write a boat's commands; whether they are right is the simulation's to say."""
     if isinstance(given, Mapping):
         for name in names:

@@ -140,7 +140,7 @@ class Wire(Protocol):
     def deliver(self, name: str, type_name: str, message: Message) -> None:
         """Send a message to who listens on this wire."""
 
-    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+    def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """A node has set a parameter; if it was deleted, the value is an empty dictionary."""
 
 
@@ -360,7 +360,7 @@ class Graph:
 
     # Parameters
 
-    def set_parameter(self, key: str, value: Any, setter: str) -> None:
+    def set_parameter(self, key: str, value: object, setter: str) -> None:
         """Set a parameter by its absolute name.
 
         Raises:
@@ -416,7 +416,7 @@ class Graph:
             self.notices.tell("ERROR", "type", name, f"{name}: unknown type {type_name}")
         return known
 
-    def _offer_parameters(self, given: Mapping[str, Any]) -> None:
+    def _offer_parameters(self, given: Mapping[str, object]) -> None:
         own: dict[str, Any] = {}
         for name, value in given.items():
             try:
@@ -475,7 +475,7 @@ class Graph:
         for wire in self.wires:
             wire.registered(kind, name)
 
-    def _tell_parameter(self, key: str, value: Any, setter: str) -> None:
+    def _tell_parameter(self, key: str, value: object, setter: str) -> None:
         for wire in self.wires:
             wire.parameter_changed(key, value, setter)
 

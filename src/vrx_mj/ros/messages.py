@@ -87,7 +87,7 @@ def kind(type_name: str) -> Any:
     return typestore().types[full_name(type_name)]
 
 
-def new(type_name: str, **fields: Any) -> Message:
+def new(type_name: str, **fields: object) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
     A mapping may stand for a message in it, as `position={"x": 1.0}`.

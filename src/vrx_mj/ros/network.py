@@ -36,7 +36,7 @@ class Network:
             future.cancel()
             raise
 
-    def soon(self, function: Callable[..., object], *arguments: Any) -> None:
+    def soon(self, function: Callable[..., object], *arguments: object) -> None:
         """Have a function called there; nothing happens once it is closed."""
         with contextlib.suppress(RuntimeError):
             self.loop.call_soon_threadsafe(function, *arguments)

@@ -149,14 +149,14 @@ class Parameters:
         """Absolute names of all that are no namespaces."""
         return [name for name, value in _walk("", self.tree) if not isinstance(value, dict)]
 
-    def _put(self, place: dict[str, Any], name: str, value: Any) -> None:
+    def _put(self, place: dict[str, object], name: str, value: object) -> None:
         if name in place:
             self._bytes -= len(name) + value_size(place[name])
         self._bytes += len(name) + value_size(value)
         place[name] = value
 
 
-def updates(subscribed: Iterable[str], key: str, value: Any) -> list[Update]:
+def updates(subscribed: Iterable[str], key: str, value: object) -> list[Update]:
     """Whom it concerns that a parameter was set; of one that was deleted the value is an empty dictionary."""
     changed = _slashed(key)
     below = {_slashed(joined(key) + name): part for name, part in _walk("", value)} if isinstance(value, dict) else {}
@@ -181,7 +181,7 @@ def _slashed(name: str) -> str:
     return clean if clean == "/" else f"{clean}/"
 
 
-def _walk(place: str, tree: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def _walk(place: str, tree: dict[str, object]) -> Iterator[tuple[str, Any]]:
     """All names in a tree, namespaces included, and what they have."""
     for name, value in tree.items():
         full = f"{place}/{name}"
@@ -190,7 +190,7 @@ def _walk(place: str, tree: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             yield from _walk(full, value)
 
 
-def value_size(value: Any) -> int:
+def value_size(value: object) -> int:
     """Bytes that a value of XML-RPC takes, about."""
     if isinstance(value, dict):
         return 64 + sum(len(name) + value_size(part) for name, part in value.items())
@@ -201,7 +201,7 @@ def value_size(value: Any) -> int:
     return 64 + len(value) if isinstance(value, str) else 64
 
 
-def plain(value: Any, depth: int = 0) -> Any:
+def plain(value: object, depth: int = 0) -> Any:
     """A value as XML-RPC can carry it: whole numbers that are too large become floats.
 
     Raises:

@@ -5,7 +5,6 @@ the rows that stay fill the beginning of the new one, and the rest of that is th
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -129,7 +128,7 @@ def _ends(rig: LoopArrays) -> tuple[int, int]:
     return rig.model.nq, rig.model.nq + rig.model.nv
 
 
-def _fill(target: npt.NDArray[Any], source: npt.NDArray[Any], stay: BoolArray) -> None:
+def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay: BoolArray) -> None:
     """Write the rows that stay to the beginning."""
     kept = source[stay]
     target[: len(kept)] = kept

@@ -71,7 +71,7 @@ class Run:
         model: mujoco.MjModel,
         contact_free: mujoco.MjModel,
         data: mujoco.MjData,
-        arrays: dict[str, npt.NDArray[Any]],
+        arrays: dict[str, npt.NDArray[np.generic]],
     ) -> None:
         self.table = np.zeros(1, RUN)
         self._held = model, contact_free, data, arrays

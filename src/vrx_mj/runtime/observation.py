@@ -69,7 +69,7 @@ class Observation(dict[str, BoatObservation]):
     Who goes through it meets the boats alone.
     """
 
-    def __init__(self, boats: Iterable[tuple[str, BoatObservation]], task: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, boats: Iterable[tuple[str, BoatObservation]], task: Mapping[str, object] | None = None) -> None:
         super().__init__(boats)
         self.task = task
 

@@ -50,7 +50,7 @@ def which_rows(n: int, rows: Rows) -> IntArray:
     raise CommandError(f"invalid rows {shown(rows)}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
 
 
-def _array(values: Any) -> npt.NDArray[Any]:
+def _array(values: object) -> npt.NDArray[Any]:
     """The values as an array; one of no dimensions if they are none."""
     try:
         return np.asarray(values)

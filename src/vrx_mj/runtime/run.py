@@ -272,7 +272,7 @@ def split_name(name: str) -> tuple[str, str]:
     return module, attribute
 
 
-def _check_control(controller: Any, rate: Any, progress: Any, advance: Any) -> None:
+def _check_control(controller: object, rate: object, progress: object, advance: object) -> None:
     """Whether there is a controller, or none, to be called at such a rate, and the other functions can be called."""
     if controller is not None:
         _check_callable(getattr(controller, "__name__", shown(controller).strip("'")), controller)
@@ -283,7 +283,7 @@ def _check_control(controller: Any, rate: Any, progress: Any, advance: Any) -> N
         raise CommandError(f"invalid control_rate {shown(rate)}: a number of calls per second above 0 is needed")
 
 
-def _check_callable(name: str, controller: Any) -> None:
+def _check_callable(name: str, controller: object) -> None:
     """Whether it can be called with the observations and the time."""
     if not callable(controller):
         raise VrxError(f"invalid controller '{name}': a function, or a class with __call__, is needed")
@@ -356,7 +356,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
             sim.command_all({boat: values})
 
 
-def _send(sim: Simulation, messages: Any) -> None:
+def _send(sim: Simulation, messages: object) -> None:
     """Send a controller's messages to the task, each topic with a content or a list of them."""
     if not isinstance(messages, Mapping):
         raise CommandError(f"the controller sent {shown(messages)} to the task: a mapping by topic is needed")
@@ -480,7 +480,7 @@ def _loaded(name: str, boats: set[str], seed: int) -> Controller:
         raise VrxError(f"controller of {', '.join(some[:3])}{rest}: {error}") from error
 
 
-def _commands(name: str, returned: Any) -> Mapping[str, Any]:
+def _commands(name: str, returned: object) -> Mapping[str, Any]:
     if returned is None:
         return {}
     if not isinstance(returned, Mapping):

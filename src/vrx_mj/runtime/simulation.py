@@ -6,7 +6,6 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import get_ident
-from typing import Any
 
 import mujoco
 
@@ -585,7 +584,7 @@ class Simulation:
         return self._task_runner.events
 
     @in_turn
-    def send(self, topic: str, content: Any) -> None:
+    def send(self, topic: str, content: object) -> None:
         """Send a message to the task, such as a landmark that was found; the referee reads it at its next update.
 
         Raises:

@@ -26,7 +26,7 @@ class Spawning:
         self._live = live
 
     def spawn(
-        self, name: str, *, robot: str | Path | None, files: Mapping[str, str | Path | None], **other: Any
+        self, name: str, *, robot: str | Path | None, files: Mapping[str, str | Path | None], **other: object
     ) -> None:
         """Add a boat at rest; `files` are the layout of thrusters and the components, `other` is as in a fleet file."""
         self._live.check_idle("spawn")

@@ -101,7 +101,7 @@ def point(run: Table, **arrays: npt.NDArray[Any]) -> None:
         run[name][0] = (array.__array_interface__["data"][0], *array.shape)
 
 
-def point_rows(runs: Table, **stacks: npt.NDArray[Any]) -> None:
+def point_rows(runs: Table, **stacks: npt.NDArray[np.generic]) -> None:
     """Write where the parts of these stacks, (n, ...) or (1, ...) for all rows, are into a table of n runs."""
     for name, stack in stacks.items():
         _check(name, stack, 1 + ARRAYS[name].ndim)
@@ -110,7 +110,7 @@ def point_rows(runs: Table, **stacks: npt.NDArray[Any]) -> None:
         runs[name][:, 1:] = stack.shape[1:]
 
 
-def _check(name: str, array: npt.NDArray[Any], ndim: int) -> None:
+def _check(name: str, array: npt.NDArray[np.generic], ndim: int) -> None:
     assert array.dtype == ARRAYS[name].dtype, (name, array.dtype)
     assert array.ndim == ndim, (name, array.shape)
     assert array.flags.c_contiguous, name

@@ -43,10 +43,10 @@ class _Counter(event.Listener):  # type: ignore[misc]
         self.done = 0
         self._bar = bar
 
-    def on_start(self, event: Any) -> None:
+    def on_start(self, event: object) -> None:
         """A kernel begins: it counts once it is done."""
 
-    def on_end(self, event: Any) -> None:
+    def on_end(self, event: object) -> None:
         """A kernel is done."""
         self.done += 1
         self._bar.update(self.done)

@@ -446,8 +446,8 @@ def _meet_mesh(view: Any, rays: Any, directions: FloatArray, shapes: Shapes, mes
 
 @kernel
 def cast(
-    view: Any,
-    rays: Any,
+    view: object,
+    rays: object,
     directions: FloatArray,
     shapes: Shapes,
     geoms: IntArray,

@@ -207,7 +207,7 @@ class Docking(PlainRules):
             seen["symbol"] = self._symbol
         return seen
 
-    def accept(self, topic: str, content: Any) -> Any:
+    def accept(self, topic: str, content: object) -> Any:
         """The colours of the light buoy, in small letters; whether they count is seen at the next frame.
 
         Raises:
@@ -291,7 +291,7 @@ class Docking(PlainRules):
         context.finish()
 
 
-def _colors(content: Any) -> list[str]:
+def _colors(content: object) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):

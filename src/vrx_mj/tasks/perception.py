@@ -84,7 +84,7 @@ class Perception(PlainRules):
         if own.gone == len(self._objects):
             self._end(context)
 
-    def accept(self, topic: str, content: Any) -> Any:
+    def accept(self, topic: str, content: object) -> Any:
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != "landmark":
             raise CommandError(f"perception takes no message {shown(topic)}; known: landmark")
@@ -149,7 +149,7 @@ class Perception(PlainRules):
             context.finish()
 
 
-def _metres(key: str, value: Any) -> float:
+def _metres(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise CommandError(f"invalid {key} {shown(value)} of a landmark: a number of metres is needed")
     return float(value)

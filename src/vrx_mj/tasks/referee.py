@@ -109,7 +109,7 @@ class Referee:
         self._actions, self._lines = [], []
         return verdict
 
-    def accept(self, topic: str, content: Any) -> Message:
+    def accept(self, topic: str, content: object) -> Message:
         """A message of the team, checked.
 
         Raises:
@@ -184,7 +184,9 @@ class Referee:
     def _rules_kind(self) -> TypeAdapter[Any]:
         return TypeAdapter(type(self._rules.state))
 
-    def _fitting(self, kind: TypeAdapter[Any], name: str, first: Mapping[str, Any], state: Mapping[str, Any]) -> Any:
+    def _fitting(
+        self, kind: TypeAdapter[object], name: str, first: Mapping[str, object], state: Mapping[str, object]
+    ) -> Any:
         """A part of a state as what it is a dump of; lists that are not empty at `first` keep their lengths."""
         given, trouble = state.get(name), f"the state does not fit the task '{self.type}': {name}"
         if not isinstance(given, Mapping):
@@ -239,5 +241,5 @@ class Referee:
         self.log(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
         self._rules.hit(other, frame, self)
 
-    def _load_rules(self, state: Mapping[str, Any]) -> None:
+    def _load_rules(self, state: Mapping[str, object]) -> None:
         self._rules.state = type(self._rules.state)(**deepcopy(dict(state)))

@@ -127,7 +127,7 @@ class Rules(Protocol):
     def outputs(self, status: TaskStatus) -> Outputs:
         """What the team sees now besides phase, times and score."""
 
-    def accept(self, topic: str, content: Any) -> Any:
+    def accept(self, topic: str, content: object) -> Any:
         """Check what the team sends; returns it as `Frame.messages` shall hold it.
 
         Raises:
@@ -167,6 +167,6 @@ class PlainRules:
         """None."""
         return {}
 
-    def accept(self, topic: str, content: Any) -> Any:
+    def accept(self, topic: str, content: object) -> Any:
         """It takes no messages."""
         raise CommandError(f"{self.title} takes no message {shown(topic)}; known: none")

@@ -59,7 +59,7 @@ LARGEST = {"Hz": 10_000.0}
 """Largest value by unit; any other number is a coordinate or an angle."""
 
 
-def meant(parameter: Parameter, value: Any) -> str | float | bool:
+def meant(parameter: Parameter, value: object) -> str | float | bool:
     """What a parameter's value means.
 
     Raises:
@@ -91,7 +91,7 @@ def number(value: Any, unit: str = "") -> float:
     return found
 
 
-def switch(value: Any) -> bool:
+def switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
     text = _substituted(value) if isinstance(value, str) else repr(value)
     found = _SWITCHES.get(text.strip().lower())
@@ -100,7 +100,7 @@ def switch(value: Any) -> bool:
     return found
 
 
-def triple(value: Any) -> str:
+def triple(value: object) -> str:
     """Three numbers with blanks between, from such a text or from a list."""
     text = _substituted(value) if isinstance(value, str) else ""
     words = text.split() if isinstance(value, str) else value
@@ -119,14 +119,14 @@ def triple_of(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def has_expression(value: Any) -> bool:
+def has_expression(value: object) -> bool:
     """Whether a value, or one in a list of values, needs evaluating."""
     if isinstance(value, list | tuple):
         return any(map(has_expression, value))
     return isinstance(value, str) and len(value) <= LONGEST and _EXPRESSION.search(value) is not None
 
 
-def _text(value: Any, *, named: bool) -> str:
+def _text(value: object, *, named: bool) -> str:
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, int | float) and not isinstance(value, bool) else ""
         raise ValueError(f"expected text, got {shown(value)}{hint}")  # noqa: TRY004
@@ -152,7 +152,7 @@ def _worked_out(expression: str) -> str:
     return repr(found) if isinstance(found, float) else str(found)
 
 
-def _result(value: Any, text: str) -> str:
+def _result(value: object, text: str) -> str:
     """What an expression came to, where a message needs it."""
     return f", which is {shown(text)}" if has_expression(value) else ""
 
@@ -370,7 +370,7 @@ def _unknown_parameter(part: PartType, key: str) -> str:
     return unknown_key(key, [each.name for each in part.parameters])
 
 
-def _check_generator(reading: _Reading, parameter: Parameter, value: Any, loc: Loc) -> None:
+def _check_generator(reading: _Reading, parameter: Parameter, value: object, loc: Loc) -> None:
     """Note a value that VRX's generator stops at: it needs coordinates as plain numbers, in a text."""
     place = reading.places[loc]
     if isinstance(value, Items):

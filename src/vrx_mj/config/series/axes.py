@@ -138,7 +138,7 @@ def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
         yield from _odd_steps(root, (name, key), axis.get(key))
 
 
-def _odd_steps(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
+def _odd_steps(root: Section, loc: Loc, content: object) -> Iterator[Problem]:
     """What is wrong with a mapping of steps."""
     if content is not None and not isinstance(content, Section):
         yield problem_at(root, loc, f"expected steps, as in `0:`, got {shown(content)}")
@@ -149,7 +149,7 @@ def _odd_steps(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
             yield from _odd_calls(root, (*loc, step), value)
 
 
-def _odd_calls(root: Section, loc: Loc, content: Any) -> Iterator[Problem]:
+def _odd_calls(root: Section, loc: Loc, content: object) -> Iterator[Problem]:
     """What is wrong with a mapping of macros to their calls."""
     if content is not None and not isinstance(content, Section):
         yield problem_at(root, loc, f"expected macros, each with a list of calls, got {shown(content)}")

@@ -99,7 +99,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
     return Section(values, given.place, given.entries)
 
 
-def _value(key: str, value: Any, step: int, budget: Budget) -> Any:
+def _value(key: str, value: object, step: int, budget: Budget) -> Any:
     """A text in single quotes is meant literally, as XML is; any other text is an expression of `n`."""
     if not isinstance(value, str):
         return value
@@ -238,7 +238,7 @@ class At(NamedTuple):
 class Given:
     """What a call says, and what its macro says otherwise."""
 
-    def __init__(self, call: Call, defaults: Mapping[str, Any], blocks: Sequence[str]) -> None:
+    def __init__(self, call: Call, defaults: Mapping[str, object], blocks: Sequence[str]) -> None:
         self.call = call
         self.defaults = defaults
         known = [*defaults, *(BLOCK + name for name in blocks)]
@@ -294,12 +294,12 @@ class Given:
     def _said(self, name: str) -> Any:
         return self.call.parameters.get(name, self.defaults[name])
 
-    def _at(self, name: str, value: Any) -> At:
+    def _at(self, name: str, value: object) -> At:
         entry = self.call.parameters.entries.get(name)
         return At(value, entry.value if entry else self.call.place)
 
 
-def located(value: Any, place: Place) -> Any:
+def located(value: object, place: Place) -> Any:
     """Dicts and lists as sections and items that stand at `place`, but for what an `At` puts elsewhere."""
     if isinstance(value, At):
         return located(value.value, value.place)
@@ -311,11 +311,11 @@ def located(value: Any, place: Place) -> Any:
     return value
 
 
-def _place(value: Any, place: Place) -> Place:
+def _place(value: object, place: Place) -> Place:
     return value.place if isinstance(value, At) else place
 
 
-def _number(value: Any) -> float | int | None:
+def _number(value: object) -> float | int | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return value
     if not isinstance(value, str) or len(value) > LONGEST:
@@ -342,7 +342,7 @@ PLUGIN = "libfollow_plugin.so"
 Object = dict[str, Any]
 
 
-def thing(uri: At, pose: Any, name: At | None = None) -> Object:
+def thing(uri: At, pose: object, name: At | None = None) -> Object:
     """An object of a world; without a name until the world has all of them."""
     folder = str(uri.value).removeprefix(SCHEME).strip("/")
     symbols = SYMBOLS.fullmatch(folder)

@@ -357,7 +357,7 @@ def _model(given: Given) -> dict[str, Any]:
     return {"objects": [thing(given.text("uri"), given.numbers("x y z R P Y"))]}
 
 
-def _task(make: Callable[[Given], dict[str, Any]], *blocks: str) -> Macro:
+def _task(make: Callable[[Given], dict[str, object]], *blocks: str) -> Macro:
     return Macro("task", make, TASK_DEFAULTS[make.__name__], blocks)
 
 

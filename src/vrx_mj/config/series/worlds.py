@@ -204,7 +204,7 @@ class _Inline(dict[str, Any]):
 class _Dumper(yaml.SafeDumper):
     """PyYAML's, which quotes whatever YAML 1.1 or 1.2 could take for something else than text."""
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: object) -> bool:
         """Whether to write a thing anew where it comes again: always."""
         return True
 
@@ -222,11 +222,11 @@ _Dumper.add_representer(str, _text)
 _Dumper.add_representer(_Inline, _inline)
 
 
-def _dumped(tree: Any, *, flow: bool | None = None, width: int = WIDTH) -> str:
+def _dumped(tree: object, *, flow: bool | None = None, width: int = WIDTH) -> str:
     return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
 
 
-def _plain(value: Any, *, inside: bool = False) -> Any:
+def _plain(value: object, *, inside: bool = False) -> Any:
     """Dicts and lists of sections and items; short mappings inside of others on one line."""
     if isinstance(value, Section):
         content = {key: _plain(item, inside=True) for key, item in value.items()}

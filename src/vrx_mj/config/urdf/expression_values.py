@@ -62,7 +62,7 @@ class ExpressionError(Exception):
 class Function:
     """A function that an expression may call."""
 
-    def __init__(self, name: str, call: Any) -> None:
+    def __init__(self, name: str, call: Callable[..., Any]) -> None:
         self.name = name
         self._call = call
 
@@ -79,7 +79,7 @@ class Function:
 class Module:
     """Functions and constants under a name: `math.pi`, `xacro.load_yaml`."""
 
-    def __init__(self, name: str, members: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, members: Mapping[str, object]) -> None:
         self.name = name
         self.members = members
 
@@ -117,7 +117,7 @@ class Room:
         self._budget = budget
         self._left = MOST_VALUES
 
-    def take(self, value: Any) -> None:
+    def take(self, value: object) -> None:
         """Count one more item; functions, which are no data, are not counted."""
         if isinstance(value, Function):
             return
@@ -126,19 +126,19 @@ class Room:
             raise ExpressionError(f"a list or mapping of more than {MOST_VALUES} values is too large")
 
 
-def measure(value: Any, budget: Budget) -> int:
+def measure(value: object, budget: Budget) -> int:
     """How many values a value holds, itself included; a value that is too large or of a foreign kind is an error."""
     return _measure(value, budget, MOST_VALUES, 0)
 
 
-def kind_of(value: Any) -> str:
+def kind_of(value: object) -> str:
     """What a message calls a value of this type."""
     if value is None:
         return "nothing"
     return next((words for kind, words in _KINDS.items() if isinstance(value, kind)), "something else")
 
 
-def _measure(value: Any, budget: Budget, room: int, depth: int) -> int:
+def _measure(value: object, budget: Budget, room: int, depth: int) -> int:
     budget.spend(2)
     if isinstance(value, str):
         return _measured_text(value, budget)
@@ -156,7 +156,7 @@ def _measure(value: Any, budget: Budget, room: int, depth: int) -> int:
     return total
 
 
-def _items(value: Any) -> Any:
+def _items(value: object) -> Any:
     """What a list or mapping holds; a range counts as its numbers would."""
     if isinstance(value, range):
         if value[MOST_VALUES : MOST_VALUES + 1]:
@@ -201,11 +201,11 @@ class DottedList(list[Any]):
 class DottedMapping(dict[Any, Any]):
     """A mapping from YAML, whose keys may be written after a dot."""
 
-    def __getitem__(self, key: Any) -> Any:
+    def __getitem__(self, key: object) -> Any:
         return dotted(super().__getitem__(key))
 
 
-def dotted(value: Any) -> Any:
+def dotted(value: object) -> Any:
     """A value from YAML with dotted names."""
     if isinstance(value, dict):
         return DottedMapping(value)
@@ -215,13 +215,13 @@ def dotted(value: Any) -> Any:
 _MOST_CHOICES = 500
 
 
-def check_power(base: Any, exponent: Any) -> None:
+def check_power(base: object, exponent: object) -> None:
     """Refuse a power that has too many digits to be computed."""
     if isinstance(base, int) and isinstance(exponent, int) and base.bit_length() * abs(exponent) > 4 * MOST_VALUES:
         raise ExpressionError(f"{base} to the power {exponent} is too large" if base < 10**9 else "power too large")
 
 
-def check_repeat(value: str | list[Any] | tuple[Any, ...], times: int) -> None:
+def check_repeat(value: str | list[object] | tuple[object, ...], times: int) -> None:
     """Refuse a text or list that is repeated too often."""
     limit = LONGEST_TEXT if isinstance(value, str) else MOST_VALUES
     if len(value) * times > limit:
@@ -242,7 +242,7 @@ def _listed(function: Callable[..., Any]) -> Callable[..., Any]:
 def _few(function: Callable[..., int]) -> Callable[..., int]:
     """A counting function whose result grows beyond all bounds."""
 
-    def counted(*values: Any) -> int:
+    def counted(*values: object) -> int:
         if any(isinstance(value, int) and value > _MOST_CHOICES for value in values):
             raise ExpressionError(f"{function.__name__}: expected at most {_MOST_CHOICES}")
         return function(*values)
@@ -250,7 +250,7 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
     return counted
 
 
-def _product(values: Iterable[Any], *, start: Any = 1) -> Any:
+def _product(values: Iterable[object], *, start: object = 1) -> Any:
     result: Any = 1
     for value in (start, *values):
         if isinstance(value, int | float):
@@ -269,17 +269,17 @@ def _multiple(*values: int) -> int:
     return functools.reduce(step, values, 1)
 
 
-def _sum(values: Iterable[Any], start: Any = 0) -> Any:
+def _sum(values: Iterable[object], start: object = 0) -> Any:
     numbers = [start, *values]
     if any(isinstance(value, list | tuple) for value in numbers):
         raise ExpressionError("sum: expected numbers, got lists")
     return sum(numbers)
 
 
-def _of_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+def _of_numbers(function: Callable[..., object]) -> Callable[..., Any]:
     """A function of `math`, kept from texts and from lists of lists: of those it might make long ones."""
 
-    def computed(*values: Any, **named: Any) -> Any:
+    def computed(*values: object, **named: object) -> Any:
         for value in values:
             items = value if isinstance(value, list | tuple) else [value]
             if not all(isinstance(item, int | float) for item in items):
@@ -309,7 +309,7 @@ def _wide(method: Callable[..., str]) -> Callable[..., str]:
     return widened
 
 
-def _plain(kind: type[Any], names: str) -> dict[str, Callable[..., Any]]:
+def _plain(kind: type[object], names: str) -> dict[str, Callable[..., Any]]:
     return {name: getattr(kind, name) for name in names.split()}
 
 
@@ -381,7 +381,7 @@ _PIECE = re.compile(
 """Plain text, a '%' or a conversion of Python's, in full."""
 
 
-def formatted(pattern: str, values: Any, budget: Budget) -> str:
+def formatted(pattern: str, values: object, budget: Budget) -> str:
     """What `pattern % values` is.
 
     Raises:
@@ -404,7 +404,7 @@ def formatted(pattern: str, values: Any, budget: Budget) -> str:
     return "".join(parts)
 
 
-def _written(piece: re.Match[str], values: Any, rest: Iterator[Any], budget: Budget) -> str:
+def _written(piece: re.Match[str], values: object, rest: Iterator[object], budget: Budget) -> str:
     if piece["kind"] is None:
         return piece[0].replace("%%", "%")
     for digits in (piece["width"], piece["precision"] or ""):
@@ -416,7 +416,7 @@ def _written(piece: re.Match[str], values: Any, rest: Iterator[Any], budget: Bud
     return f"%{piece['flags']}{piece['width']}{precision}{piece['kind']}" % (value,)
 
 
-def _taken(key: str | None, values: Any, rest: Iterator[Any]) -> Any:
+def _taken(key: str | None, values: object, rest: Iterator[object]) -> Any:
     """The value that a conversion is for: that of its key, or the next one."""
     if key is None:
         try:
@@ -436,11 +436,11 @@ def tokens(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
     return [item for item in found if item] if skip_empty else found
 
 
-def fatal(*words: Any) -> None:
+def fatal(*words: object) -> None:
     """Stop the expansion with a message."""
     raise ExpressionError(" ".join(map(str, words)))
 
 
-def silent(*_: Any, **__: Any) -> str:
+def silent(*_: object, **__: object) -> str:
     """No text, for a message that nobody reads."""
     return ""

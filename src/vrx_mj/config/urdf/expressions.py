@@ -107,7 +107,7 @@ class Scope(dict[str, Any]):
     def __contains__(self, name: object) -> bool:
         return dict.__contains__(self, name) or name in self.parent
 
-    def define(self, name: str, value: Any, *, lazily: bool = False) -> None:
+    def define(self, name: str, value: object, *, lazily: bool = False) -> None:
         """Give a name a value; a text, unless it is a literal, may be worked out later."""
         value = _literal(value)
         dict.__setitem__(self, name, value)
@@ -146,7 +146,7 @@ class Method(NamedTuple):
 class Names:
     """Where the names of an expression are looked up; `own` are those that the file defines."""
 
-    def __init__(self, table: Mapping[str, Any], own: Callable[[], Iterable[str]] = tuple) -> None:
+    def __init__(self, table: Mapping[str, object], own: Callable[[], Iterable[str]] = tuple) -> None:
         self.table = table
         self.own = own
 
@@ -199,7 +199,7 @@ def _unparsed(text: str, said: str) -> str:
     return f"is not an expression{reason}{hint}" if text else "is empty"
 
 
-def _failed(error: Exception, values: list[Any]) -> str:
+def _failed(error: Exception, values: list[object]) -> str:
     """Why a function gives nothing for some values."""
     said = str(error)
     if isinstance(error, TypeError | AttributeError) and "argument" not in said.replace("argument must be", ""):
@@ -335,7 +335,7 @@ class _Walk:
                 measure(value, self.budget)
         return self.called(function, values, named)
 
-    def metered(self, value: Any) -> Any:
+    def metered(self, value: object) -> Any:
         """A function that another one calls, whose results count altogether; anything else as it is."""
         if not isinstance(value, Function):
             return value
@@ -363,7 +363,7 @@ class _Walk:
         pairs = self.gathered(node.generators, lambda: (self.value(node.key), self.value(node.value)))
         return _keyed(self.checked(pairs))
 
-    def gathered(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
+    def gathered(self, generators: list[ast.comprehension], make: Callable[[], object]) -> list[Any]:
         """What a comprehension's loops give."""
         found: list[Any] = []
         room = Room(self.budget)
@@ -397,11 +397,11 @@ class _Walk:
         """A value that is measured, so that working on it has a known cost."""
         return self.checked(self.value(node))
 
-    def checked(self, value: Any) -> Any:
+    def checked(self, value: object) -> Any:
         measure(value, self.budget)
         return value
 
-    def applied(self, sign: str, apply: Callable[..., Any], *values: Any) -> Any:
+    def applied(self, sign: str, apply: Callable[..., object], *values: object) -> Any:
         try:
             return apply(*values)
         except ZeroDivisionError:
@@ -422,7 +422,7 @@ _VISITS: dict[type[ast.AST], Callable[[_Walk, Any], Any]] = {
 }  # fmt: skip
 
 
-def _check_size(sign: str, left: Any, right: Any) -> None:
+def _check_size(sign: str, left: object, right: object) -> None:
     """Refuse what would be too large before it is computed."""
     if sign == "**":
         check_power(left, right)
@@ -434,14 +434,14 @@ def _check_size(sign: str, left: Any, right: Any) -> None:
                 check_repeat(value, times)
 
 
-def _keyed(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
+def _keyed(pairs: Iterable[tuple[object, object]]) -> dict[Any, Any]:
     try:
         return dict(pairs)
     except TypeError:
         raise ExpressionError("a list or mapping cannot be a key") from None
 
 
-def _bound(target: ast.expr, value: Any) -> dict[str, Any]:
+def _bound(target: ast.expr, value: object) -> dict[str, Any]:
     """The names of a loop's target with their values."""
     if isinstance(target, ast.Name):
         check_name(target.id)
@@ -456,7 +456,7 @@ def _bound(target: ast.expr, value: Any) -> dict[str, Any]:
     }
 
 
-def _literal(value: Any) -> Any:
+def _literal(value: object) -> Any:
     """The value of a property: a text in quotes loses them; else it may be a number, or true or false."""
     if not isinstance(value, str):
         return value
@@ -485,7 +485,7 @@ def check_name(name: str) -> None:
         raise ExpressionError(f"names that begin with '__' are not allowed: {name}")
 
 
-def member(owner: Any, name: str) -> Any:
+def member(owner: object, name: str) -> Any:
     """What a name after a dot means: a value, or a Method."""
     check_name(name)
     if isinstance(owner, Module):
@@ -518,6 +518,6 @@ def absent(owner: Any, index: Any) -> str:
     return f"item {index} of {len(owner)}: {kind_of(owner)} counts from 0"
 
 
-def described(value: Any) -> str:
+def described(value: object) -> str:
     """What a message calls a value."""
     return f"'{value.name}'" if isinstance(value, Function | Module) else kind_of(value)

@@ -111,7 +111,7 @@ class Scope:
             self.warn(node, f"has no {tag}; it is read at {USUAL_RATE:g} Hz, not at every step")
         return rate or USUAL_RATE
 
-    def add(self, node: Node, model: type[Config], values: Mapping[str, Any]) -> None:
+    def add(self, node: Node, model: type[Config], values: Mapping[str, object]) -> None:
         """Keeps a sensor, if its values are such as there are."""
         if not node.findings.problems:
             sensor = node.configured(model, values)

@@ -366,14 +366,14 @@ def _plain_primitive(primitive: Tree) -> dict[str, Any]:
     return kept | {"attributes": {key: attributes[key] for key in ("POSITION", "COLOR_0") if key in attributes}}
 
 
-def _index(value: Any, items: Sequence[Any]) -> int:
+def _index(value: object, items: Sequence[object]) -> int:
     """A reference to an item, which must be there."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < len(items):
         raise ValueError
     return value
 
 
-def _whole(value: Any) -> int:
+def _whole(value: object) -> int:
     """A number of bytes or of things."""
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
         raise ValueError

@@ -129,7 +129,7 @@ class Engine:
             "xacro": Module("xacro", members),
         }
 
-    def _expanded(self, text: Any, symbols: Scope) -> Any:
+    def _expanded(self, text: object, symbols: Scope) -> Any:
         """A text with its expressions and substitutions worked out; a single expression keeps its type."""
         if not isinstance(text, str) or "$" not in text:
             return text
@@ -182,7 +182,7 @@ class Engine:
             raise
         return found
 
-    def _boolean(self, text: Any, symbols: Scope) -> bool:
+    def _boolean(self, text: object, symbols: Scope) -> bool:
         """Whether a condition holds."""
         value = self._expanded(text, symbols)
         try:
@@ -244,7 +244,7 @@ class Engine:
         else:
             self._expand(node, macros, symbols)
 
-    def _insert_block(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _insert_block(self, node: object, macros: Scope, symbols: Scope) -> None:
         name, *_ = self._attributes(node, "name")
         whole = f"**{name}" not in symbols
         if whole and f"*{name}" not in symbols:
@@ -330,7 +330,7 @@ class Engine:
         value = value if lazily else self._expanded(value, symbols)
         self._define(_target(symbols, scope), key, value, lazily=lazily)
 
-    def _define(self, scope: Scope, name: str, value: Any, *, lazily: bool = False) -> None:
+    def _define(self, scope: Scope, name: str, value: object, *, lazily: bool = False) -> None:
         if name in scope.root:
             self._warn(f"redefining global symbol: {name}")
         scope.define(name, value, lazily=lazily)
@@ -412,7 +412,7 @@ class Engine:
             raise ExpressionError(f"macro needs '{param}', or a property of that name where it is called")
         return self._expanded(text, symbols)
 
-    def _declare(self, node: Any, _: Scope, symbols: Scope) -> None:
+    def _declare(self, node: object, _: Scope, symbols: Scope) -> None:
         name, default = self._attributes(node, "name", "default")
         if name not in self.substitutions.arguments:
             self.substitutions.arguments[name] = str(self._expanded(default, symbols))
@@ -504,12 +504,12 @@ class Engine:
         where = f"{place.file.name}:{place.line}: " if place else ""
         self.warnings.setdefault(where + message)
 
-    def _warned(self, *words: Any, **_: Any) -> str:
+    def _warned(self, *words: object, **_: object) -> str:
         self._warn(" ".join(map(str, words)))
         return ""
 
-    def _deprecated(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-        def warned(*values: Any) -> Any:
+    def _deprecated(self, name: str, call: Callable[..., object]) -> Callable[..., Any]:
+        def warned(*values: object) -> Any:
             self._warn(f"{name}() is now xacro.{name}()")
             return call(*values)
 
@@ -523,7 +523,7 @@ _ELEMENTS: Mapping[str, Callable[[Engine, Any, Scope, Scope], None]] = {
 }  # fmt: skip
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if not isinstance(value, str):
         raise ExpressionError("expected text, got a number or list")
     return value

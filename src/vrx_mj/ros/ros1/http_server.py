@@ -186,7 +186,7 @@ class HttpServer:
         except Fault as fault:
             return fault_bytes(fault.faultString)
 
-    async def _called(self, method: str | None, values: Sequence[Any], host: str) -> Any:
+    async def _called(self, method: str | None, values: Sequence[object], host: str) -> Any:
         if method is None:
             raise CommandError("an answer instead of a call")
         if method != "system.multicall":
@@ -230,7 +230,7 @@ class HttpServer:
         self._intake.hold(place, 0)
 
 
-def _calls(values: Sequence[Any]) -> list[Any]:
+def _calls(values: Sequence[object]) -> list[Any]:
     if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
         raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
     return values[0]

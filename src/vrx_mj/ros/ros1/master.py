@@ -31,7 +31,7 @@ class Notifier:
         self._waiting: dict[str, dict[tuple[str, str], tuple[Any, ...]]] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
-    def tell(self, api: str, method: str, about: str, *values: Any) -> None:
+    def tell(self, api: str, method: str, about: str, *values: object) -> None:
         """Have a node's method called with the caller, the thing and these values."""
         if api not in self._waiting and len(self._waiting) >= MOST_NODES:
             slowest = next(iter(self._waiting))  # others are done within no time
@@ -120,7 +120,7 @@ class Master:
         }
         """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue."""
 
-    async def answer(self, method: str, values: Sequence[Any], _host: str) -> Any:
+    async def answer(self, method: str, values: Sequence[object], _host: str) -> Any:
         """What a call gives; Fault if there is no such method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
@@ -167,7 +167,7 @@ class Master:
         """Another node has taken the name of a node, whose URI was this."""
         self._notifier.tell(uri, "shutdown", f"[{node}] Reason: new node registered with same name")
 
-    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+    def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """Tell those who have subscribed to a parameter, but not who has set it."""
         known = self.graph.registrations
         for update in updates(known.names("parameter"), key, value):
@@ -220,7 +220,7 @@ class Master:
         state = [self.graph.registrations.state(kind) for kind in ("publisher", "subscriber", "service")]
         return 1, "current system state", state
 
-    def _set_parameter(self, node: str, key: str, value: Any) -> Reply:
+    def _set_parameter(self, node: str, key: str, value: object) -> Reply:
         self.graph.set_parameter(key, value, node)
         return 1, f"parameter {key} set", 0
 
@@ -237,7 +237,7 @@ class Master:
             return -1, f"parameter [{key}] is not set", 0
         return 1, f"parameter {key} deleted", 0
 
-    def _search_parameter(self, node: str, key: Any) -> Reply:
+    def _search_parameter(self, node: str, key: object) -> Reply:
         if not isinstance(key, str) or not 0 < len(key) <= LONGEST or key.startswith("~"):
             return -1, "ERROR: parameter [key] is not a relative or absolute name", 0
         found = self.graph.parameters.search(node, key)

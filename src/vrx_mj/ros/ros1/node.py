@@ -127,7 +127,7 @@ class Node:
         except Exception as error:  # whatever rosbags raises of a message that is none
             self.graph.notices.tell("ERROR", "encode", name, f"{name}: a message cannot be written: {error}")
 
-    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+    def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """A node has set or deleted a parameter."""
         if self._access.master is not None:
             self._access.master.parameter_changed(key, value, setter)
@@ -196,7 +196,7 @@ class Node:
             self._kept.add((name, sender))
         self.graph.publish(name, self.subscriptions[name].type, message, sender, latched=kept, origin=self)
 
-    async def _ask(self, method: str, values: Sequence[Any]) -> Any:
+    async def _ask(self, method: str, values: Sequence[object]) -> Any:
         """The value that another process's master gives; None where it fails."""
         (value,) = await self._access.link.many([(method, (self.graph.node, *values))])
         return value

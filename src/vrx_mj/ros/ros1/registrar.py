@@ -80,14 +80,14 @@ class FarLink:
                 return [_value(answer[0] if isinstance(answer, list) and answer else None) for answer in answers]
         return [await self._one(method, values, timeout) for method, values in requests]
 
-    async def _one(self, method: str, values: Sequence[Any], timeout: float) -> Any:
+    async def _one(self, method: str, values: Sequence[object], timeout: float) -> Any:
         try:
             return _value(await self._proxy.call(method, *values, timeout=timeout))
         except Fault:
             return None
 
 
-def _value(reply: Any) -> Any:
+def _value(reply: object) -> Any:
     """The value of a reply of code, text and value; None if the code is another than success."""
     return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
 
@@ -314,7 +314,7 @@ class Registrar:
             for (_, kind, name), reply in zip(keys, replies, strict=True):
                 self._registered(kind, name, reply)
 
-    def _registered(self, kind: str, name: str, reply: Any) -> None:
+    def _registered(self, kind: str, name: str, reply: object) -> None:
         if reply is None:
             self.notices.tell("ERROR", "register", name, f"the master at {self.uri} does not register {kind} {name}")
         elif kind == "subscriber" and isinstance(reply, list):
@@ -376,7 +376,7 @@ class Registrar:
         self._is_lost = False
 
 
-def _portions(parameters: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _portions(parameters: dict[str, object]) -> Iterator[dict[str, Any]]:
     """The parameters in portions of a size that a master can take in time."""
     portion: dict[str, Any] = {}
     size = 0

@@ -63,7 +63,7 @@ class Slave:
         }
         """How many values each takes after the caller; -1: any number."""
 
-    async def answer(self, method: str, values: Sequence[Any], host: str) -> Any:
+    async def answer(self, method: str, values: Sequence[object], host: str) -> Any:
         """What a call of somebody at an address gives; Fault if there is no such method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
@@ -103,14 +103,14 @@ class Slave:
             out + [source.info() for topic in self.subscriptions.values() for source in topic.sources.values()],
         )
 
-    def _publisher_update(self, topic: Any, publishers: Any) -> Reply:
+    def _publisher_update(self, topic: object, publishers: object) -> Reply:
         if not isinstance(topic, str) or not isinstance(publishers, list):
             return -1, "publisherUpdate takes a topic and a list of URIs", 0
         if topic in self.subscriptions:
             self.subscriptions[topic].update(uri for uri in publishers if isinstance(uri, str))
         return 1, "", 0
 
-    def _request_topic(self, topic: Any, protocols: Any) -> Reply:
+    def _request_topic(self, topic: object, protocols: object) -> Reply:
         name = resolve(topic, self.node) if isinstance(topic, str) else ""
         if name not in self.publications:
             return -1, f"Not a publisher of [{str(topic)[:100]}]", []
@@ -120,7 +120,7 @@ class Slave:
         host, port = self.stream
         return 1, f"ready on {host}:{port}", ["TCPROS", host, port]
 
-    def _shutdown(self, caller: str, *reason: Any) -> Reply:
+    def _shutdown(self, caller: str, *reason: object) -> Reply:
         if self.is_masters_own and caller == MASTER:
             return -1, "shutdown is refused: this master does not end this node", 0
         self.end(f"{caller[:100]} shut it down: {str(reason[0])[:200] if reason else 'no reason given'}")

@@ -199,7 +199,7 @@ class Proxy:
                     raise
             return await self._exchange(request)  # the other end had closed it while it was idle
 
-    async def ros(self, method: str, *values: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
+    async def ros(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> Any:
         """The value of an answer as ROS has it, of code, text and value; CommandError where the code is no success."""
         answer = await self.call(method, *values, timeout=timeout)
         if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):

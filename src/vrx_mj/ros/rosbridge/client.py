@@ -177,7 +177,7 @@ class Publishing:
             raise CommandError(f"unadvertise: {name} is not advertised by this client")
         self._hub.topics.unadvertise(name, self._number)
 
-    def publish(self, name: str, value: Any) -> None:
+    def publish(self, name: str, value: object) -> None:
         """A message, to the simulation and to who listens; CommandError: it is no message of the topic's type."""
         graph, advertised = self._hub.graph, self._topics[name]
         entry = graph.table.inputs.get(name)

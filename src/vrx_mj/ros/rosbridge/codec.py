@@ -65,7 +65,7 @@ _short = reprlib.Repr()
 _short.maxstring = _short.maxlong = _short.maxother = SHOWN
 
 
-def taken(value: Any, type_name: str, now: float, place: str) -> Message:
+def taken(value: object, type_name: str, now: float, place: str) -> Message:
     """The message that a JSON object describes, at a moment [s]; `place` says where it came for errors.
 
     Raises:
@@ -86,7 +86,7 @@ def taken(value: Any, type_name: str, now: float, place: str) -> Message:
     return messages.new(type_name, **given)
 
 
-def request(arguments: Any, type_name: str, now: float, place: str) -> Message:
+def request(arguments: object, type_name: str, now: float, place: str) -> Message:
     """A service's request, from an object, or from a list of its fields' values in their order.
 
     Raises:
@@ -100,7 +100,7 @@ def request(arguments: Any, type_name: str, now: float, place: str) -> Message:
     return taken({} if arguments is None else arguments, type_name, now, place)
 
 
-def _field(value: Any, field: Field, now: float, place: str) -> Any:
+def _field(value: object, field: Field, now: float, place: str) -> Any:
     if field.length < 0:
         return _single(value, field.type, now, place)
     if field.type in {"uint8", "char"} and isinstance(value, str):
@@ -139,7 +139,7 @@ def _numbers(values: list[Any], type_name: str, layout: str) -> Any:
     return None if too_large else made.astype(layout)
 
 
-def _each(values: list[Any], type_name: str, now: float, place: str) -> list[Any]:
+def _each(values: list[object], type_name: str, now: float, place: str) -> list[Any]:
     made = []
     for index, value in enumerate(values):
         try:
@@ -150,7 +150,7 @@ def _each(values: list[Any], type_name: str, now: float, place: str) -> list[Any
     return made
 
 
-def _single(value: Any, type_name: str, now: float, place: str) -> Any:
+def _single(value: object, type_name: str, now: float, place: str) -> Any:
     if type_name in {MOMENT, SPAN}:
         return _moment(value, type_name, now, place)
     if "/" in type_name:
@@ -164,7 +164,7 @@ def _single(value: Any, type_name: str, now: float, place: str) -> Any:
     return _integer(value, type_name, place) if type_name in INTEGERS else _float(value, type_name, place)
 
 
-def _text(value: Any, place: str) -> str:
+def _text(value: object, place: str) -> str:
     if not isinstance(value, str):
         raise _wrong(place, value, "a string")
     try:
@@ -182,7 +182,7 @@ def _integer(value: Any, type_name: str, place: str) -> int:
     return int(value)
 
 
-def _float(value: Any, type_name: str, place: str) -> float:
+def _float(value: object, type_name: str, place: str) -> float:
     if value is None:
         return math.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -196,7 +196,7 @@ def _float(value: Any, type_name: str, place: str) -> float:
     return number
 
 
-def _moment(value: Any, type_name: str, now: float, place: str) -> Message:
+def _moment(value: object, type_name: str, now: float, place: str) -> Message:
     if value == "now" and type_name == MOMENT:
         return messages.stamp(now)
     if not isinstance(value, Mapping):
@@ -219,11 +219,11 @@ def _decoded(text: str, place: str) -> bytes:
         raise _wrong(place, text, f"base64 or a list of numbers ({error})") from error
 
 
-def _wrong(place: str, value: Any, allowed: str) -> CommandError:
+def _wrong(place: str, value: object, allowed: str) -> CommandError:
     return CommandError(f"{place}: invalid value {_shown(value)}; allowed: {allowed}")
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """A value as far as it fits into a line."""
     text = _short.repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
@@ -311,7 +311,7 @@ class Parcel:
         return cbor2.dumps({"secs": secs, "nsecs": nsecs, "bytes": messages.encode(self._message, self._type)})
 
 
-def reply_frames(message: Mapping[str, Any], compression: str, fragment_size: int) -> tuple[list[bytes], bool]:
+def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[bytes], bool]:
     """What to send of an operation that is no topic's message, and whether it is binary."""
     if compression in {"cbor", "cbor-raw"}:
         return [cbor2.dumps(message, default=_cbor_number)], True
@@ -327,11 +327,11 @@ def plain(message: Message, type_name: str) -> dict[str, Any]:
     return made
 
 
-def json_bytes(value: Any) -> bytes:
+def json_bytes(value: object) -> bytes:
     """JSON in ASCII, null for NaN and infinities."""
     found: list[bytes] = []
 
-    def rest(part: Any) -> Any:
+    def rest(part: object) -> Any:
         if not isinstance(part, Base64):
             return _item(part)
         found.append(part.text)
@@ -425,18 +425,18 @@ def _list(values: Any) -> list[Any]:
     return values.tolist() if isinstance(values, np.ndarray) else list(values)
 
 
-def _item(value: Any) -> Any:
+def _item(value: object) -> Any:
     """A number of numpy's as Python's."""
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"{value!r} cannot be written as JSON")
 
 
-def _cbor_number(encoder: cbor2.CBOREncoder, value: Any) -> None:
+def _cbor_number(encoder: cbor2.CBOREncoder, value: object) -> None:
     encoder.encode(value.text.decode("ascii") if isinstance(value, Base64) else _item(value))
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> Any:
     if isinstance(value, Mapping):
         return {key: _finite(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

@@ -93,35 +93,35 @@ class Rosapi:
             answer = _named(self._at_once(method) if "param" in name else method, arguments)
             self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
-    def _at_once(self, method: Callable[[Any], Coroutine[Any, Any, Values]]) -> Callable[[Any], Any]:
+    def _at_once(self, method: Callable[[object], Coroutine[Any, Any, Values]]) -> Callable[[Any], Any]:
         """The method, its answer made at once where the parameters are this process's: that is time of the client."""
         return lambda asked: method(asked) if self._graph.remote_master is not None else _finished(method(asked))
 
-    def _on_topics(self, _: Any) -> Values:
+    def _on_topics(self, _: object) -> Values:
         types = self._graph.topics()
         return {"topics": list(types), "types": list(types.values())}
 
-    def _on_topics_for_type(self, asked: Any) -> Values:
+    def _on_topics_for_type(self, asked: object) -> Values:
         wanted = ros1_name(_argument(asked, "type"))
         return {"topics": [name for name, kind in self._graph.topics().items() if kind == wanted]}
 
-    def _on_topics_and_raw_types(self, _: Any) -> Values:
+    def _on_topics_and_raw_types(self, _: object) -> Values:
         types = self._graph.topics()
         texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
-    def _on_topic_type(self, asked: Any) -> Values:
+    def _on_topic_type(self, asked: object) -> Values:
         return {"type": self._graph.type_of(absolute(_argument(asked, "topic"))) or ""}
 
-    def _on_services(self, _: Any) -> Values:
+    def _on_services(self, _: object) -> Values:
         return {"services": sorted(self._graph.registrations.names("service"))}
 
-    def _on_services_for_type(self, asked: Any) -> Values:
+    def _on_services_for_type(self, asked: object) -> Values:
         wanted = ros1_name(_argument(asked, "type"))
         known = sorted(self._graph.services.items())
         return {"services": [name for name, service in known if ros1_name(service.type) == wanted]}
 
-    def _on_service_type(self, asked: Any) -> Values | Awaitable[Values]:
+    def _on_service_type(self, asked: object) -> Values | Awaitable[Values]:
         name = absolute(_argument(asked, "service"))
         service = self._graph.services.get(name)
         if service is None and self._graph.registrations.apis("service", name):
@@ -133,28 +133,28 @@ class Rosapi:
         type_name, _ = await self._graph.remote_call(name, None)
         return {"type": type_name}
 
-    def _on_service_node(self, asked: Any) -> Values:
+    def _on_service_node(self, asked: object) -> Values:
         return {"node": self._node(absolute(_argument(asked, "service")))}
 
-    def _on_service_host(self, asked: Any) -> Values:
+    def _on_service_host(self, asked: object) -> Values:
         name = absolute(_argument(asked, "service"))
         self._node(name)
         return {"host": self._services.host(name)}
 
-    def _on_service_request_details(self, asked: Any) -> Values:
+    def _on_service_request_details(self, asked: object) -> Values:
         return {"typedefs": typedefs(f"{ros1_name(_argument(asked, 'type'))}Request")}
 
-    def _on_service_response_details(self, asked: Any) -> Values:
+    def _on_service_response_details(self, asked: object) -> Values:
         return {"typedefs": typedefs(f"{ros1_name(_argument(asked, 'type'))}Response")}
 
-    def _on_message_details(self, asked: Any) -> Values:
+    def _on_message_details(self, asked: object) -> Values:
         return {"typedefs": typedefs(_argument(asked, "type"))}
 
-    def _on_nodes(self, _: Any) -> Values:
+    def _on_nodes(self, _: object) -> Values:
         nodes = self._graph.registrations.nodes
         return {"nodes": sorted(nodes, key=lambda node: (node != self._graph.node, node))}
 
-    def _on_node_details(self, asked: Any) -> Values:
+    def _on_node_details(self, asked: object) -> Values:
         node, known = absolute(_argument(asked, "node")), self._graph.registrations
         if node not in known.nodes:
             raise UnknownNameError("node", node, known.nodes)
@@ -164,27 +164,27 @@ class Rosapi:
             for key, kind in names.items()
         }
 
-    def _on_publishers(self, asked: Any) -> Values:
+    def _on_publishers(self, asked: object) -> Values:
         return {"publishers": self._holders("publisher", absolute(_argument(asked, "topic")))}
 
-    def _on_subscribers(self, asked: Any) -> Values:
+    def _on_subscribers(self, asked: object) -> Values:
         return {"subscribers": self._holders("subscriber", absolute(_argument(asked, "topic")))}
 
-    def _on_action_servers(self, _: Any) -> Values:
+    def _on_action_servers(self, _: object) -> Values:
         parts: dict[str, set[str]] = {}
         for name in self._graph.topics():
             space, _, last = name.rpartition("/")
             parts.setdefault(space, set()).add(last)
         return {"action_servers": [space for space, names in parts.items() if names >= ACTION]}
 
-    def _on_get_time(self, _: Any) -> Values:
+    def _on_get_time(self, _: object) -> Values:
         now = stamp(self._graph.time)
         return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
-    async def _on_get_param_names(self, _: Any) -> Values:
+    async def _on_get_param_names(self, _: object) -> Values:
         return {"names": sorted(await self._parameters.names())}
 
-    async def _on_get_param(self, asked: Any) -> Values:
+    async def _on_get_param(self, asked: object) -> Values:
         default = _argument(asked, "default", "")
         try:
             return {"value": json_bytes(await self._parameters.get(_parameter(asked))).decode("ascii")}
@@ -193,7 +193,7 @@ class Rosapi:
         except TypeError as error:
             raise CommandError(f"get_param: {error}") from error
 
-    async def _on_set_param(self, asked: Any) -> Values:
+    async def _on_set_param(self, asked: object) -> Values:
         text = _argument(asked, "value")
         try:
             value = json.loads(text)
@@ -202,14 +202,14 @@ class Rosapi:
         await self._parameters.set(_parameter(asked), value)
         return {}
 
-    async def _on_has_param(self, asked: Any) -> Values:
+    async def _on_has_param(self, asked: object) -> Values:
         return {"exists": await self._parameters.has(_parameter(asked))}
 
-    async def _on_delete_param(self, asked: Any) -> Values:
+    async def _on_delete_param(self, asked: object) -> Values:
         await self._parameters.delete(_parameter(asked))
         return {}
 
-    async def _on_search_param(self, asked: Any) -> Values:
+    async def _on_search_param(self, asked: object) -> Values:
         return {"global_name": await self._parameters.search(_parameter(asked))}
 
     def _holders(self, kind: str, name: str) -> list[str]:
@@ -294,7 +294,7 @@ def _finished(answer: Coroutine[Any, Any, Values]) -> Values:
     raise AssertionError("it waits for something")
 
 
-def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+def _leaves(name: str, value: object) -> Iterator[tuple[str, Any]]:
     """Every value that is no namespace, by its whole name."""
     if isinstance(value, dict) and value:
         for key, part in value.items():
@@ -339,18 +339,18 @@ TYPES = {"action_servers": "GetActionServers"}
 """Those whose type is not the service's name in capitals."""
 
 
-def _named(answer: Callable[[Any], Any], names: tuple[str, ...]) -> Callable[[Any], Any]:
+def _named(answer: Callable[[object], object], names: tuple[str, ...]) -> Callable[[Any], Any]:
     """An answer whose request may also be a list."""
     return lambda asked: answer(dict(zip(names, asked, strict=False)) if isinstance(asked, list) else asked)
 
 
-def _argument(asked: Any, name: str, default: str | None = None) -> str:
+def _argument(asked: object, name: str, default: str | None = None) -> str:
     value = asked.get(name, default) if isinstance(asked, Mapping) else default
     if not isinstance(value, str):
         raise CommandError(f"{name} is missing, or not a string: the request is {{'{name}': '...'}}")
     return value
 
 
-def _parameter(asked: Any) -> str:
+def _parameter(asked: object) -> str:
     name = _argument(asked, "name")
     return "/" if name == "/" else absolute(name)

@@ -194,7 +194,7 @@ class Topics:
     def replaced(self, node: str, uri: str) -> None:
         """Clients have no URIs."""
 
-    def parameter_changed(self, key: str, value: Any, setter: str) -> None:
+    def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """Clients ask for parameters."""
 
     def _check(self, name: str, type_name: str) -> None:
@@ -231,7 +231,7 @@ class Caller(Protocol):
     sender: str
     """For people."""
 
-    def send(self, message: dict[str, Any], options: Options = ...) -> None:
+    def send(self, message: dict[str, object], options: Options = ...) -> None:
         """Send it an operation."""
 
 
@@ -292,7 +292,7 @@ class Services:
         self._tasks: set[asyncio.Task[None]] = set()
         self._numbers = itertools.count(1)
 
-    def build_in(self, name: str, type_name: str, answer: Callable[[Any], Any]) -> None:
+    def build_in(self, name: str, type_name: str, answer: Callable[[object], object]) -> None:
         """Have a service that takes and gives what JSON holds, or something to wait for that does."""
         self.built_in[name] = answer
         self._graph.provide(name, Service(self._graph.node, type_name, _only_here))
@@ -357,7 +357,7 @@ class Services:
             key = self._begin(name, call, timeout)
             self._wait_for(self._call_elsewhere(name, arguments), key)
 
-    def respond(self, key: str, server: Caller, values: Any, result: bool) -> None:
+    def respond(self, key: str, server: Caller, values: object, result: bool) -> None:
         """A client's answer to a call; CommandError: no call of this id waits for it, or it is no such response."""
         call = self._calls.get(key)
         if call is None or call.server is not server:
@@ -390,7 +390,7 @@ class Services:
         call.timer = asyncio.get_running_loop().call_later(longest, self._late, key, longest)
         return key
 
-    def _forward(self, offered: Offered, asked: Any, caller: Caller, call: Pending, timeout: float = 0.0) -> None:
+    def _forward(self, offered: Offered, asked: object, caller: Caller, call: Pending, timeout: float = 0.0) -> None:
         """Have a client answer a call."""
         call.server = offered.client
         key = self._begin(call.name, call, timeout)
@@ -403,11 +403,11 @@ class Services:
             return {} if arguments is None else arguments
         return plain(request(arguments, known, self._graph.time, name), known)
 
-    def _checked(self, values: Any, type_name: str, place: str) -> Any:
+    def _checked(self, values: object, type_name: str, place: str) -> Any:
         """What JSON holds, with all fields of a type."""
         return plain(taken(values, type_name, self._graph.time, place), type_name)
 
-    async def _call_elsewhere(self, name: str, arguments: Any) -> Any:
+    async def _call_elsewhere(self, name: str, arguments: object) -> Any:
         """The response of a service of another process."""
         assert self._graph.remote_call is not None, "who else has registered it"
         type_name, response = await self._graph.remote_call(
@@ -415,7 +415,7 @@ class Services:
         )
         return plain(response, f"{type_name}Response")
 
-    def _wait_for(self, answer: Awaitable[Any], key: str) -> None:
+    def _wait_for(self, answer: Awaitable[object], key: str) -> None:
         """Give the answer of another process to the caller."""
 
         async def run() -> None:
@@ -445,7 +445,7 @@ class Services:
     def _late(self, key: str, seconds: float) -> None:
         self._finish(key, f"{self._calls[key].name}: no answer in {seconds:g} s", False)
 
-    def _finish(self, key: str, values: Any, result: bool) -> None:
+    def _finish(self, key: str, values: object, result: bool) -> None:
         call = self._take(key)
         respond(call.caller, call.name, call.identity, call.options, values, result)
 
@@ -460,7 +460,7 @@ def _only_here(_request: Message, _caller: str, answer: Answer) -> None:
     answer(None, "only clients of rosbridge can call rosapi")
 
 
-def respond(caller: Caller, name: str, identity: str | None, options: Options, values: Any, result: bool) -> None:
+def respond(caller: Caller, name: str, identity: str | None, options: Options, values: object, result: bool) -> None:
     """Send the answer to a call."""
     message = {"op": "service_response", "service": name, "values": values, "result": result}
     caller.send(message if identity is None else message | {"id": identity}, options)

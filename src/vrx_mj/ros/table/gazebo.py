@@ -98,7 +98,7 @@ def _emptily(do: Callable[[], None]) -> Callable[[Message], Message]:
     return answer
 
 
-def _told(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, Any] | None]) -> Service:
+def _told(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, object] | None]) -> Service:
     """A service that says in its response whether it went well, and why not."""
 
     def answer(request: Message) -> Message:

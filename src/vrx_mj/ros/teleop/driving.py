@@ -380,7 +380,7 @@ class Helmsman:
         return False
 
     def _call(self, name: str, done: str = "") -> None:
-        def take(answer: Any, well: bool) -> None:
+        def take(answer: object, well: bool) -> None:
             text = done if well else f"/gazebo/{name} was refused: {answer}"
             if text:
                 self._say(text)

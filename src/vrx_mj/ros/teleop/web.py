@@ -89,7 +89,7 @@ class PageServer(http.server.ThreadingHTTPServer):
             self._connections.pop(request, None)
         super().shutdown_request(request)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: object, client_address: object) -> None:
         """Browsers hang up when they like."""
 
 
@@ -108,7 +108,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
         """The same without the file."""
         self._answer(whole=False)
 
-    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 -- the name is the base class's
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002 -- the name is the base class's
         """Say nothing."""
 
     def _answer(self, *, whole: bool) -> None:
