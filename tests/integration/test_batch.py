@@ -144,15 +144,15 @@ def heavy(sim):
         sim.model.body_mass[body] *= 1.25
         sim.model.body_inertia[body] *= 1.25
     mujoco.mj_setConst(sim.model, mujoco.MjData(sim.model))
-    sim._live.rig.hulls["mass"] *= 1.25
+    sim._live.arrays.hulls["mass"] *= 1.25
 
 
 def strong(sim):
-    sim._live.rig.thrusters["gain"] = 0.8
+    sim._live.arrays.thrusters["gain"] = 0.8
 
 
 def flat(sim):
-    sim._live.rig.waves["amplitude"] *= 0.5
+    sim._live.arrays.waves["amplitude"] *= 0.5
 
 
 @pytest.mark.parametrize(

@@ -126,8 +126,8 @@ def test_a_callback_may_not_change_the_run(sim):
 
 def test_touches_of_one_moment_come_in_the_order_of_their_names():
     names = [("a", other) for other in ("w", "q", "m", "z", "b")]
-    rig, told = SimpleNamespace(timestep=0.01), []
-    watch = ContactWatch(lambda: ("a",), lambda: rig, lambda touch: told.append((touch.boat, touch.other)))
+    arrays, told = SimpleNamespace(timestep=0.01), []
+    watch = ContactWatch(lambda: ("a",), lambda: arrays, lambda touch: told.append((touch.boat, touch.other)))
     for pair in names:
         watch._note(pair, 1.0, 3.0)
     watch.end()
@@ -151,7 +151,7 @@ def test_a_short_graze_is_seen_at_its_first_step_with_nearly_its_largest_force(t
             continue
         for _ in range(round(3.0 / timestep)):
             sim.advance(1)
-            forces[sim.time] = sum(forces_of_pairs(sim._live.rig, frozenset("a")).values())
+            forces[sim.time] = sum(forces_of_pairs(sim._live.arrays, frozenset("a")).values())
     began, largest = next(time for time, force in forces.items() if force > 0.0), max(forces.values())
     assert [str(touch).split(",")[0] for touch in touches] == ["a touches buoy"]
     assert touches[0].time == pytest.approx(began, abs=timestep / 2)

@@ -116,7 +116,7 @@ def test_a_rudders_slope_is_that_of_its_force(speed, thrust):
     fleet = {"robot": "skiff", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]}
     world = vrx_mj.compile_world(world_of("skiff", "vrx"), fleet=fleet)
     sim = vrx_mj.Simulation(world)
-    rudder, row = sim.observe()["a"].hull.rudders["rudder"], sim._live.rig.thrusters[1]
+    rudder, row = sim.observe()["a"].hull.rudders["rudder"], sim._live.arrays.thrusters[1]
     force = rudder_force(row, moving(velocity=(speed, 0, 0, 0, 0, 0)), 0.01, thrust)
     assert rudder.force_slope(speed, thrust) == pytest.approx(force / 0.01, rel=1e-4)
     assert rudder.position[0] == pytest.approx(-1.2)

@@ -28,7 +28,7 @@ def drawn(layout, **keys):
 def blocks_of(sim):
     """Heights of the blocks' middles [m]."""
     mujoco.mj_kinematics(sim.model, sim.data)
-    return sim.data.xipos[sim._live.rig.blocks["body"], 2]
+    return sim.data.xipos[sim._live.arrays.blocks["body"], 2]
 
 
 def gap(sim):
@@ -46,7 +46,7 @@ def gap(sim):
 
 def angles(sim):
     """Of the hinges between blocks [rad]."""
-    rows = sim._live.rig.blocks
+    rows = sim._live.arrays.blocks
     return sim.data.qpos[rows["qpos"][rows["parent"] >= 0]]
 
 
@@ -57,7 +57,7 @@ def test_a_bare_dock_comes_to_rest_where_a_block_does(name, timestep):
     sim.step(duration=40.0)
     assert blocks_of(sim) == pytest.approx(REST, abs=1e-5)
     assert np.abs(angles(sim)).max() < 1e-6
-    own = sim._live.rig.blocks["dof"]
+    own = sim._live.arrays.blocks["dof"]
     assert np.abs(sim.data.qvel[own.min() : own.max() + 1]).max() < 1e-4
 
 
@@ -105,7 +105,7 @@ def test_blocks_follow_the_water_each_at_its_own_place():
     for _ in range(20):
         sim.step(duration=0.5)
         heights = blocks_of(sim)
-        places = sim.data.xipos[sim._live.rig.blocks["body"]]
+        places = sim.data.xipos[sim._live.arrays.blocks["body"]]
         water = np.array([float(sim.sea.height(x, y, sim.time)) for x, y, _ in places])
         assert np.corrcoef(heights, water)[0, 1] > 0.9
         assert np.abs(heights - water - REST).max() < 0.15
@@ -151,7 +151,7 @@ def test_a_boat_pushes_a_floating_dock_at_the_speed_that_its_drag_allows(name, t
     before = sim.observe_object("o/base").position[0]
     boat = sim.step(AHEAD, duration=20.0)["a"]
     after = sim.observe_object("o/base").position[0]
-    mass = sum(float(row["mass"]) for row in sim._live.rig.blocks) + sum(
+    mass = sum(float(row["mass"]) for row in sim._live.arrays.blocks) + sum(
         "placard" in sim.model.body(i).name for i in range(sim.model.nbody)
     )
     drag = 1000.0 * mass * 0.1  # [N s/m]: VRX's 1000 1/s, and blocks of 100 kg/m3 are a tenth under water

@@ -58,7 +58,7 @@ def test_others_do_not_change_a_boats_motion(alone, engines, before, others, obj
 
 def forced(sim):
     """Make a simulation step with all its shapes, always."""
-    sim._live.rig.broadphase["wait"] = np.iinfo(np.int64).max
+    sim._live.arrays.broadphase["wait"] = np.iinfo(np.int64).max
     return sim
 
 
@@ -84,8 +84,8 @@ def test_a_step_without_shapes_is_the_step_with_them(engines, fleet):
 def test_a_boat_that_is_alone_never_steps_with_shapes():
     sim = simulation()
     sim.step({"a": AHEAD}, duration=20.0)
-    assert sim._live.rig.broadphase["wait"][0] == 0
-    assert 0.0 < sim._live.rig.broadphase["clearance"][0] <= proximity.REACH
+    assert sim._live.arrays.broadphase["wait"][0] == 0
+    assert 0.0 < sim._live.arrays.broadphase["clearance"][0] <= proximity.REACH
 
 
 def test_a_boat_that_is_put_beside_another_is_seen_at_once():

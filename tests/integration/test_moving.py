@@ -59,7 +59,7 @@ def test_an_animal_swims_as_fast_as_drag_lets_it(force):
     seen = sim.observe_object("animal")
     speed, pitch = steady_speed(force)
     assert seen.position[1] == pytest.approx(0.0, abs=1e-9)
-    assert sim.data.qvel[int(sim._live.rig.floats["dof"][0])] == pytest.approx(speed, rel=1e-6)
+    assert sim.data.qvel[int(sim._live.arrays.floats["dof"][0])] == pytest.approx(speed, rel=1e-6)
     w, x, y, z = seen.quaternion
     assert math.asin(2 * (w * y - z * x)) == pytest.approx(pitch, abs=1e-6)
 
@@ -89,7 +89,7 @@ def test_it_comes_to_look_at_its_waypoint_and_reaches_it():
 def rounds(sim, count):
     """Targets in the order in which they are swum to, and how far it was from each when it took the next [m]."""
     points = np.array([row["position"] for row in tree_of(sim.world.parameters)["path_points"]])
-    state, seen, gaps = sim._live.rig.follower_state, [0], []
+    state, seen, gaps = sim._live.arrays.follower_state, [0], []
     for _ in range(20_000):
         sim.advance(10)
         target = int(state["target"][0])
@@ -140,14 +140,14 @@ def test_the_same_seed_gives_the_same_bits_and_a_state_goes_on_from_there():
         sim.advance(2500)
     state = one.get_state()
     assert state.sha256 == other.get_state().sha256
-    assert one._live.rig.follower_state["target"][0] > 0
+    assert one._live.arrays.follower_state["target"][0] > 0
     one.advance(2000)
-    target, expected = one._live.rig.follower_state["target"][0], one.get_state().sha256
+    target, expected = one._live.arrays.follower_state["target"][0], one.get_state().sha256
     one.reset()
-    assert one._live.rig.follower_state["target"][0] == 0
+    assert one._live.arrays.follower_state["target"][0] == 0
     one.set_state(vrx_mj.State.from_bytes(state.to_bytes()))
     one.advance(2000)
-    assert (one._live.rig.follower_state["target"][0], one.get_state().sha256) == (target, expected)
+    assert (one._live.arrays.follower_state["target"][0], one.get_state().sha256) == (target, expected)
 
 
 def test_without_a_path_it_drifts_as_the_static_one():
@@ -278,7 +278,7 @@ def test_a_recording_tells_what_was_shown_and_holds_changes_alone(lit, tmp_path)
 
 def test_a_world_without_displays_has_rows_as_ever():
     sim = simulation(ALONE, sea=CALM, wind=None)
-    assert len(sim.row()) == 2 + 2 * len(sim._live.rig.thrusters) + sim.model.nq + sim.model.nv
+    assert len(sim.row()) == 2 + 2 * len(sim._live.arrays.thrusters) + sim.model.nq + sim.model.nv
     assert (sim.lights, sim.placards) == ((), ())
 
 

@@ -63,15 +63,15 @@ def test_what_nothing_touches_moves_as_with_the_drag_at_the_end_of_the_step(mode
     """Without a contact the drag in the inertia changes nothing: MuJoCo comes to the same with all of it outside."""
     buoy = {"name": "buoy", "model": model, "pose": [20.0, 0.0, 0.2, 0.3, -0.2, 0.1]}
     sim = simulation(boats((0.0, 0.0, 0.0)), objects=[buoy], physics={"timestep": timestep}, **CALM_AIR)
-    rig, twin = sim._live.rig, mujoco.MjData(sim.model)
-    flat, row = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE)), sim._live.rig.floats[0]
+    arrays, twin = sim._live.arrays, mujoco.MjData(sim.model)
+    flat, row = np.empty(mujoco.mj_stateSize(sim.model, SIGNATURE)), sim._live.arrays.floats[0]
     dof = int(row["dof"])
     for _ in range(60):
         mujoco.mj_getState(sim.model, sim.data, flat, SIGNATURE)
         mujoco.mj_setState(sim.model, twin, flat, SIGNATURE)
         body = motion(twin.qpos, twin.qvel, int(row["qpos"]), dof)
-        height = surface_height(rig.waves, rig.sea[0], body.x, body.y, sim.time)
-        outside = flotation(row, rig.elements, None, body, height, 0.0, timestep, zero_wrench()).wrench
+        height = surface_height(arrays.waves, arrays.sea[0], body.x, body.y, sim.time)
+        outside = flotation(row, arrays.elements, None, body, height, 0.0, timestep, zero_wrench()).wrench
         sim.advance(1)
         twin.xfrc_applied[row["body"]] = outside
         mujoco.mj_step(sim.model, twin)

@@ -50,7 +50,7 @@ def test_a_command_is_newtons_within_the_limits(command, force):
     sim = sailing(fleet=boats((0.0, 0.0, 0.0)))
     sim.command("a", left=command, right=command)
     sim.advance(1)
-    assert list(sim._live.rig.thruster_state["thrust"]) == [force, force]
+    assert list(sim._live.arrays.thruster_state["thrust"]) == [force, force]
     assert np.linalg.norm(sim.forces("a")["thrust"][:3]) == pytest.approx(2 * abs(force))
 
 
@@ -74,7 +74,7 @@ def test_engines_steer_as_far_as_their_joints():
     sim = sailing()
     sim.command("a", left_angle=3.5)
     sim.advance(500)
-    assert sim._live.rig.thruster_state["angle"][0] == pytest.approx(3.14159, abs=1e-4)
+    assert sim._live.arrays.thruster_state["angle"][0] == pytest.approx(3.14159, abs=1e-4)
 
 
 @pytest.mark.parametrize("profile", ["vrx", "vrx3"])
@@ -98,7 +98,7 @@ def test_a_robot_that_says_nothing_pushes_with_its_own_limits(robot, limits):
     name = sim.command_names("a")[0]
     for command, force in ((1e9, limits[0]), (-1e9, limits[1]), (7.0, 7.0)):
         sim.step({"a": {name: command}})
-        assert sim._live.rig.thruster_state["thrust"][0] == force
+        assert sim._live.arrays.thruster_state["thrust"][0] == force
 
 
 def test_a_rudder_still_steers():
@@ -121,7 +121,7 @@ def test_gusts_are_the_same_when_asked_for_and_when_sailed():
     speeds = []
     for _ in range(50):
         sim.advance(1)
-        speeds.append(sim._live.rig.wind_state["speed"][0])
+        speeds.append(sim._live.arrays.wind_state["speed"][0])
     told = sim.wind.velocity(0.004 * np.arange(1, 51))
     assert np.hypot(told[:, 0], told[:, 1]) == pytest.approx(speeds)
 

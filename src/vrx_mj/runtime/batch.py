@@ -79,13 +79,13 @@ class Batch(RowTables):
         self.world, self.n = world, int(n)
         self._world_id = world.sha256
         self._model, contact_free = stepping_models(world)
-        self._rig = LoopArrays(world, self._model, contact_free, mujoco.MjData(self._model))
-        self._rig.reset(0)
+        self._arrays = LoopArrays(world, self._model, contact_free, mujoco.MjData(self._model))
+        self._arrays.reset(0)
         self._pool = ThreadPool(int(threads or thread_count()))
         self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
         self._masses = np.ones(self.n)
-        check_memory(self.n, self._rig.data)
-        with allocating(self.n, self._rig.data):
+        check_memory(self.n, self._arrays.data)
+        with allocating(self.n, self._arrays.data):
             self._build()
         self._pace, self._turn = 1e-5, Turn("batch")
         with announced(advance_rows):
@@ -102,7 +102,7 @@ class Batch(RowTables):
     @property
     def timestep(self) -> float:
         """Physics step [s]."""
-        return self._rig.timestep
+        return self._arrays.timestep
 
     @property
     def threads(self) -> int:
@@ -174,8 +174,8 @@ class Batch(RowTables):
         which = which_rows(self.n, rows)
         self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
         for name in SEPARATE:
-            self._stacks[name][which] = getattr(self._rig, name)
-        wind, wind_seed = self._stacks["wind"], str(self._rig.wind_seed)
+            self._stacks[name][which] = getattr(self._arrays, name)
+        wind, wind_seed = self._stacks["wind"], str(self._arrays.wind_seed)
         wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
         self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
         self._time[which], self._done[which] = 0.0, 0
@@ -257,7 +257,7 @@ class Batch(RowTables):
         check_name("boat", boat, self.boats)
         which = which_rows(self.n, rows)
         before = self._qpos[which].copy()
-        hull = self._rig.hulls[self.boats.index(boat)]
+        hull = self._arrays.hulls[self.boats.index(boat)]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
             for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
@@ -269,7 +269,7 @@ class Batch(RowTables):
             self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
         if pose is not None:
             try:
-                check_room(self._model, self._qpos[which], self._rig.hulls["qpos"].astype(np.int64))
+                check_room(self._model, self._qpos[which], self._arrays.hulls["qpos"].astype(np.int64))
             except CommandError:
                 self._qpos[which] = before
                 raise
@@ -344,9 +344,9 @@ class Batch(RowTables):
         """
         row = whole("row", row, 0, self.n - 1)
         moving = b"".join(self._stacks[name][row].tobytes() for name, array in ARRAYS.items() if array.use == STATE)
-        ours, seed = moving + self._rig.sample_clocks.pack(), int(self._seeds[row])
+        ours, seed = moving + self._arrays.sample_clocks.pack(), int(self._seeds[row])
         return State(
-            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._rig.moving,
+            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._arrays.moving,
             varied=self._differences(row),
         )  # fmt: skip
 

@@ -18,8 +18,8 @@ from vrx_mj.runtime.observation import BoatObservation
 class FreeBodies:
     """Everything in a world that has a free joint."""
 
-    def __init__(self, world: World, rig: LoopArrays) -> None:
-        self._data, self._rig = rig.data, rig
+    def __init__(self, world: World, arrays: LoopArrays) -> None:
+        self._data, self._arrays = arrays.data, arrays
         self._boats, self._thrusters = world.boats, world.parameters.thrusters
         self._hulls: dict[str, Hull] = {}
         floating = [item.name for item in world.parameters.objects if item.kind == "floating"]
@@ -27,8 +27,8 @@ class FreeBodies:
         docks = [dock.name for dock in world.parameters.docks if dock.dynamic]
         self.afloat = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
-        roots = rig.blocks[rig.blocks["parent"] < 0]
-        for names, rows in ((world.boats, rig.hulls), (self.objects, rig.floats), (docks, roots)):
+        roots = arrays.blocks[arrays.blocks["parent"] < 0]
+        for names, rows in ((world.boats, arrays.hulls), (self.objects, arrays.floats), (docks, roots)):
             for name, row in zip(names, rows, strict=True):
                 self._address[name] = (int(row["qpos"]), int(row["dof"]))
         fixed = world.parameters.task.fixed if world.parameters.task else {}
@@ -59,7 +59,7 @@ class FreeBodies:
 
     def _figures(self, number: int) -> Hull:
         names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
-        return hull_of(self._rig, self._rig.hulls[number], names)
+        return hull_of(self._arrays, self._arrays.hulls[number], names)
 
     def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
@@ -77,11 +77,11 @@ class FreeBodies:
         """Let the water, whose surface stands at `height(x, y)` [m], have an object or a dock where it is now."""
         qpos, _ = self._address[name]
         if name in self.objects:
-            self._rig.set_afloat(self.objects.index(name), height(*self._data.qpos[qpos : qpos + 2]))
+            self._arrays.set_afloat(self.objects.index(name), height(*self._data.qpos[qpos : qpos + 2]))
             return
-        for row in self._rig.tree_rows(qpos):
-            x, y, _ = self._data.xipos[self._rig.blocks["body"][row]]
-            self._rig.block_state[row] = (height(x, y), 0)
+        for row in self._arrays.tree_rows(qpos):
+            x, y, _ = self._data.xipos[self._arrays.blocks["body"][row]]
+            self._arrays.block_state[row] = (height(x, y), 0)
 
     def broken(self) -> str:
         """Name of the first body whose state is not finite, or else the fastest."""

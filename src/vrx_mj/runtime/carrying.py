@@ -22,7 +22,7 @@ WHOLE = ("body_subtreemass",)
 
 @dataclass(frozen=True)
 class Staying:
-    """Which rows of a rig's arrays stay, without those of one boat and its balls."""
+    """Which rows of the loop's arrays stay, without those of one boat and its balls."""
 
     thrusters: BoolArray
     floats: BoolArray
@@ -35,23 +35,23 @@ class Staying:
     qpos: BoolArray
 
     @staticmethod
-    def of(world: World, rig: LoopArrays, name: str | None) -> "Staying":
+    def of(world: World, arrays: LoopArrays, name: str | None) -> "Staying":
         """All rows but those of the boat called `name`; None: all of them."""
-        model, parameters = rig.model, world.parameters
+        model, parameters = arrays.model, world.parameters
         bodies = np.array([name is None or not _is_part(model.body(i).name, name) for i in range(model.nbody)])
         floating = [item for item in parameters.objects if item.kind == "floating"]
         floats = np.array([name is None or not _is_part(item.body, name) for item in floating], np.bool_)
-        elements = np.ones(len(rig.elements), np.bool_)
-        for row in rig.floats[~floats]:
+        elements = np.ones(len(arrays.elements), np.bool_)
+        for row in arrays.floats[~floats]:
             elements[row["element_start"] : row["element_start"] + row["element_count"]] = False
-        devices = np.ones(len(rig.sample_clocks.device_state), np.bool_)
-        for sensor in rig.sensors:
+        devices = np.ones(len(arrays.sample_clocks.device_state), np.bool_)
+        for sensor in arrays.sensors:
             devices[sensor.marks] = sensor.boat != name
         rivals = parameters.task.rivals if parameters.task else ()
         joints = bodies[model.jnt_bodyid]
         widths = np.array([_width(kind) for kind in model.jnt_type], np.int64)
         return Staying(
-            thrusters=np.array([world.boats[row["hull"]] != name for row in rig.thrusters], np.bool_),
+            thrusters=np.array([world.boats[row["hull"]] != name for row in arrays.thrusters], np.bool_),
             floats=floats,
             elements=elements,
             touches=np.array([rival != name for rival in rivals], np.bool_),
@@ -64,7 +64,7 @@ class Staying:
 
 
 def carry(world: World, old: LoopArrays, new: LoopArrays, *, left: str | None = None) -> None:
-    """Fill a new rig, which was reset, with what moves in the old one, whose world this is; `left` is who leaves."""
+    """Fill a new arrays, which was reset, with what moves in the old one, whose world this is; `left` is who leaves."""
     stay = Staying.of(world, old, left)
     _model(old, new, stay)
     _data(old.data, new.data, stay)
@@ -123,9 +123,9 @@ def _moments(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
     devices(now.latched[..., change:], old.sample_clocks.latched[..., moves:])
 
 
-def _ends(rig: LoopArrays) -> tuple[int, int]:
+def _ends(arrays: LoopArrays) -> tuple[int, int]:
     """Where in a moment the positions end, and where the velocities do."""
-    return rig.model.nq, rig.model.nq + rig.model.nv
+    return arrays.model.nq, arrays.model.nq + arrays.model.nv
 
 
 def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay: BoolArray) -> None:

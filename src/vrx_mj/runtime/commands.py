@@ -100,7 +100,7 @@ class Helm:
             f"{', '.join(names) or 'none'}"
         )
 
-    def give(self, rig: LoopArrays, commands: Commands, time: float, hold: float) -> None:
+    def give(self, arrays: LoopArrays, commands: Commands, time: float, hold: float) -> None:
         """Set commands at `time` [s]; a thrust lasts for its thruster's timeout, and at least `hold` [s].
 
         All of them are checked before any is set.
@@ -110,7 +110,7 @@ class Helm:
             CommandError: a command is not a finite number.
         """
         for channel, value in self._checked(commands):
-            channel.write(rig.thruster_state, channel.row, value, time, hold)
+            channel.write(arrays.thruster_state, channel.row, value, time, hold)
 
     def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):

@@ -18,23 +18,23 @@ __all__ = ["Displays"]
 class Displays:
     """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
 
-    def __init__(self, rig: LoopArrays, sensing: Sensing) -> None:
-        """Displays of a rig; `sensing` sees what they are made to show."""
+    def __init__(self, arrays: LoopArrays, sensing: Sensing) -> None:
+        """Displays of loop arrays; `sensing` sees what they are made to show."""
         self._sensing = sensing
-        self.bind(rig)
+        self.bind(arrays)
 
-    def bind(self, rig: LoopArrays) -> None:
-        """Go on in a rig in which boats have come or gone."""
-        self._rig = rig
+    def bind(self, arrays: LoopArrays) -> None:
+        """Go on in arrays in which boats have come or gone."""
+        self._arrays = arrays
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of all displays of a kind, `light` or `placard`."""
-        return tuple(display.name for display in self._rig.displays if display.kind == kind)
+        return tuple(display.name for display in self._arrays.displays if display.kind == kind)
 
     def showing(self, name: str) -> str:
         """Current colour of a light or symbol of a placard."""
         display = self._display("light or placard", name, ("light", "placard"))
-        return display.shows(self._rig.display_marks, float(self._rig.data.time))
+        return display.shows(self._arrays.display_marks, float(self._arrays.data.time))
 
     def set_light(self, name: str, colors: Sequence[str]) -> None:
         """Make a light show three colours in turn, each for one second, beginning in one second."""
@@ -44,22 +44,22 @@ class Displays:
         three = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 3
         if not three or not all(isinstance(color, str) and color in known for color in given):
             raise CommandError(f"invalid colours {shown(colors)} of {name}: three of {', '.join(known)} are needed")
-        new_pattern(self._rig.display_marks[display.marks], colors, float(self._rig.data.time))
+        new_pattern(self._arrays.display_marks[display.marks], colors, float(self._arrays.data.time))
         self._sensing.renew()
 
     def set_placard(self, name: str, symbol: str) -> None:
         """Make a placard show a symbol, such as `red_circle`."""
         display = self._display("placard", name, ("placard",))
         check_name("symbol", symbol, SYMBOLS)
-        self._rig.display_marks[display.marks] = symbol_mark(symbol)
+        self._arrays.display_marks[display.marks] = symbol_mark(symbol)
         self._sensing.renew()
 
     def shuffle(self, name: str) -> None:
         """Make a light or a placard show the next pattern in VRX's order."""
         display = self._display("light or placard", name, ("light", "placard"))
-        marks = self._rig.display_marks[display.marks]
+        marks = self._arrays.display_marks[display.marks]
         if display.kind == "light":
-            next_pattern(marks, float(self._rig.data.time))
+            next_pattern(marks, float(self._arrays.data.time))
         else:
             next_symbol(marks)
         self._sensing.renew()
@@ -67,11 +67,11 @@ class Displays:
     def paint(self, model: mujoco.MjModel) -> None:
         """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
         check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
-        marks, time = self._rig.display_marks, float(self._rig.data.time)
-        for geom, rgba in painted(model, self._rig.displays, marks, time).items():
+        marks, time = self._arrays.display_marks, float(self._arrays.data.time)
+        for geom, rgba in painted(model, self._arrays.displays, marks, time).items():
             model.geom_rgba[geom] = rgba
 
     def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:
-        known = {display.name: display for display in self._rig.displays if display.kind in kinds}
+        known = {display.name: display for display in self._arrays.displays if display.kind in kinds}
         check_name(what, name, known)
         return known[name]

@@ -22,12 +22,12 @@ HALVINGS = 20
 class Afloat:
     """Weights and centres of mass of a world's boats, engines included, as its file has them."""
 
-    def __init__(self, rig: LoopArrays) -> None:
-        model, data = rig.model, mujoco.MjData(rig.model)
+    def __init__(self, arrays: LoopArrays) -> None:
+        model, data = arrays.model, mujoco.MjData(arrays.model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        bodies = rig.hulls["body"].astype(np.int64)
-        self._rig, gravity = rig, -float(model.opt.gravity[2])
+        bodies = arrays.hulls["body"].astype(np.int64)
+        self._arrays, gravity = arrays, -float(model.opt.gravity[2])
         self._weights: FloatArray = model.body_subtreemass[bodies] * gravity
         turned = data.xmat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
         away = data.subtree_com[bodies] - data.xpos[bodies]
@@ -39,11 +39,11 @@ class Afloat:
         Found by halving, below the factor with which all that can be under water just carries the weight.
         """
         found = np.zeros(len(self._weights))
-        for boat, hull in enumerate(self._rig.hulls):
-            least, most = 0.0, greatest_lift(hull, self._rig.stations) / self._weights[boat]
+        for boat, hull in enumerate(self._arrays.hulls):
+            least, most = 0.0, greatest_lift(hull, self._arrays.stations) / self._weights[boat]
             for _ in range(HALVINGS):
                 middle = 0.5 * (least + most)
-                floats = self._settled(boat, self._rig.waves[:0], np.zeros(6), 0.0, middle)
+                floats = self._settled(boat, self._arrays.waves[:0], np.zeros(6), 0.0, middle)
                 least, most = (middle, most) if floats else (least, middle)
             found[boat] = least
         return found
@@ -61,11 +61,11 @@ class Afloat:
             mass: factor of its mass and inertia.
         """
         x, y, yaw = place
-        height = surface_height(waves, self._rig.sea[0], x, y, time)
-        calm, velocity = np.array([x, y, self._rig.sea["level"][0], 0.0, 0.0, yaw]), np.zeros(6)
+        height = surface_height(waves, self._arrays.sea[0], x, y, time)
+        calm, velocity = np.array([x, y, self._arrays.sea["level"][0], 0.0, 0.0, yaw]), np.zeros(6)
         if not self._settled(boat, waves[:0], calm, time, mass):
             return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
-        calm[2] += height - self._rig.sea["level"][0]  # the water's surface is higher here, and leans a little
+        calm[2] += height - self._arrays.sea["level"][0]  # the water's surface is higher here, and leans a little
         now = calm.copy()
         if not self._settled(boat, waves, now, time, mass) or np.abs(now[3:5]).max() > LEAN:
             return calm, velocity
@@ -75,5 +75,7 @@ class Afloat:
         return now, velocity
 
     def _settled(self, boat: int, waves: Table, pose: FloatArray, time: float, mass: float) -> bool:
-        rig, weight = self._rig, mass * self._weights[boat]
-        return bool(settle(rig.hulls[boat], rig.stations, waves, rig.sea[0], weight, self._centers[boat], pose, time))
+        arrays, weight = self._arrays, mass * self._weights[boat]
+        return bool(
+            settle(arrays.hulls[boat], arrays.stations, waves, arrays.sea[0], weight, self._centers[boat], pose, time)
+        )

@@ -32,31 +32,31 @@ class Forces(dict[str, FloatArray]):
         return total
 
 
-def boat_forces(rig: LoopArrays, index: int, time: float) -> Forces:
+def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
-    hull, body = rig.hulls[index], motion(rig.data.qpos, rig.data.qvel, *_address(rig, index))
-    then = time + rig.timestep
-    mass, center = _boat_center(rig, hull, body)
+    hull, body = arrays.hulls[index], motion(arrays.data.qpos, arrays.data.qvel, *_address(arrays, index))
+    then = time + arrays.timestep
+    mass, center = _boat_center(arrays, hull, body)
     lever = tuple(_turned(body, hull["link_com"]) - center)
 
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
 
-    gusts = rig.wind_state.copy()
-    gust_step(rig.wind[0], gusts[0], rig.timestep)
-    air = wind_velocity(rig.wind[0], gusts[0])
-    loads = hull_loads(hull, rig.stations, rig.waves, rig.sea[0], air, body, then)
+    gusts = arrays.wind_state.copy()
+    gust_step(arrays.wind[0], gusts[0], arrays.timestep)
+    air = wind_velocity(arrays.wind[0], gusts[0])
+    loads = hull_loads(hull, arrays.stations, arrays.waves, arrays.sea[0], air, body, then)
     outside = {
-        "gravity": mass * np.array([*rig.model.opt.gravity, 0.0, 0.0, 0.0]),
+        "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
         **{name: about_center(wrench) for name, wrench in loads._asdict().items() if name != "added_mass_bias"},
-        **{name: about_center(wrench) for name, wrench in _thrusts(rig, hull, body, then).items()},
-        "contact": _contacts(rig, int(hull["body"]), center + np.array(body[:3])),
+        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, then).items()},
+        "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
-    return Forces(outside, {"added_mass": about_center(_added_mass(rig, hull, body, loads.added_mass_bias))})
+    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads.added_mass_bias))})
 
 
-def _address(rig: LoopArrays, index: int) -> tuple[int, int]:
-    return int(rig.hulls["qpos"][index]), int(rig.hulls["dof"][index])
+def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:
+    return int(arrays.hulls["qpos"][index]), int(arrays.hulls["dof"][index])
 
 
 def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
@@ -65,18 +65,18 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(rig: LoopArrays, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
+def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, time: float) -> dict[str, Wrench]:
     """What the thrusters do, and the rudders if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
-    states = rig.thruster_state.copy()
+    states = arrays.thruster_state.copy()
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
-        thruster, state = rig.thrusters[row], states[row]
+        thruster, state = arrays.thrusters[row], states[row]
         if thruster["dof"] < 0:
             target = steering_target(thruster, state["angle_target"])
-            state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, rig.timestep)
+            state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, arrays.timestep)
         else:
-            state["angle"] = rig.data.qpos[thruster["qpos"]]
+            state["angle"] = arrays.data.qpos[thruster["qpos"]]
         update_force(thruster, state, states, body, time)
         name = "rudder" if thruster["mapping"] == RUDDER else "thrust"
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"])
@@ -84,37 +84,37 @@ def _thrusts(rig: LoopArrays, hull: Record, body: Motion, time: float) -> dict[s
     return wrenches
 
 
-def _boat_center(rig: LoopArrays, hull: Record, body: Motion) -> tuple[float, FloatArray]:
+def _boat_center(arrays: LoopArrays, hull: Record, body: Motion) -> tuple[float, FloatArray]:
     """Mass [kg] of the whole boat, and the way [m] from its link's origin to its centre of mass, world axes."""
-    mass = float(rig.model.body_mass[hull["body"]])
+    mass = float(arrays.model.body_mass[hull["body"]])
     moment = mass * np.asarray(hull["body_com"])
     total = mass
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
-        thruster = rig.thrusters[row]
+        thruster = arrays.thrusters[row]
         if thruster["dof"] >= 0:
-            engine = float(rig.model.body_mass[thruster["body"]])
-            half = 0.5 * float(rig.data.qpos[thruster["qpos"]])
+            engine = float(arrays.model.body_mass[thruster["body"]])
+            half = 0.5 * float(arrays.data.qpos[thruster["qpos"]])
             turn = thruster["rotation"] @ rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
             moment = moment + engine * (thruster["position"] + turn @ thruster["body_com"])
             total += engine
     return total, _turned(body, moment / total)
 
 
-def _added_mass(rig: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
+def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
     """Reaction of the added mass to the acceleration of the last step, about `link_com`."""
     matrix = np.zeros((6, 6))
     added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
-    reaction = -(matrix @ rig.data.qacc[dof : dof + 6])
+    reaction = -(matrix @ arrays.data.qacc[dof : dof + 6])
     wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
     return from_origin(wrench, body, hull["link_com"]) if hull["profile"] == VRX3 else wrench
 
 
-def _contacts(rig: LoopArrays, root: int, center: FloatArray) -> FloatArray:
+def _contacts(arrays: LoopArrays, root: int, center: FloatArray) -> FloatArray:
     """Sum of the contact forces of the last step on the boat's bodies, about `center` [m, world]."""
     total = np.zeros(6)
-    model, data = rig.model, rig.data
+    model, data = arrays.model, arrays.data
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]

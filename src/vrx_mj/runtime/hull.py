@@ -64,10 +64,10 @@ class Hull:
     """Rudders by name."""
 
 
-def hull_of(rig: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
-    """The figures of the hull in a row of the rig's table; `names` are the rows of its thrusters and rudders."""
-    mass, inertia, centre = _masses(rig.model, int(row["body"]))
-    stations = rig.stations[row["station_start"] : row["station_start"] + row["station_count"]]
+def hull_of(arrays: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
+    """The figures of the hull in a row of the arrays' table; `names` are the rows of its thrusters and rudders."""
+    mass, inertia, centre = _masses(arrays.model, int(row["body"]))
+    stations = arrays.stations[row["station_start"] : row["station_start"] + row["station_count"]]
     along, half = stations["position"][:, 0], 0.5 * stations["length"]
     return Hull(
         mass,
@@ -77,7 +77,11 @@ def hull_of(rig: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
         _six(row, "drag_linear"),
         _six(row, "drag_quadratic"),
         float((along + half).max() - (along - half).min()),
-        {name: _rudder(name, rig.thrusters[k]) for name, k in names.items() if rig.thrusters["mapping"][k] == RUDDER},
+        {
+            name: _rudder(name, arrays.thrusters[k])
+            for name, k in names.items()
+            if arrays.thrusters["mapping"][k] == RUDDER
+        },
     )
 
 
@@ -154,13 +158,13 @@ class Thruster:
         return float(np.interp(force, self._forces, self._commands))
 
 
-def thrusters(rig: LoopArrays, rows: dict[str, int]) -> dict[str, Thruster]:
-    """A boat's propellers by name; `rows` are those of its thrusters and rudders in the rig's table."""
-    return {name: _thruster(name, rig.thrusters[row]) for name, row in rows.items() if not _is_rudder(rig, row)}
+def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Thruster]:
+    """A boat's propellers by name; `rows` are those of its thrusters and rudders in the arrays' table."""
+    return {name: _thruster(name, arrays.thrusters[row]) for name, row in rows.items() if not _is_rudder(arrays, row)}
 
 
-def _is_rudder(rig: LoopArrays, row: int) -> bool:
-    return bool(rig.thrusters["mapping"][row] == RUDDER)
+def _is_rudder(arrays: LoopArrays, row: int) -> bool:
+    return bool(arrays.thrusters["mapping"][row] == RUDDER)
 
 
 def _thruster(name: str, row: Record) -> Thruster:

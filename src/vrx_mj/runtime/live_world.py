@@ -41,7 +41,7 @@ from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
-__all__ = ["LiveWorld", "rig_of"]
+__all__ = ["LiveWorld", "loop_arrays_of"]
 
 SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
@@ -55,8 +55,8 @@ AT_REST = (0.0,) * 6
 Six = Sequence[float] | None
 
 
-def rig_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None = None) -> LoopArrays:
-    """The tables of a world, with models and data of its own; `known` is the rig of one that differs by boats alone."""
+def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None = None) -> LoopArrays:
+    """A world's arrays, with models and data of its own; `known`: those of a world that differs by boats alone."""
     model, contact_free = physics_models.models(world)
     return LoopArrays(world, model, contact_free, mujoco.MjData(model), known=known)
 
@@ -64,7 +64,7 @@ def rig_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None
 class LiveWorld:
     """A world, its tables, and the parts that measure, record, score and steer it.
 
-    `world`, `rig`, `bodies`, `helm` and `thrusters` are new objects after boats came or went; the others are kept.
+    `world`, `arrays`, `bodies`, `helm` and `thrusters` are new objects after boats came or went; the others are kept.
     """
 
     def __init__(self, world: World) -> None:
@@ -73,48 +73,48 @@ class LiveWorld:
         self.turn = Turn("simulation")
         self.physics_models = PhysicsModels()
         self.thrusters: dict[str, dict[str, Thruster]] = {}
-        self._take(world, rig_of(world, self.physics_models))
-        self.sampler = Sampler(self.rig.columns, self.rig.timestep)
-        self.sea, self.wind = Sea(self.rig), Wind(self.rig)
+        self._take(world, loop_arrays_of(world, self.physics_models))
+        self.sampler = Sampler(self.arrays.columns, self.arrays.timestep)
+        self.sea, self.wind = Sea(self.arrays), Wind(self.arrays)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
-        self.sensing = Sensing(world, self.rig, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
-        self.displays = Displays(self.rig, self.sensing)
-        self.subscriptions = Subscriptions(self.rig.sensors, self.sensing.read, self.rig.timestep)
-        self.task_runner = TaskRunner(world, self.rig, self.bodies.pose)
+        self.sensing = Sensing(world, self.arrays, self.drawing, lambda: own.renew_arguments(), self.turn)  # noqa: PLW0108
+        self.displays = Displays(self.arrays, self.sensing)
+        self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep)
+        self.task_runner = TaskRunner(world, self.arrays, self.bodies.pose)
         self._pace, self._drained = 1e-5, 0.0
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self.rig.data.time)
+        return float(self.arrays.data.time)
 
     # Worlds
 
-    def _take(self, world: World, rig: LoopArrays) -> None:
-        """Make a world and its rig the present ones."""
-        self.world, self.rig, self._data = world, rig, rig.data
-        self._most_contacts = most_contacts(rig.model)
-        self.helm = Helm(world, rig.thrusters)
+    def _take(self, world: World, arrays: LoopArrays) -> None:
+        """Make a world and its arrays the present ones."""
+        self.world, self.arrays, self._data = world, arrays, arrays.data
+        self._most_contacts = most_contacts(arrays.model)
+        self.helm = Helm(world, arrays.thrusters)
         known, fleet = self.thrusters, self.helm.thrusters
-        self.thrusters = {boat: known.get(boat) or thrusters(rig, rows) for boat, rows in fleet.items()}
-        self.bodies = FreeBodies(world, rig)
+        self.thrusters = {boat: known.get(boat) or thrusters(arrays, rows) for boat, rows in fleet.items()}
+        self.bodies = FreeBodies(world, arrays)
         self.drawing = cache(partial(drawing_model, world))
 
-    def bind(self, world: World, rig: LoopArrays) -> None:
+    def bind(self, world: World, arrays: LoopArrays) -> None:
         """Go over to a world that has other boats, with everything that users may hold."""
         with self.turn.crew:
-            self._take(world, rig)
-            self.sea.bind(rig)
-            self.wind.bind(rig)
-            self.displays.bind(rig)
-            self.sensing.bind(world, rig, self.drawing)
-            self.subscriptions.bind(rig.sensors)
-            self.task_runner.bind(world, rig, self.bodies.pose)
-            self.sampler.resize(rig.columns)
+            self._take(world, arrays)
+            self.sea.bind(arrays)
+            self.wind.bind(arrays)
+            self.displays.bind(arrays)
+            self.sensing.bind(world, arrays, self.drawing)
+            self.subscriptions.bind(arrays.sensors)
+            self.task_runner.bind(world, arrays, self.bodies.pose)
+            self.sampler.resize(arrays.columns)
 
-    def enter(self, world: World, rig: LoopArrays, line: str) -> None:
-        """Go on in a world that has other boats, from the moment that its rig is at; `line` goes into the log."""
-        self.bind(world, rig)
+    def enter(self, world: World, arrays: LoopArrays, line: str) -> None:
+        """Go on in a world that has other boats, from the moment that its arrays are at; `line` goes into the log."""
+        self.bind(world, arrays)
         self.renew_arguments()
         for listener in self.sampler.listeners:
             listener.boats_changed()
@@ -136,7 +136,7 @@ class LiveWorld:
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
         with announced(advance):
-            LOOP(self._run.table, 0, self.time, self.rig.timestep, 0)
+            LOOP(self._run.table, 0, self.time, self.arrays.timestep, 0)
 
     def advance(self, left: int) -> None:
         """Advance by a number of steps, and stop where a reading, a frame of the task or a kept state is due.
@@ -144,7 +144,7 @@ class LiveWorld:
         Raises:
             DivergedError: the state became NaN or too large.
         """
-        timestep = self.rig.timestep
+        timestep = self.arrays.timestep
         self.task_runner.look(self.time, self)
         self.subscriptions.deliver(self.time)
         while left > 0:
@@ -171,13 +171,13 @@ class LiveWorld:
 
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""
-        self._run = self.rig.run(self.sampler.table, self.sampler.buffer)
+        self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
 
     def _diverged(self) -> None:
         self.sampler.drain()
         good = dataclasses.replace(self._last_good, world=self.world.sha256)
         kept = save_last_good_state(good)
-        message = divergence_message(self.bodies.broken(), self.time, self.rig.timestep, good, kept)
+        message = divergence_message(self.bodies.broken(), self.time, self.arrays.timestep, good, kept)
         self.event(message, "ERROR")
         raise DivergedError(message)
 
@@ -188,19 +188,19 @@ class LiveWorld:
         self.seed = seed
         if self.world is not self.first:
             self.thrusters = {}  # a boat that was spawned may have had the name of another
-            self.bind(self.first, rig_of(self.first, self.physics_models))
-        mujoco.mj_resetData(self.rig.model, self.rig.data)
-        self.rig.reset(seed)
+            self.bind(self.first, loop_arrays_of(self.first, self.physics_models))
+        mujoco.mj_resetData(self.arrays.model, self.arrays.data)
+        self.arrays.reset(seed)
         self.wind.forget()
         self.task_runner.reset()
         self._settle()
 
     def moment(self) -> State:
         """The state without its world's fingerprint, which takes 50 ms once for every world."""
-        rig = self.rig
-        flat = integration_state(rig.model, rig.data)
+        arrays = self.arrays
+        flat = integration_state(arrays.model, arrays.data)
         task = self.task_runner.dump()
-        return State(STATE_VERSION, "", self.seed, self.time, flat, rig.pack(), rig.moving, task)
+        return State(STATE_VERSION, "", self.seed, self.time, flat, arrays.pack(), arrays.moving, task)
 
     def check(self, state: State) -> None:
         """Check that the run can go on from a state.
@@ -215,23 +215,23 @@ class LiveWorld:
                 f"{boats}, then set_state"
             )
         state.check(self.world.sha256)
-        self.rig.check(state.mujoco, state.ours)
+        self.arrays.check(state.mujoco, state.ours)
         self.task_runner.check(state.task)
 
     def restore(self, state: State) -> None:
         """Go to a state that was checked."""
-        mujoco.mj_resetData(self.rig.model, self.rig.data)  # parked balls sleep again
-        set_integration_state(self.rig.model, self.rig.data, state.mujoco)
-        self.rig.unpack(state.ours)
+        mujoco.mj_resetData(self.arrays.model, self.arrays.data)  # parked balls sleep again
+        set_integration_state(self.arrays.model, self.arrays.data, state.mujoco)
+        self.arrays.unpack(state.ours)
         self.task_runner.load(state.task)
         self.seed = state.seed
-        self.rig.key(state.seed)
+        self.arrays.key(state.seed)
         self.wind.forget()
         self._settle()
 
     def _settle(self) -> None:
         """Begin anew from a state that was set."""
-        self.rig.refresh()
+        self.arrays.refresh()
         self.sensing.begin(self.seed)
         self.subscriptions.begin(self.time)
         self.renew_arguments()
@@ -241,7 +241,7 @@ class LiveWorld:
     def derive(self) -> None:
         """Make what follows from the state, and what sensors see of it, follow a state that was set."""
         with fitting(self._data):
-            mujoco.mj_forward(self.rig.model, self._data)
+            mujoco.mj_forward(self.arrays.model, self._data)
         if self._data.ncon > self._most_contacts:
             raise CommandError(crowded(self._data.ncon))
         self.sensing.renew()
@@ -272,7 +272,7 @@ class LiveWorld:
         with self.undone_if_crowded():
             self.bodies.put(name, pose, velocity)
             if pose is not None:
-                self.rig.release(name)
+                self.arrays.release(name)
             self.derive()
 
     def set_object(self, name: str, pose: Six, velocity: Six) -> None:
@@ -289,7 +289,7 @@ class LiveWorld:
         """Carry out what a referee has decided."""
         match action:
             case Release(boat):
-                self.rig.release(boat)
+                self.arrays.release(boat)
             case PlaceObject(name, pose):
                 self.set_object(name, pose, AT_REST)
             case SetPinger(boat, position):

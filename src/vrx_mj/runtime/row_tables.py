@@ -102,7 +102,7 @@ class RowTables:
     n: int
     """Number of rows."""
     _model: mujoco.MjModel
-    _rig: LoopArrays
+    _arrays: LoopArrays
     _own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]]
     _masses: FloatArray
     _varied: dict[str, FloatArray]
@@ -144,12 +144,12 @@ class RowTables:
 
     def _warn_of_no_effect(self, given: Mapping[str, FloatArray]) -> None:
         """Warn of parameters that change nothing: wind where it pushes nothing, waves where the sea has none."""
-        rig, name = self._rig, self.world.name
-        pushed = any(table["wind"].any() for table in (rig.hulls, rig.floats, rig.blocks))
+        arrays, name = self._arrays, self.world.name
+        pushed = any(table["wind"].any() for table in (arrays.hulls, arrays.floats, arrays.blocks))
         if not pushed and (idle := [key for key in ("wind_speed", "gusts") if key in given and given[key].any()]):
             text = f"{' and '.join(idle)} without effect: the wind pushes nothing in world {name}"
             warnings.warn(f"{text}; give it `wind` with `objects`, or its robot `wind`", VrxWarning, stacklevel=4)
-        if not rig.waves["amplitude"].any() and "waves" in given and given["waves"].any():
+        if not arrays.waves["amplitude"].any() and "waves" in given and given["waves"].any():
             warnings.warn(f"waves without effect: the sea of world {name} has none", VrxWarning, stacklevel=4)
 
     def _model_of(self, row: int) -> mujoco.MjModel:
@@ -161,15 +161,15 @@ class RowTables:
 
     def _build(self) -> None:
         """Data and stacks of all rows."""
-        rig, model = self._rig, self._model
+        arrays, model = self._arrays, self._model
         self._data = [mujoco.MjData(model) for _ in range(self.n)]
         self._runs = np.zeros(self.n, RUN)
-        shared = rig.by_name(np.zeros(3, np.int64), np.zeros((0, rig.columns)))
+        shared = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, arrays.columns)))
         self._shared = {name: array[None] for name, array in shared.items()}
         point_rows(self._runs, **self._shared)
         for row, data in enumerate(self._data):
             run = self._runs[row : row + 1]
-            point_models(run, model, rig.contact_free, data)
+            point_models(run, model, arrays.contact_free, data)
             point(run, **mujoco_arrays(data))
         self._seeds = np.zeros(self.n, np.int64)
         self._time, self._done = np.zeros(self.n), np.zeros(self.n, np.int64)
@@ -179,10 +179,10 @@ class RowTables:
         self._stacks = {name: self._shared[name] for name in STACKED}
         for name in (*SEPARATE, "wind"):
             self._separate(name)
-        self._seas = RowSeas(rig.waves, self.world.parameters.sea, self.n)
+        self._seas = RowSeas(arrays.waves, self.world.parameters.sea, self.n)
         self._varied = {name: np.full(self.n, usual) for name, usual in self._usual().items()}
-        self._afloat = Afloat(rig)
-        self._channels = tuple(one for one in channels_of(self.world, rig.thrusters) if one.acts)
+        self._afloat = Afloat(arrays)
+        self._channels = tuple(one for one in channels_of(self.world, arrays.thrusters) if one.acts)
 
     def _separate(self, name: str) -> npt.NDArray[Any]:
         """The stack of a table in which every row has its own part."""
@@ -194,7 +194,7 @@ class RowTables:
 
     def _usual(self) -> dict[str, float]:
         """The world's own values of what `vary` changes."""
-        wind = self._rig.wind[0]
+        wind = self._arrays.wind[0]
         toward = float(np.arctan2(wind["direction"][1], wind["direction"][0]))
         return {"wind_speed": float(wind["mean"]), "wind_direction": toward, "gusts": float(wind["gain"]),
                 "waves": 1.0, "wave_period": 1.0, "wave_band": 1.0, "wave_direction": self._seas.course,
@@ -205,7 +205,7 @@ class RowTables:
         usual, found = self._usual(), {}
         for name, (table, column) in VARIED.items():
             stack = self._stacks[table]
-            own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._rig, table)[column]
+            own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._arrays, table)[column]
             value = float(self._varied[name][row])
             if own.tobytes() != common.tobytes() and (name not in SHARED or value != usual[name]):
                 found[name] = value, usual[name]
@@ -224,13 +224,15 @@ class RowTables:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
         hulls = self._separate("hulls")
         self._masses[which] = factors
-        boats = self._rig.hulls["body"].tolist()
+        boats = self._arrays.hulls["body"].tolist()
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
-            with allocating(self.n, self._rig.data):
-                pair = tuple(with_scaled_mass(model, boats, factor) for model in (self._model, self._rig.contact_free))
+            with allocating(self.n, self._arrays.data):
+                pair = tuple(
+                    with_scaled_mass(model, boats, factor) for model in (self._model, self._arrays.contact_free)
+                )
             self._own_models[row] = pair[0], pair[1]
             point_models(self._runs[row], *self._own_models[row], self._data[row])
-            hulls["mass"][row] = self._rig.hulls["mass"] * factor
+            hulls["mass"][row] = self._arrays.hulls["mass"] * factor
 
     @property
     def largest_masses(self) -> FloatArray:
@@ -255,7 +257,7 @@ class RowTables:
             text = f"({self.n}, points) of both is needed"
             raise CommandError(f"invalid x and y of shapes {east.shape} and {north.shape}: {text}")
         out = np.empty(east.shape)
-        row_heights(self._stacks["waves"], self._rig.sea, east, north, self._time, out)
+        row_heights(self._stacks["waves"], self._arrays.sea, east, north, self._time, out)
         return out
 
     @in_turn

@@ -49,8 +49,8 @@ SEA = ("the sea's pictures", 8)
 class Sights:
     """The cameras and lidars of a run; the drawing model is made for the first that is used."""
 
-    def __init__(self, world: World, rig: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
-        self._world, self._rig, self._drawing = world, rig, drawing
+    def __init__(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+        self._world, self._arrays, self._drawing = world, arrays, drawing
         self._data: mujoco.MjData | None = None
         self._cameras: Cameras | None = None
         self._lidars: dict[tuple[str, str], Lidar] = {}
@@ -62,8 +62,8 @@ class Sights:
             self._cameras = Cameras(model, self._world.parameters)
         place = sensor.place(now.qpos, now.qvel)
         data = self._scene(model, now)
-        if self._rig.displays:
-            self._cameras.paint(painted(model, self._rig.displays, self._rig.shown(now.device_state), now.time))
+        if self._arrays.displays:
+            self._cameras.paint(painted(model, self._arrays.displays, self._arrays.shown(now.device_state), now.time))
         at = place.position, place.rotation, now.time
         with announced(draw_surface, *SEA):
             return self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
@@ -76,7 +76,7 @@ class Sights:
             body = int(model.body(sensor.body).id)
             mount = sensor.mount
             self._lidars[key] = Lidar(model, sensor.config, body, mount.position, mount.rotation)
-        water = Water(self._rig.waves, self._rig.sea, now.time) if sensor.config.sea_returns else None
+        water = Water(self._arrays.waves, self._arrays.sea, now.time) if sensor.config.sea_returns else None
         with announced(cast, "the lidar", 8):
             return self._lidars[key].scan(self._scene(model, now), draw.key, draw.index, water)
 
@@ -173,33 +173,33 @@ class Sensing:
     def __init__(
         self,
         world: World,
-        rig: LoopArrays,
+        arrays: LoopArrays,
         drawing: Callable[[], mujoco.MjModel],
         rebound: Callable[[], None],
         turn: Turn,
     ) -> None:
-        """Sensors of a rig.
+        """Sensors of loop arrays.
 
         Args:
             world: what they are in.
-            rig: whose moments they see.
+            arrays: whose moments they see.
             drawing: gives the model that cameras and lidars see.
-            rebound: is called when the rig's arrays of moments are new ones.
+            rebound: is called when the loop's arrays of moments are new ones.
             turn: of whom, with the run; a reading is of one moment.
         """
         self._rebound, self._turn = rebound, turn
         self._seed = 0
         self._kept: dict[tuple[str, str], Reading] = {}
-        self.bind(world, rig, drawing)
+        self.bind(world, arrays, drawing)
 
-    def bind(self, world: World, rig: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
+    def bind(self, world: World, arrays: LoopArrays, drawing: Callable[[], mujoco.MjModel]) -> None:
         """Go on in a world in which boats have come or gone; readings of those who stay are still theirs."""
-        self.world, self.rig = world, rig
-        self.sights = Sights(world, rig, drawing)
+        self.world, self.arrays = world, arrays
+        self.sights = Sights(world, arrays, drawing)
         self.earth = _earth(world)
         self._at_base = frozenset(world.parameters.at_base_link)
         self._boats: dict[str, dict[str, Mounted]] = {boat: {} for boat in world.boats}
-        for sensor in rig.sensors:
+        for sensor in arrays.sensors:
             self._boats[sensor.boat][sensor.name] = sensor
         self._kept = {key: reading for key, reading in self._kept.items() if key[0] in self._boats}
 
@@ -223,7 +223,7 @@ class Sensing:
 
     def renew(self) -> None:
         """Something was moved by hand: moments of the present time are caught again."""
-        self.rig.sample_clocks.renew(self.rig.data.qpos, self.rig.data.qvel, self.rig.data.time)
+        self.arrays.sample_clocks.renew(self.arrays.data.qpos, self.arrays.data.qvel, self.arrays.data.time)
         self._kept.clear()
 
     def readings(self, boat: str) -> Readings:
@@ -245,8 +245,8 @@ class Sensing:
 
     def compile(self) -> None:
         """Have the kernels compiled that the boats' cameras and lidars need; nothing is measured."""
-        data, marks = self.rig.data, self.rig.sample_clocks.device_state
-        self.sights.compile(self.rig.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
+        data, marks = self.arrays.data, self.arrays.sample_clocks.device_state
+        self.sights.compile(self.arrays.sensors, Moment(0, float(data.time), data.qpos, data.qvel, marks))
 
     def read(self, boat: str, name: str) -> Reading:
         """What a sensor last measured; the same object until it measures again.
@@ -282,7 +282,7 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        x, y, z = self.rig.sample_clocks.device_state[sensor.marks]
+        x, y, z = self.arrays.sample_clocks.device_state[sensor.marks]
         return float(x), float(y), float(z)
 
     def set_beacon(self, boat: str, name: str, position: Sequence[float]) -> None:
@@ -294,7 +294,9 @@ class Sensing:
         """
         known = self.of_kind(boat, "pinger")
         sensor = _find(f"pinger of {boat}", name, known)
-        self.rig.sample_clocks.device_state[sensor.marks] = several(f"position of {name}'s beacon", position, 3, HUGE)
+        self.arrays.sample_clocks.device_state[sensor.marks] = several(
+            f"position of {name}'s beacon", position, 3, HUGE
+        )
         self.renew()
 
     @property
@@ -310,7 +312,7 @@ class Sensing:
 
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
-        moments, data = self.rig.sample_clocks, self.rig.data
+        moments, data = self.arrays.sample_clocks, self.arrays.data
         if moments.runs(rate):
             moments.latch_due(data.qpos, data.qvel, data.time)
         else:
@@ -352,7 +354,7 @@ class _Measurement:
 
     @property
     def gravity(self) -> Floats:
-        return np.array(self._sensing.rig.model.opt.gravity)
+        return np.array(self._sensing.arrays.model.opt.gravity)
 
     @property
     def earth(self) -> Georeference:
@@ -383,7 +385,7 @@ def _earth(world: World) -> Georeference | None:
     return None if values is None else Georeference(**vars(values))
 
 
-def fire(sensing: Sensing, rig: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:
+def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:
     """Shoot, and return whether there was a shot left. The recoil on the boat is neglected, as in VRX.
 
     Raises:
@@ -394,32 +396,32 @@ def fire(sensing: Sensing, rig: LoopArrays, sea: Sea, boat: str, name: str | Non
     sensor = _chosen(sensing.of_kind(boat, "ball_shooter"), boat, name)
     if sensor.ball is None:
         raise SensorError(f"{sensor.name} of {boat} has no ball: the world was compiled without one")
-    shots = rig.sample_clocks.device_state[sensor.marks]
+    shots = arrays.sample_clocks.device_state[sensor.marks]
     if shots[0] < 1.0:
         return False
     shots[0] -= 1.0
-    _launch(rig, sea, sensor, inherits=sensing.inherits)
+    _launch(arrays, sea, sensor, inherits=sensing.inherits)
     return True
 
 
-def _launch(rig: LoopArrays, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
+def _launch(arrays: LoopArrays, sea: Sea, sensor: Mounted, *, inherits: bool) -> None:
     """Put the ball to the muzzle, with the launcher's axes, and let it go along their x.
 
     It starts with the speed that gravity takes in half a step more: a step takes gravity off before it moves, and so
     its places are those of the parabola.
     """
     assert sensor.ball is not None, f"{sensor.name} has no ball"
-    data, ball, mount = rig.data, rig.floats[sensor.ball], sensor.mount
+    data, ball, mount = arrays.data, arrays.floats[sensor.ball], sensor.mount
     muzzle = Mount(mount.position + mount.rotation @ sensor.config.muzzle, mount.rotation, mount.orientation)
     place = sensor.place(data.qpos, data.qvel, muzzle)
     velocity = place.rotation[:, 0] * (sensor.config.impulse / float(ball["mass"]))
     if inherits:
         velocity += place.velocity
-    velocity -= 0.5 * rig.timestep * rig.model.opt.gravity
+    velocity -= 0.5 * arrays.timestep * arrays.model.opt.gravity
     qpos, dof = int(ball["qpos"]), int(ball["dof"])
     data.qpos[qpos : qpos + 3], data.qpos[qpos + 3 : qpos + 7] = place.position, place.orientation
     data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, 0.0
-    rig.set_afloat(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
+    arrays.set_afloat(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
 
 
 def _chosen(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounted:

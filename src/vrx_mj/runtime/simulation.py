@@ -15,7 +15,7 @@ from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
-from vrx_mj.runtime.live_world import LiveWorld, rig_of
+from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.sampling import Listener, check_listener
@@ -58,7 +58,7 @@ class Simulation:
 
     def __setstate__(self, now: tuple[World, State]) -> None:
         if now[0].sha256 != self._live.first.sha256:
-            self._live.bind(now[0], rig_of(now[0], self._live.physics_models))
+            self._live.bind(now[0], loop_arrays_of(now[0], self._live.physics_models))
         self.set_state(now[1])
 
     @classmethod
@@ -76,12 +76,12 @@ class Simulation:
     @property
     def model(self) -> mujoco.MjModel:
         """MuJoCo's model of the physics, without visual geoms; changes act from the next `reset` or `set_state`."""
-        return self._live.rig.model
+        return self._live.arrays.model
 
     @property
     def data(self) -> mujoco.MjData:
         """MuJoCo's state; the forces of water, wind and thrusters are written to `xfrc_applied` at every step."""
-        return self._live.rig.data
+        return self._live.arrays.data
 
     @property
     def visual_model(self) -> mujoco.MjModel:
@@ -101,7 +101,7 @@ class Simulation:
     @property
     def timestep(self) -> float:
         """Physics step [s]."""
-        return self._live.rig.timestep
+        return self._live.arrays.timestep
 
     @property
     def seed(self) -> int:
@@ -159,7 +159,7 @@ class Simulation:
             CommandError: a command is not a finite number.
         """
         with self._turn.crew:
-            self._live.helm.give(self._live.rig, commands, self.time, hold=0.0)
+            self._live.helm.give(self._live.arrays, commands, self.time, hold=0.0)
 
     def step(self, commands: Commands | None = None, *, duration: float | None = None) -> Observation:
         """Advance by `duration` [s] of simulated time, one physics step by default, under the given commands.
@@ -176,7 +176,7 @@ class Simulation:
         if self._turn.claim or self._subscriptions.busy:
             self._live.check_idle("step")
         with self._turn.crew:
-            self._live.helm.give(self._live.rig, given, self.time, hold=(steps + 0.5) * self.timestep)
+            self._live.helm.give(self._live.arrays, given, self.time, hold=(steps + 0.5) * self.timestep)
         self.advance(steps)
         return self.observe()
 
@@ -263,7 +263,7 @@ class Simulation:
     def release(self, boat: str) -> None:
         """Release a boat that its task holds, as `set_boat` with a pose does; a free boat is not changed."""
         check_name("boat", boat, self.boats)
-        self._live.rig.release(boat)
+        self._live.arrays.release(boat)
 
     @in_turn
     def set_object(
@@ -295,7 +295,7 @@ class Simulation:
         boat has that name.
         """
         check_name("boat", boat, self.boats)
-        return boat_forces(self._live.rig, self.boats.index(boat), self.time)
+        return boat_forces(self._live.arrays, self.boats.index(boat), self.time)
 
     def steering(self, boat: str) -> dict[str, float]:
         """Current angle of each engine and rudder of a boat [rad]; UnknownNameError if no boat has that name."""
@@ -308,7 +308,7 @@ class Simulation:
     def _of_thrusters(self, boat: str, column: str) -> dict[str, float]:
         with self._turn.crew:
             check_name("boat", boat, self.boats)
-            values = self._live.rig.thruster_state[column]
+            values = self._live.arrays.thruster_state[column]
             return {name: float(values[row]) for name, row in self._live.helm.thrusters[boat].items()}
 
     # Boats that come and go
@@ -371,7 +371,7 @@ class Simulation:
     def mounted(self, boat: str) -> tuple[Mounted, ...]:
         """A boat's sensors with their `config`, `frame` and `mount`; UnknownNameError if no boat has that name."""
         check_name("boat", boat, self._sensing.boats)
-        return tuple(sensor for sensor in self._live.rig.sensors if sensor.boat == boat)
+        return tuple(sensor for sensor in self._live.arrays.sensors if sensor.boat == boat)
 
     def sense(self, boat: str) -> Readings:
         """Last readings of a boat's sensors by name, each at the sensor's own rate.
@@ -448,7 +448,7 @@ class Simulation:
             UnknownNameError: the boat or the ball shooter does not exist.
             CommandError: the boat has no ball shooter, or several and `sensor` is not given.
         """
-        fired = fire(self._sensing, self._live.rig, self.sea, boat, sensor)
+        fired = fire(self._sensing, self._live.arrays, self.sea, boat, sensor)
         self._live.derive()
         return fired
 
@@ -465,7 +465,7 @@ class Simulation:
         if not callable(tell):
             raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
         live = weakref.proxy(self._live)
-        watch = ContactWatch(lambda: live.world.boats, lambda: live.rig, tell)
+        watch = ContactWatch(lambda: live.world.boats, lambda: live.arrays, tell)
         self._subscriptions.watch(watch)
         return watch
 
@@ -507,7 +507,7 @@ class Simulation:
 
     def row(self) -> FloatArray:
         """Row of the current time, as listeners get it."""
-        return self._live.rig.row(self.time)
+        return self._live.arrays.row(self.time)
 
     @in_turn
     def event(self, text: str, level: str = "INFO") -> None:

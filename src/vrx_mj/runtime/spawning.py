@@ -13,7 +13,7 @@ from vrx_mj.mjcf.joining import with_boat, without_boat
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.crowding import fitting
-from vrx_mj.runtime.live_world import LiveWorld, rig_of
+from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Spawning"]
@@ -37,9 +37,9 @@ class Spawning:
                 as_path(key, value)
         given: dict[str, Any] = {key: str(value) for key, value in files.items() if value is not None}
         world = with_boat(self._live.world, given | {"name": name, **other}, folder)
-        rig = self._moved(world)
-        _check_place(rig, world, name)
-        self._live.enter(world, rig, f"{name} joins")
+        arrays = self._moved(world)
+        _check_place(arrays, world, name)
+        self._live.enter(world, arrays, f"{name} joins")
 
     def remove(self, name: str) -> None:
         """Remove a boat."""
@@ -50,17 +50,17 @@ class Spawning:
     def _moved(self, world: World, left: str | None = None) -> LoopArrays:
         """The present moment in another world, without the boat that left."""
         live = self._live
-        rig = rig_of(world, live.physics_models, known=live.rig)
-        rig.reset(live.seed)
-        carry(live.world, live.rig, rig, left=left)
-        with fitting(rig.data):
-            mujoco.mj_forward(rig.model, rig.data)
-        return rig
+        arrays = loop_arrays_of(world, live.physics_models, known=live.arrays)
+        arrays.reset(live.seed)
+        carry(live.world, live.arrays, arrays, left=left)
+        with fitting(arrays.data):
+            mujoco.mj_forward(arrays.model, arrays.data)
+        return arrays
 
 
-def _check_place(rig: LoopArrays, world: World, name: str) -> None:
+def _check_place(arrays: LoopArrays, world: World, name: str) -> None:
     """Refuse a boat that stands in something."""
-    model, data = rig.model, rig.data
+    model, data = arrays.model, arrays.data
     depth, other = 0.0, -1
     for contact in data.contact:
         one, two = (int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom)
@@ -69,13 +69,13 @@ def _check_place(rig: LoopArrays, world: World, name: str) -> None:
             depth, other = float(contact.dist), two if mine[0] else one
     if other < 0:
         return
-    x, y, _ = data.qpos[_start(rig, world, name)]
+    x, y, _ = data.qpos[_start(arrays, world, name)]
     what = model.body(other).name.rpartition("/")[0] or "the terrain"
     apart = float(np.hypot(*(data.xpos[other][:2] - (x, y))))
     where = f", whose origin is {apart:.2f} m away" if other else ""
     raise CommandError(f"no place for {name} at ({x:g}, {y:g}): it would be {-depth:.2f} m inside {what}{where}")
 
 
-def _start(rig: LoopArrays, world: World, name: str) -> slice:
-    start = int(rig.hulls["qpos"][world.boats.index(name)])
+def _start(arrays: LoopArrays, world: World, name: str) -> slice:
+    start = int(arrays.hulls["qpos"][world.boats.index(name)])
     return slice(start, start + 3)

@@ -64,10 +64,10 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(
-        self, boats: Callable[[], tuple[str, ...]], rig: Callable[[], LoopArrays], callback: Callable[[Touch], None]
+        self, boats: Callable[[], tuple[str, ...]], arrays: Callable[[], LoopArrays], callback: Callable[[Touch], None]
     ) -> None:
-        """Watch these boats; `rig` returns the present arrays, and `callback` is called with every touch."""
-        self._boats, self._rig, self._callback = boats, rig, callback
+        """Watch these boats; `arrays` returns the present arrays, and `callback` is called with every touch."""
+        self._boats, self._arrays, self._callback = boats, arrays, callback
         self._due, self._armed = 0, False
         self._touches: dict[Pair, Touch] = {}
         self._seen: dict[Pair, float] = {}
@@ -82,23 +82,25 @@ class ContactWatch:
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to the next look."""
-        return max(1, self._due - round(time / self._rig().timestep))
+        return max(1, self._due - round(time / self._arrays().timestep))
 
     def look(self, time: float) -> None:
         """Sample the contacts of the last step, if a sample is due at `time` [s]."""
-        rig = self._rig()
-        step = round(time / rig.timestep)
-        stopped = self._armed and not rig.broadphase["armed"][0]
+        arrays = self._arrays()
+        step = round(time / arrays.timestep)
+        stopped = self._armed and not arrays.broadphase["armed"][0]
         if step < self._due and not stopped:
             return
-        look = rig.broadphase[0]
+        look = arrays.broadphase[0]
         free = look["wait"] == 0 and look["clearance"] > 0.0  # the list of contacts is then an earlier step's
-        found = forces_of_pairs(rig, frozenset(self._boats())) if rig.data.ncon and not free else {}
+        found = forces_of_pairs(arrays, frozenset(self._boats())) if arrays.data.ncon and not free else {}
         for pair, force in found.items():
             self._note(pair, force, time)
         self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
         look["armed"] = self._armed
-        stride = max(1, round(TOUCHING / rig.timestep))  # samples are at whole multiples of it, however the run is cut
+        stride = max(
+            1, round(TOUCHING / arrays.timestep)
+        )  # samples are at whole multiples of it, however the run is cut
         self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
         self._report(before=time - SETTLES)
 
@@ -121,12 +123,12 @@ class ContactWatch:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(rig: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, float]:
     """Sizes of the contact forces [N] of the last step between boats and what they touch, by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
     """
-    model, data = rig.model, rig.data
+    model, data = arrays.model, arrays.data
     sums: dict[Pair, np.ndarray] = {}
     local = np.zeros(6)
     for number in range(data.ncon):

@@ -63,21 +63,21 @@ class TaskActions(Protocol):
 class TaskRunner:
     """Runs the task of a world: frames for its referee, and what that decides; without a task it does nothing."""
 
-    def __init__(self, world: World, rig: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
+    def __init__(self, world: World, arrays: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `pose` gives position and quaternion, (7,), of a body by its name."""
         task = world.parameters.task
         self.referee: Referee | None = None
         if task:
             self.referee = make_referee(task)
-        self.bind(world, rig, pose)
+        self.bind(world, arrays, pose)
         earth = world.parameters.georeference
         self._earth = Georeference(**vars(earth)) if earth else None
-        self._stride = frame_stride(rig.timestep)
+        self._stride = frame_stride(arrays.timestep)
         self.reset()
 
-    def bind(self, world: World, rig: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
+    def bind(self, world: World, arrays: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
         """Go on in a world in which boats have come or gone: others can be touched now."""
-        self._rig, self._pose = rig, pose
+        self._arrays, self._pose = arrays, pose
         self.layout = FrameLayout((), ())
         if self.referee:
             self.layout = FrameLayout.of(world.parameters.task, self.referee.watched)
@@ -99,15 +99,15 @@ class TaskRunner:
         """Steps from `time` [s] to the next frame."""
         if self.over:
             return NEVER
-        return steps_to_multiple(time, self._rig.timestep, self._stride)
+        return steps_to_multiple(time, self._arrays.timestep, self._stride)
 
     def look(self, time: float, actions: TaskActions) -> None:
         """Have the referee look at the present, `time` [s], if a frame is due that was not looked at."""
-        step = round(time / self._rig.timestep)
+        step = round(time / self._arrays.timestep)
         if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
             return
         self._seen = step
-        row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._rig.touches))
+        row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._arrays.touches))
         messages, self._sent = tuple(self._sent), []
         verdict = self.referee.look(self.layout.frame(row.tolist(), messages))
         actions.frame(row, messages)

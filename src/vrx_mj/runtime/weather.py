@@ -20,12 +20,12 @@ FORESEEN = 1e5
 class Sea:
     """The surface of the sea."""
 
-    def __init__(self, rig: LoopArrays) -> None:
-        self.bind(rig)
+    def __init__(self, arrays: LoopArrays) -> None:
+        self.bind(arrays)
 
-    def bind(self, rig: LoopArrays) -> None:
-        """Go on in a rig in which boats have come or gone."""
-        self._rig = rig
+    def bind(self, arrays: LoopArrays) -> None:
+        """Go on in arrays in which boats have come or gone."""
+        self._arrays = arrays
 
     def height(self, x: npt.ArrayLike, y: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
         """Height [m] of the surface over z = 0 at (x, y) [m, ENU] and simulated time t [s].
@@ -44,33 +44,33 @@ class Sea:
             raise CommandError(f"invalid x, y and t of shapes {shapes}: they cannot be broadcast") from None
         east, north, when = (np.array(values).reshape(-1) for values in grid)
         out = np.empty(east.shape)
-        surface_heights(self._rig.waves, self._rig.sea[0], east, north, when, out)
+        surface_heights(self._arrays.waves, self._arrays.sea[0], east, north, when, out)
         return out.reshape(grid[0].shape)
 
 
 class Wind:
     """The wind, gusts included."""
 
-    def __init__(self, rig: LoopArrays) -> None:
-        self.bind(rig)
+    def __init__(self, arrays: LoopArrays) -> None:
+        self.bind(arrays)
         self._lock = threading.Lock()
         self._replayed = np.zeros(0)
-        self._replay = np.zeros(1, rig.wind_state.dtype)
+        self._replay = np.zeros(1, arrays.wind_state.dtype)
 
-    def bind(self, rig: LoopArrays) -> None:
-        """Go on in a rig in which boats have come or gone."""
-        self._rig = rig
+    def bind(self, arrays: LoopArrays) -> None:
+        """Go on in arrays in which boats have come or gone."""
+        self._arrays = arrays
 
     @property
     def speed(self) -> float:
         """Speed [m/s] now, gusts included; below 0 it blows against its direction."""
-        begun = self._rig.data.time > 0.0
-        return float(self._rig.wind_state["speed"][0] if begun else self._rig.wind["mean"][0])
+        begun = self._arrays.data.time > 0.0
+        return float(self._arrays.wind_state["speed"][0] if begun else self._arrays.wind["mean"][0])
 
     @property
     def direction(self) -> float:
         """Where it blows to [rad], counter-clockwise from east."""
-        east, north = self._rig.wind["direction"][0]
+        east, north = self._arrays.wind["direction"][0]
         return math.atan2(north, east)
 
     def velocity(self, t: npt.ArrayLike) -> FloatArray:
@@ -83,16 +83,16 @@ class Wind:
             CommandError: a time is not a number, or more than 1e5 s and twice the simulated time so far.
         """
         times = as_numbers("t", t)
-        latest = max(FORESEEN, 2.0 * float(self._rig.data.time))
+        latest = max(FORESEEN, 2.0 * float(self._arrays.data.time))
         if not (np.abs(times) <= latest).all():
             raise CommandError(f"invalid t {shown(t)}: times up to {latest:g} s are needed")
-        steps = np.floor(times / self._rig.timestep + 1e-6).astype(np.int64)
+        steps = np.floor(times / self._arrays.timestep + 1e-6).astype(np.int64)
         with self._lock:
             self._replay_to(int(steps.max(initial=0)))
-            speeds = np.concatenate(([self._rig.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
+            speeds = np.concatenate(([self._arrays.wind["mean"][0]], self._replayed))[np.maximum(steps, 0)]
         out = np.zeros((*times.shape, 3))
-        out[..., 0] = speeds * self._rig.wind["direction"][0, 0]
-        out[..., 1] = speeds * self._rig.wind["direction"][0, 1]
+        out[..., 0] = speeds * self._arrays.wind["direction"][0, 0]
+        out[..., 1] = speeds * self._arrays.wind["direction"][0, 1]
         return out
 
     def forget(self) -> None:
@@ -107,6 +107,6 @@ class Wind:
             return
         more = np.empty(missing)
         for index in range(missing):
-            gust_step(self._rig.wind[0], self._replay[0], self._rig.timestep)
+            gust_step(self._arrays.wind[0], self._replay[0], self._arrays.timestep)
             more[index] = self._replay["speed"][0]
         self._replayed = np.concatenate((self._replayed, more))

@@ -152,7 +152,7 @@ def test_commands_on_other_topics_act_at_once(bay):
     rows = scene.sim._live.helm.thrusters
 
     def commanded():
-        commands = scene.sim._live.rig.thruster_state["command"]
+        commands = scene.sim._live.arrays.thruster_state["command"]
         return commands[rows["wamv1"]["left"]], commands[rows["wamv2"]["left"]]
 
     scene.inbox.message(LEFT, thrust(0.25), "/node")

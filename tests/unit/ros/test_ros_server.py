@@ -20,14 +20,14 @@ def test_a_command_moves_its_boat_and_only_that_for_a_second(scene):
     after = scene.sim.observe()
     moved = [math.dist(before[boat].position[:2], after[boat].position[:2]) for boat in scene.sim.boats]
     assert moved[1] > 5.0 * moved[0] > 0.0
-    assert scene.sim._live.rig.thruster_state["thrust"][-1] < 1.0  # the timeout has passed
+    assert scene.sim._live.arrays.thruster_state["thrust"][-1] < 1.0  # the timeout has passed
 
 
 def test_cmd_vel_is_vrxs_twist_to_thrust(scene):
     scene.inbox.message("/wamv1/cmd_vel", new("geometry_msgs/Twist", linear={"x": 0.5}, angular={"z": 1.0}), "/test")
     scene.server.receive()
     rows = scene.sim._live.helm.thrusters["wamv1"]
-    commands = scene.sim._live.rig.thruster_state["command"]
+    commands = scene.sim._live.arrays.thruster_state["command"]
     assert [commands[rows[name]] for name in ("left", "right", "lateral")] == [-0.5, 1.5, 0.0]
 
 

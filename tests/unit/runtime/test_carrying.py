@@ -19,15 +19,15 @@ def test_a_touch_is_counted_once_though_a_boat_joins_meanwhile():
     sim.set_boat("b", pose=BESIDE)
     sim.advance(2)
     sim.set_boat("b", pose=AWAY)
-    before = sim._live.rig.touches.copy()
+    before = sim._live.arrays.touches.copy()
     assert before.max() > 6.0 - 1e-9
     sim.spawn("late", pose=[-80, 0, AFLOAT, 0, 0, 0], sensors="none")
-    assert sim._live.rig.touches[: len(before)].tolist() == before.tolist()
-    assert sim._live.rig.touches[-1] < 0.0  # the newcomer was not touched
+    assert sim._live.arrays.touches[: len(before)].tolist() == before.tolist()
+    assert sim._live.arrays.touches[-1] < 0.0  # the newcomer was not touched
     sim.advance(20)
     assert sim.task["num_collisions"] == 1
     sim.remove("late")
-    assert sim._live.rig.touches.tolist() == before.tolist()
+    assert sim._live.arrays.touches.tolist() == before.tolist()
 
 
 def test_beacons_stay_with_their_boats():

@@ -18,11 +18,11 @@ def calm(engines="fixed", timestep=0.01, **more):
 
 
 def thrusts(sim):
-    return [float(value) for value in sim._live.rig.thruster_state["thrust"]]
+    return [float(value) for value in sim._live.arrays.thruster_state["thrust"]]
 
 
 def angles(sim):
-    return [float(value) for value in sim._live.rig.thruster_state["angle"]]
+    return [float(value) for value in sim._live.arrays.thruster_state["angle"]]
 
 
 REST = 0.0414236

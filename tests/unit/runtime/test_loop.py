@@ -81,7 +81,7 @@ def test_a_step_draws_one_gust_and_advances_the_clock_by_the_timestep():
     sim = simulation()
     for step in range(1, 101):
         sim.advance(1)
-        assert sim._live.rig.wind_state["counter"][0] == step
+        assert sim._live.arrays.wind_state["counter"][0] == step
     assert sim.time == pytest.approx(1.0, abs=1e-12)
 
 

@@ -22,7 +22,7 @@ def raft(**keys):
     world = {"physics": {"timestep": DT}, "sea": {"model": "none"}, "docks": [dock]}
     sim = Simulation(compile_world(world, fleet=BOAT))
     rng = np.random.default_rng(5)
-    blocks = sim._live.rig.blocks
+    blocks = sim._live.arrays.blocks
     hinges = blocks[blocks["parent"] >= 0]
     sim.data.qpos[hinges["qpos"]] = rng.uniform(-0.1, 0.1, len(hinges))
     sim.data.qvel[blocks[0]["dof"] :][: 6 + len(hinges)] = rng.uniform(-0.02, 0.02, 6 + len(hinges))
@@ -31,10 +31,10 @@ def raft(**keys):
 
 
 def loads(sim):
-    rig, data = sim._live.rig, sim.data
-    calm = np.zeros(0, rig.waves.dtype), rig.sea[0], (0.0, 0.0)
-    common = rig.elements, rig.element_state, rig.block_state, *calm, data.qpos, data.qvel, 1.0, DT
-    return [np.array(block_load(i, rig.blocks, rig.raft_work, *common)) for i in range(len(rig.blocks))]
+    arrays, data = sim._live.arrays, sim.data
+    calm = np.zeros(0, arrays.waves.dtype), arrays.sea[0], (0.0, 0.0)
+    common = arrays.elements, arrays.element_state, arrays.block_state, *calm, data.qpos, data.qvel, 1.0, DT
+    return [np.array(block_load(i, arrays.blocks, arrays.raft_work, *common)) for i in range(len(arrays.blocks))]
 
 
 def dense(sim, flat):
@@ -56,7 +56,7 @@ def wet(height):
 def test_the_frames_of_the_blocks_are_mujocos():
     sim = raft()
     loads(sim)
-    for row, work in zip(sim._live.rig.blocks, sim._live.rig.raft_work, strict=True):
+    for row, work in zip(sim._live.arrays.blocks, sim._live.arrays.raft_work, strict=True):
         body = int(row["body"])
         assert work["frame"][:3] == pytest.approx(sim.data.xpos[body], abs=1e-12)
         assert work["frame"][3:12] == pytest.approx(sim.data.xmat[body], abs=1e-12)
@@ -67,7 +67,7 @@ def test_the_frames_of_the_blocks_are_mujocos():
 
 def test_the_load_of_a_block_is_vrx_formula():
     sim = raft()
-    for row, wrench in zip(sim._live.rig.blocks, loads(sim), strict=True):
+    for row, wrench in zip(sim._live.arrays.blocks, loads(sim), strict=True):
         body = int(row["body"])
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
@@ -87,10 +87,10 @@ def test_drag_in_the_inertia_is_the_sum_over_all_blocks():
     sim = raft()
     before = np.array(sim.data.M)
     loads(sim)
-    raft_drag(sim._live.rig.blocks, sim._live.rig.raft_work, sim.data.M, sim.model.M_rowadr)
+    raft_drag(sim._live.arrays.blocks, sim._live.arrays.raft_work, sim.data.M, sim.model.M_rowadr)
     added = dense(sim, np.array(sim.data.M) - before)
     expected = np.zeros_like(added)
-    for row in sim._live.rig.blocks:
+    for row in sim._live.arrays.blocks:
         body = int(row["body"])
         linear, angular = np.zeros((3, sim.model.nv)), np.zeros((3, sim.model.nv))
         mujoco.mj_jacBodyCom(sim.model, sim.data, linear, angular, body)
@@ -98,27 +98,27 @@ def test_drag_in_the_inertia_is_the_sum_over_all_blocks():
         share = wet(sim.data.xipos[body][2] + top - LIFT)[0] / VOLUME * MASS
         expected += DT * 1000 * share * linear.T @ linear + DT * 200 * share * (2 * RADIUS) ** 2 * angular.T @ angular
     assert np.allclose(added, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-    own = slice(int(sim._live.rig.blocks[0]["dof"]), int(sim._live.rig.blocks["dof"].max()) + 1)
+    own = slice(int(sim._live.arrays.blocks[0]["dof"]), int(sim._live.arrays.blocks["dof"].max()) + 1)
     assert np.linalg.eigvalsh(added[own, own]).min() > 0.0
 
 
 def test_a_block_that_leaves_the_water_fast_is_not_held_back():
     sim = raft(layout="X")
-    dof = int(sim._live.rig.blocks[0]["dof"])
+    dof = int(sim._live.arrays.blocks[0]["dof"])
     sim.data.qvel[dof : dof + 6] = (0, 0, 0.5, 0, 0, 0)  # 0.098 m/s would do
     (wrench,) = loads(sim)
     assert wrench[2] == 0.0
-    assert sim._live.rig.raft_work[0]["drag"][2, 2] == 0.0
+    assert sim._live.arrays.raft_work[0]["drag"][2, 2] == 0.0
 
 
 def test_a_mooring_is_a_spring_and_a_damper_at_a_corner():
     sim = raft(mooring={"stiffness": 300.0, "damping": 70.0})
-    rig = sim._live.rig
+    arrays = sim._live.arrays
     loads(sim)
-    work = rig.raft_work.copy()
-    for line in rig.moorings:
-        body = int(rig.blocks["body"][line["block"]])
-        wrench = np.array(moor(line, rig.blocks, rig.raft_work, DT))
+    work = arrays.raft_work.copy()
+    for line in arrays.moorings:
+        body = int(arrays.blocks["body"][line["block"]])
+        wrench = np.array(moor(line, arrays.blocks, arrays.raft_work, DT))
         end = sim.data.xpos[body] + sim.data.xmat[body].reshape(3, 3) @ line["point"]
         linear = np.zeros((3, sim.model.nv))
         mujoco.mj_jac(sim.model, sim.data, linear, None, end, body)
@@ -126,7 +126,7 @@ def test_a_mooring_is_a_spring_and_a_damper_at_a_corner():
         force[2] = 0.0
         assert wrench[:3] == pytest.approx(force)
         assert wrench[3:] == pytest.approx(np.cross(end - sim.data.xipos[body], force))
-    added = sum(rig.raft_work["drag"] - work["drag"])
+    added = sum(arrays.raft_work["drag"] - work["drag"])
     assert added[:2, :2] == pytest.approx(4 * DT * (70.0 + DT * 300.0) * np.eye(2))
 
 
@@ -134,19 +134,19 @@ def test_a_mooring_rests_where_the_dock_starts():
     dock = {"name": "d", "dynamic": True, "pose": [3, 50, 0, 0, 0, 0.6], "layout": "X X\nXXX\n X", "mooring": {}}
     sim = Simulation(compile_world({"sea": {"model": "none"}, "docks": [dock]}))
     loads(sim)
-    for line in sim._live.rig.moorings:
-        assert np.array(moor(line, sim._live.rig.blocks, sim._live.rig.raft_work, DT))[:3] == pytest.approx(
+    for line in sim._live.arrays.moorings:
+        assert np.array(moor(line, sim._live.arrays.blocks, sim._live.arrays.raft_work, DT))[:3] == pytest.approx(
             (0, 0, 0), abs=1e-9
         )
 
 
 def test_the_sphere_around_a_dock_holds_it_at_any_angles():
     sim = raft()
-    row = next(row for row in movers(sim.model) if row["qpos"] == sim._live.rig.blocks[0]["qpos"])
+    row = next(row for row in movers(sim.model) if row["qpos"] == sim._live.arrays.blocks[0]["qpos"])
     qpos = int(row["qpos"])
     middle = sim.data.qpos[qpos : qpos + 3] + rotation_matrix(sim.data.qpos[qpos + 3 : qpos + 7]) @ row["middle"]
     rng = np.random.default_rng(1)
-    hinges = sim._live.rig.blocks[1:]["qpos"]
+    hinges = sim._live.arrays.blocks[1:]["qpos"]
     shapes = [g for g in range(sim.model.ngeom) if sim.model.geom(g).name.startswith("d/")]
     for _ in range(50):
         sim.data.qpos[hinges] = rng.uniform(-np.pi, np.pi, len(hinges))

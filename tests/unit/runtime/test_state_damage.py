@@ -139,7 +139,7 @@ def test_a_boat_at_the_end_of_the_universe_is_refused(sim, state):
 
 def moments_at(sim):
     """Where the marks begin in the bytes of ours."""
-    return sum(table.nbytes for table in sim._live.rig.state_tables)
+    return sum(table.nbytes for table in sim._live.arrays.state_tables)
 
 
 def changed(state, at, value):
@@ -153,8 +153,8 @@ def test_shots_and_what_lights_show_are_in_their_ranges(sim, state, value):
     """They are indices of colours, and numbers of balls."""
     marks, shots, shown = (
         moments_at(sim),
-        sim._live.rig.sensors[1].mark,
-        len(sim._live.rig.sample_clocks.device_state) - 7,
+        sim._live.arrays.sensors[1].mark,
+        len(sim._live.arrays.sample_clocks.device_state) - 7,
     )
     assert sim.set_state(state)
     for at, wanted in ((shots, ".*"), (shown, ".*"), (shown + 6, ".*")):
@@ -177,13 +177,13 @@ def test_shots_and_what_lights_show_are_in_their_ranges(sim, state, value):
 )
 def test_a_sensors_clock_that_cannot_be_is_refused(sim, state, field, value):
     """A slot is an index of the compiled loop."""
-    at = moments_at(sim) + sim._live.rig.sample_clocks.device_state.nbytes + 8 + CLOCK.fields[field][1]
+    at = moments_at(sim) + sim._live.arrays.sample_clocks.device_state.nbytes + 8 + CLOCK.fields[field][1]
     with pytest.raises(StateError, match=r"^the state has a sensors' clock "):
         sim.set_state(changed(state, at, value))
 
 
 def test_the_numbers_of_tables_are_finite(sim, state):
-    at = sim._live.rig.wind_state.nbytes + THRUSTER_STATE.fields["angle"][1]
+    at = sim._live.arrays.wind_state.nbytes + THRUSTER_STATE.fields["angle"][1]
     with pytest.raises(StateError) as refused:
         sim.set_state(changed(state, at, np.inf))
     assert str(refused.value) == "the state has an invalid angle in one of its tables"

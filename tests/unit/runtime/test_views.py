@@ -48,7 +48,7 @@ def test_an_array_of_another_kind_is_a_mistake_of_ours(array):
 
 def test_a_simulation_has_every_array_of_the_list_and_no_other():
     live = simulation(boats((0.0, 0.0, 0.0)))._live
-    found = live.rig.by_name(live.sampler.table, live.sampler.buffer)
+    found = live.arrays.by_name(live.sampler.table, live.sampler.buffer)
     assert tuple(found) == tuple(ARRAYS) == Views._fields
     for name, array in ARRAYS.items():
         assert (found[name].dtype, found[name].ndim) == (array.dtype, array.ndim), name

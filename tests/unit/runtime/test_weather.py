@@ -72,7 +72,7 @@ def test_the_height_that_lifts_a_buoy_is_the_seas():
         sim.advance(7)
         place = sim.observe_object("buoy").position.copy()
         sim.advance(1)
-        assert sim._live.rig.float_state["height"][0] == sim.sea.height(place[0], place[1], sim.time)
+        assert sim._live.arrays.float_state["height"][0] == sim.sea.height(place[0], place[1], sim.time)
 
 
 # The wind
@@ -83,7 +83,7 @@ def speeds(sim, steps):
     out = []
     for _ in range(steps):
         sim.advance(1)
-        out.append(float(sim._live.rig.wind_state["speed"][0]))
+        out.append(float(sim._live.arrays.wind_state["speed"][0]))
     return out
 
 
@@ -105,7 +105,7 @@ def test_the_wind_now_is_that_of_the_last_step():
     angle = math.radians(GUSTY["direction"])
     for _ in range(300):
         sim.advance(1)
-        now = sim._live.rig.wind_state["speed"][0]
+        now = sim._live.arrays.wind_state["speed"][0]
         assert sim.wind.velocity(sim.time)[:2] == pytest.approx([now * math.cos(angle), now * math.sin(angle)])
 
 
