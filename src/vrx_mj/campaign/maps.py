@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from shapely import MultiPoint, Point, Polygon, box
+from shapely import LinearRing, MultiPoint, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
@@ -99,7 +99,7 @@ def _land(rings: Sequence[Line], view: Box) -> str:
 
 
 def _clockwise(ring: Line) -> bool:
-    return sum(x * w - z * y for (x, y), (z, w) in zip(ring, [*ring[1:], ring[0]], strict=True)) < 0.0
+    return not LinearRing(ring).is_ccw
 
 
 def _outline(shape: BaseGeometry) -> str:

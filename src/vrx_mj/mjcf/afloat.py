@@ -23,6 +23,7 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import boat_box
 from vrx_mj.mjcf.docks import block_corners
 from vrx_mj.mjcf.free_origin import Frame, Place, free_origin
+from vrx_mj.mjcf.land import area_of
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import shoreline
 
@@ -125,7 +126,7 @@ def _better_origin(
 
 def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
     """How far [m] from the shore, rings of points (x, y), a boat of an outline would stand on land; 0 in free water."""
-    area, land = shapely.Polygon(_placed(corners, pose)), _land(shore)
+    area, land = shapely.Polygon(_placed(corners, pose)), area_of(shore)
     return _depth(area, land) if shapely.intersects(area, land) else 0.0
 
 
@@ -161,7 +162,7 @@ def outline(boat: Boat) -> FloatArray:
 def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
-        land = _land(shoreline(config.terrain, config.folder))
+        land = area_of(shoreline(config.terrain, config.folder))
         found.append(_Thing(LAND, f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
@@ -169,13 +170,6 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     for thing in found:
         shapely.prepare(thing.area)
     return found
-
-
-def _land(shore: Sequence[Sequence[Sequence[float]]]) -> Area:
-    land = shapely.Polygon()
-    for ring in shore:
-        land = shapely.symmetric_difference(land, shapely.Polygon(ring))  # a ring inside another is a lake
-    return land
 
 
 def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Thing]) -> dict[int, str]:

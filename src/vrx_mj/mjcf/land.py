@@ -10,7 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = ["LandMesh", "land_meshes"]
+__all__ = ["LandMesh", "area_of", "land_meshes"]
 
 
 SAND_TOP = 0.4
@@ -29,6 +29,16 @@ class LandMesh:
     file: str
     data: bytes
     color: tuple[float, float, float, float]
+
+
+def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
+    """The land as a shapely polygon, from the rings of its shore (n, 2) [m]; a ring inside another is a lake."""
+    import shapely
+
+    land = shapely.Polygon()
+    for ring in rings:
+        land = shapely.symmetric_difference(land, shapely.Polygon(ring))
+    return land
 
 
 def land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:

@@ -16,7 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import MAX_COORDINATE
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.errors import ConfigError, Problem, shortened
-from vrx_mj.mjcf.land import land_meshes
+from vrx_mj.mjcf.land import area_of, land_meshes
 from vrx_mj.mjcf.pieces import Piece, hull_file
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
@@ -82,17 +82,20 @@ def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:
 
 
 def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
-    """Whether the point is on the dry side of the waterline: an odd number of rings surrounds it."""
-    return sum(_surrounds(ring, x, y) for ring in _rings(_read(_find(name, near)))) % 2 == 1
+    """Whether the point is on the dry side of the waterline."""
+    import shapely
+
+    path = _find(name, near)
+    return bool(shapely.contains_xy(_area(path, path.stat().st_mtime_ns), x, y))
 
 
-def _surrounds(ring: FloatArray, x: float, y: float) -> bool:
-    """Whether a ray to the east of the point crosses the ring an odd number of times."""
-    (xa, ya), (xb, yb) = ring.T, np.roll(ring, -1, axis=0).T
-    spans = (ya > y) != (yb > y)
-    rise = np.where(spans, yb - ya, 1.0)
-    crossings = spans & (xa + (y - ya) / rise * (xb - xa) > x)
-    return bool(np.count_nonzero(crossings) % 2)
+@functools.lru_cache(maxsize=4)
+def _area(path: Path, _changed: int) -> object:
+    import shapely
+
+    area = area_of(_rings(_read(path)))
+    shapely.prepare(area)
+    return area
 
 
 def bank_blocks(rings: list[FloatArray]) -> FloatArray:
@@ -184,9 +187,9 @@ def _rings(polygons: list[dict[str, Any]]) -> list[FloatArray]:
 
 
 def _turned(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
-    x, y = ring.T
-    area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    return ring if (area > 0.0) == counterclockwise else ring[::-1]
+    import shapely
+
+    return ring if bool(shapely.is_ccw(shapely.linearrings(ring))) == counterclockwise else ring[::-1]
 
 
 def _find(name: str, near: Path | None) -> Path:
