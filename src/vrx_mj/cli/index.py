@@ -58,7 +58,7 @@ FIRST = {
     "view": "vrx-mj view example_course --fleet trio",
     "new": "vrx-mj new world my_bay",
 }
-"""What a newcomer needs first, with an example of each."""
+"""What a new user needs first, with an example of each."""
 
 
 def overview() -> str:

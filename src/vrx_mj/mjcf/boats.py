@@ -77,7 +77,7 @@ class Thruster:
 
 @dataclass(frozen=True)
 class Boat:
-    """A kind of boat, furnished."""
+    """A kind of boat, assembled."""
 
     name: str
     link: str

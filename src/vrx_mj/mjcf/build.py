@@ -32,7 +32,7 @@ from vrx_mj.resources import root
 __all__ = ["boat_urdf", "build_boat", "robot_urdf"]
 
 SHOWN_NOTES = 12
-"""Oddities of a robot that a warning lists."""
+"""Greatest number of faults of a robot that a warning lists."""
 XACRO_MARKS = ("<xacro:", "${", "$(")
 """What tells that a URDF has something to expand."""
 VRX, NONE = "vrx", "none"

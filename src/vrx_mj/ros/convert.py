@@ -1,4 +1,4 @@
-"""From a recording to a bag: the topics of a served simulation, as far as the recording holds what they tell."""
+"""From a recording to a bag: the topics of a served simulation, as far as the recording holds their data."""
 
 import heapq
 import math
@@ -40,7 +40,7 @@ P3D = "sensors/position/p3d_wamv"
 UNKNOWN = frozenset({"/gazebo/performance_metrics", "/vrx/debug/contact"})
 """What a recording does not hold."""
 MOVING = ("/clock", "/tf", "/tf_static", "/gazebo/", "/vrx/debug/wind/")
-"""Beginnings of topics that rows tell; each boat's joints are too, and all others follow from the saved states."""
+"""Beginnings of topics whose data are in the rows; as those of joints are; all others follow from saved states."""
 KEPT = 2
 """Companies whose simulation is kept: rows and states of two alternate where boats come or go."""
 
@@ -143,7 +143,7 @@ class SegmentOutputs(NamedTuple):
     measured: Mapping[tuple[str, str], Sequence[Output]]
     """By boat and sensor, made of readings."""
     places: Mapping[str, str]
-    """Topics that tell where a boat is and how it moves, of boats whose own sensor for that was not recorded."""
+    """Topics of where a boat is and how it moves, of boats whose own sensor for that was not recorded."""
 
 
 class Conversion:
@@ -279,7 +279,7 @@ def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
 
 
 def odometry(bodies: Bodies, boat: str, time: float) -> Message:
-    """nav_msgs/Odometry as VRX's P3D tells it: of `base_link` in `map`, velocities in the axes of the world."""
+    """nav_msgs/Odometry as VRX's P3D publishes it: of `base_link` in `map`, velocities in the axes of the world."""
     placed = bodies.model(boat)
     return new(
         ODOMETRY,

@@ -171,11 +171,11 @@ SHOWN = 8
 
 
 class Diagnosis:
-    """Looks at what comes and at how the boats are, and tells what is odd about it."""
+    """Looks at what comes and at how the boats are, and reports what is odd about it."""
 
     def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
         self._sim, self._tell = sim, tell
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._times: dict[tuple[str, str], deque[float]] = {}
         self._ashore: dict[str, int] = {}
         self._number = -1
@@ -204,7 +204,7 @@ class Diagnosis:
     def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "RosInterface") -> None:
         """Somebody publishes where nobody listens."""
         topic, key = unknown_publisher.topic, f"{unknown_publisher.topic} {unknown_publisher.sender}"
-        if topic in table.inputs or key in self._told:
+        if topic in table.inputs or key in self._reported:
             return
         hint = self._hints(topic, unknown_publisher.type, table, self._sim.boats)
         if hint:
@@ -274,18 +274,18 @@ class Diagnosis:
             if self._ashore[boat] >= AGROUND:
                 self._once(f"{boat} aground", f"t = {self._sim.time:.1f} s: {boat} is aground")
             elif self._ashore[boat] <= -AFLOAT:
-                self._told.discard(f"{boat} aground")
+                self._reported.discard(f"{boat} aground")
 
     def _state(self, key: str, holds: bool, text: str) -> None:
         """Tell of something once for as long as it holds."""
         if holds:
             self._once(key, f"t = {self._sim.time:.1f} s: {text}")
         else:
-            self._told.discard(key)
+            self._reported.discard(key)
 
     def _once(self, key: str, text: str) -> None:
-        if key not in self._told and len(self._told) < 10_000:
-            self._told.add(key)
+        if key not in self._reported and len(self._reported) < 10_000:
+            self._reported.add(key)
             self._tell("WARN", text)
 
     def _timeout(self, boat: str, thruster: str) -> float:

@@ -500,7 +500,7 @@ class Server(Protocol):
         """What it has carried."""
 
     def start(self) -> Sequence[str]:
-        """Open it; returns lines that tell people where it is. NetworkError: it cannot be opened, and why."""
+        """Open it; returns lines for people with its address. NetworkError: it cannot be opened, and why."""
 
     def close(self) -> None:
         """Withdraw all, and close every connection."""

@@ -42,7 +42,7 @@ class Output:
     type: str
     """As ROS 1 names it, `sensor_msgs/JointState`."""
     make: Callable[..., Message | None]
-    """Gives the present message, or None where there is nothing to tell; of a sensor it takes the reading."""
+    """Gives the present message, or None where there is none to publish; of a sensor it takes the reading."""
     rate: float = 0.0
     """Messages per simulated second; 0: whenever there is a new one."""
     sensor: tuple[str, str] | None = None
@@ -117,7 +117,7 @@ class Transport(Protocol):
     """For people, as `ROS 1`."""
 
     def start(self) -> Sequence[str]:
-        """Open it; returns lines that tell people where it is. NetworkError: it cannot be opened, and why."""
+        """Open it; returns lines for people with its address. NetworkError: it cannot be opened, and why."""
 
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else: what is new in it is announced, what is gone withdrawn."""

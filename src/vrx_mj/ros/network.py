@@ -150,7 +150,7 @@ def _user(number: int) -> str:
 
 
 MOST_NOTICES = 1000
-"""Different notices that are remembered; once there are so many, no new ones are told."""
+"""Different notices that are remembered; once there are so many, no new ones are written."""
 LONGEST_NOTICE = 500
 """Characters of a notice: parts of it come from unknown_publishers."""
 
@@ -158,23 +158,23 @@ _logger = logging.getLogger("vrx_mj.ros")
 
 
 class Notices:
-    """Told to Python's log `vrx_mj.ros` and to whoever listens."""
+    """Lines for Python's log `vrx_mj.ros` and for a listener."""
 
     def __init__(self) -> None:
         self.listener: Callable[[str, str], None] | None = None
         """Takes the level, `INFO`, `WARN` or `ERROR`, and the text."""
-        self._told: set[tuple[str, str]] = set()
+        self._written: set[tuple[str, str]] = set()
 
     def tell(self, level: str, kind: str, who: str, text: str) -> None:
-        """Tell a line, unless one of this kind was told of the same peer."""
-        if (kind, who) in self._told or len(self._told) >= MOST_NOTICES:
+        """Write a line, unless one of this kind about the same peer was written."""
+        if (kind, who) in self._written or len(self._written) >= MOST_NOTICES:
             return
-        self._told.add((kind, who))
+        self._written.add((kind, who))
         line = "".join(letter if letter.isprintable() else "?" for letter in text[:LONGEST_NOTICE])
         _logger.log({"INFO": logging.INFO, "WARN": logging.WARNING}.get(level, logging.ERROR), "%s", line)
         if self.listener is not None:
             self.listener(level, line)
 
     def forget(self, kind: str, who: str) -> None:
-        """Let a line of this kind be told again."""
-        self._told.discard((kind, who))
+        """Let a line of this kind be written again."""
+        self._written.discard((kind, who))

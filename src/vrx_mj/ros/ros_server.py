@@ -232,7 +232,7 @@ Level = Literal["INFO", "WARN", "ERROR"]
 Tell = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
-"""[Hz] of simulated time: how often the clock is told, and commands are taken."""
+"""[Hz] of simulated time: how often the clock is published, and commands are taken."""
 TASK_INFO = "/vrx/task/info"
 """Whose last message is a trial's score."""
 ALL = 1 << 62
@@ -266,7 +266,7 @@ class RosServer:
             inbox: what they fill.
             tell: is given lines for people.
             cmd_vel: what `cmd_vel` commands.
-            truth: whether `/tf` tells where boats really are.
+            truth: whether `/tf` has the true poses of boats.
             clock_rate: of `/clock`, per simulated second.
             lockstep: which topics time waits for; None: it waits for nobody.
 

@@ -39,7 +39,7 @@ class Meter:
         """Share of wall time that each sensor took since the line before."""
 
     def line(self) -> str:
-        """Measure, and tell."""
+        """Measure, and report."""
         now, moment, cpu, sent = self._now()
         wall = max(now - self._then[0], 1e-9)
         self.pace = max(0.0, moment - self._then[1]) / wall

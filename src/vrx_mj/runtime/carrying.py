@@ -1,7 +1,7 @@
 """What moves, carried over to the world with one boat more, or one less.
 
 Who joins comes last in every table and array and who leaves is cut out, so the others keep their order: of each array
-the rows that stay fill the beginning of the new one, and the rest of that is the newcomer's as it starts.
+the rows that stay fill the beginning of the new one, and the rest of that is the new boat's as it starts.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays
 __all__ = ["carry"]
 
 WHOLE = ("body_subtreemass",)
-"""Arrays of the model in which the newcomer counts for the others, too: for the world."""
+"""Arrays of the model in which the new boat counts for the others, too: for the world."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def _tables(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
 
 
 def _moments(old: LoopArrays, new: LoopArrays, stay: Staying) -> None:
-    """The devices, and what the clocks latched; until a clock's next moment a newcomer is where it starts."""
+    """The devices, and what the clocks latched; until a clock's next moment a new boat is where it starts."""
     shown = len(old.display_marks)
     sensed, now = len(old.sample_clocks.device_state) - shown, new.sample_clocks
     count = len(now.device_state) - shown

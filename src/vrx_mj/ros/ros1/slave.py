@@ -151,7 +151,7 @@ class Watch:
         self._graph, self._link = graph, link
         self._publications = publications
         self.announced = ""
-        """The address that others are told."""
+        """The address that others get."""
         self.clock: Callable[[], float] = time.monotonic
         self._unknown_publishers: set[tuple[str, str]] = set()
         self._since: dict[tuple[str, str], float] = {}

@@ -93,7 +93,7 @@ def answer_bytes(value: Any) -> bytes:
 
 
 def fault_bytes(text: str) -> bytes:
-    """An answer that tells of a failure."""
+    """An answer that reports a failure."""
     return xmlrpc.client.dumps(Fault(1, text)).encode("utf-8", "xmlcharrefreplace")
 
 

@@ -128,7 +128,7 @@ class Node:
         self._out: dict[str, _Out] = {}
         self._in: dict[str, _In] = {}
         self._senders: dict[str, str] = {}
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._looked = self._counted = 0.0
         self._rosout = self._publisher("rcl_interfaces/Log", "/rosout", latched=True, depth=ROSOUT_DEPTH)
         self.wanted: frozenset[str] = frozenset()
@@ -256,8 +256,8 @@ class Node:
         return found
 
     def _once(self, text: str) -> None:
-        if text not in self._told and len(self._told) < 1000:
-            self._told.add(text)
+        if text not in self._reported and len(self._reported) < 1000:
+            self._reported.add(text)
             _logger.warning(text)
 
 

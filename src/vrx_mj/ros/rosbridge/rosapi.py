@@ -39,15 +39,15 @@ MOMENTS = {
 
 def typedefs(type_name: str) -> list[dict[str, Any]]:
     """A message type, then those that it uses; UnknownNameError: there is none of this name."""
-    waiting, told = [known_type(type_name)], {}
+    waiting, definitions = [known_type(type_name)], {}
     while waiting:
         name = waiting.pop(0)
-        if name in told:
+        if name in definitions:
             continue
-        told[name] = {"type": name} | (MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
+        definitions[name] = {"type": name} | (MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
         if name not in {MOMENT, SPAN}:
             waiting += [field.type for field in fields(name).values() if _is_message(field)]
-    return list(told.values())
+    return list(definitions.values())
 
 
 def _typedef(name: str) -> dict[str, Any]:

@@ -17,7 +17,7 @@ __all__ = ["CLOCK", "make_table"]
 
 
 def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> RosInterface:
-    """The table of a simulation with the boats that it has now; `/clock` is told at a rate [Hz].
+    """The table of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
     Where time `waits` for answers, who comes late gets the last clock.
     """

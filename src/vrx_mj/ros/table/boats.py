@@ -265,7 +265,7 @@ class Skeleton:
         return list(frames.values())
 
     def moving(self) -> list[Message]:
-        """Of its engines, as they are steered, and its propellers; and of the boat in `map`, if the truth is told."""
+        """Of its engines, as steered, and its propellers; and of the boat in `map`, if true poses are published."""
         host, boat = self._host, self._boat
         spins, angles = self._spun(), host.sim.steering(boat)
         frames = []

@@ -194,7 +194,7 @@ class Host(Protocol):
     bodies: Bodies
     cmd_vel: CmdVel
     truth: bool
-    """Whether `/tf` tells where boats really are."""
+    """Whether `/tf` has the true poses of boats."""
     paused: bool
 
     @property
