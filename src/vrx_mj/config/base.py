@@ -115,7 +115,7 @@ class Config(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_file(cls, data: object) -> Any:
+    def _from_file(cls, data: object) -> object:
         """Lists become tuples, an empty section its default; `folder` is where the text came from."""
         if not isinstance(data, Mapping):
             return data
@@ -230,7 +230,7 @@ def _possible(value: tuple[float, float, float]) -> tuple[float, float, float]:
     return value
 
 
-def _rgba(value: object) -> Any:
+def _rgba(value: object) -> object:
     if isinstance(value, str) and not _in_brackets(value, 3, 4):
         if value not in COLORS:
             raise fault(str(UnknownNameError("colour", value, COLORS)))
@@ -242,7 +242,7 @@ def _rgba(value: object) -> Any:
     return (*value, 1.0) if len(value) == 3 else tuple(value)
 
 
-def _switch(value: object) -> Any:
+def _switch(value: object) -> object:
     return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
 
 

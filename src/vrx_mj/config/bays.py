@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
@@ -56,12 +56,12 @@ SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green",
 """The 16 symbols that shuffling goes through; a placard shows the first unless it is told otherwise."""
 
 
-def _off(value: object) -> Any:
+def _off(value: object) -> object:
     """A file's `off` reads as false."""
     return OFF if value is False else value
 
 
-def _three(value: object) -> Any:
+def _three(value: object) -> object:
     if not isinstance(value, tuple | list) or len(value) != 3:
         raise fault(f"expected three of red, green, blue, yellow and off, got {shown(value)}")
     return tuple(value)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -166,7 +166,7 @@ class Placed(Config):
     """Pose in the world, or in the object that this is a part of [m, rad]."""
 
 
-def _drawing(value: object) -> Any:
+def _drawing(value: object) -> object:
     """A list of rows becomes the block of text that it stands for."""
     if isinstance(value, list | tuple):
         text, found = drawn(value)
@@ -216,7 +216,7 @@ class DockPlacement(Placed):
 
     @field_validator("block", mode="before")
     @classmethod
-    def _is_a_size(cls, value: object) -> Any:
+    def _is_a_size(cls, value: object) -> object:
         if isinstance(value, bool) or value not in BLOCKS:
             raise fault(f"a block is {one_of([f'{edge:g}' for edge in BLOCKS])} m long, got {shown(value)}")
         return float(value)

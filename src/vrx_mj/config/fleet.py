@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -231,7 +231,7 @@ class BoatEntry(_Built):
     """Colour of the boat's skin."""
 
 
-def _origin(value: object) -> Any:
+def _origin(value: object) -> object:
     if not isinstance(value, tuple | list) and not (isinstance(value, str) and value in {"world", "spawn"}):
         raise fault(f"expected world, spawn or [x, y, yaw], got {shown(value)}")
     return value
@@ -245,7 +245,7 @@ Origin = Annotated[
 ]
 
 
-def _facing(value: object) -> Any:
+def _facing(value: object) -> object:
     words = get_args(Facing)
     if (
         isinstance(value, bool)

@@ -16,12 +16,12 @@ SEA: Mapping[str, Mapping[str, Any]] = {"vrx3": {"scale": 1.1}}
 """The same for `SeaConfig`; VRX 3's Wavefield.cc."""
 
 
-def physics_of_profile(data: object) -> Any:
+def physics_of_profile(data: object) -> object:
     """A world's `physics` with its profile's values where it gives none."""
     return _on_top(PHYSICS, data.get("profile"), data) if isinstance(data, Mapping) else data
 
 
-def world_of_profile(data: object) -> Any:
+def world_of_profile(data: object) -> object:
     """A world's file with its profile's sea where it says nothing of it."""
     if not isinstance(data, Mapping) or not isinstance(data.get("physics"), Mapping):
         return data

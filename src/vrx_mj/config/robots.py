@@ -45,7 +45,7 @@ DESCRIPTIONS = (".urdf.xacro", ".xacro", ".urdf")
 """How a robot's description may end."""
 
 
-def _scalars(value: object) -> Any:
+def _scalars(value: object) -> object:
     """Values of xacro arguments as the texts that xacro wants; a switch is `true` or `false`, as in VRX's files."""
     if not isinstance(value, Mapping):
         return value

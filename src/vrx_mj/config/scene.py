@@ -1,6 +1,6 @@
 """What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
@@ -97,7 +97,7 @@ def _sky_kind(value: object) -> str:
     return "switch" if isinstance(value, bool) else "sky"
 
 
-def _sky(value: object) -> Any:
+def _sky(value: object) -> object:
     if isinstance(value, str):
         value = {"yes": True, "on": True, "no": False, "off": False}.get(value.lower(), value)
     if value is None or (isinstance(value, str | int | float) and not isinstance(value, bool)):

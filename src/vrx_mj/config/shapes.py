@@ -1,6 +1,6 @@
 """Shapes that collide, are seen, or displace water."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -37,7 +37,7 @@ Factor = Annotated[float, AfterValidator(_not_zero)]
 Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 
-def _three(value: object) -> Any:
+def _three(value: object) -> object:
     return (value,) * 3 if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 

@@ -51,14 +51,14 @@ __all__ = [
 ]
 
 
-def _gates(value: object) -> Any:
+def _gates(value: object) -> object:
     """Lists of lists of two names."""
     if isinstance(value, tuple | list):
         return tuple(_gate(item, index) for index, item in enumerate(value))
     return value
 
 
-def _gate(value: object, index: int) -> Any:
+def _gate(value: object, index: int) -> object:
     if not isinstance(value, tuple | list) or len(value) != 2 or not all(isinstance(name, str) for name in value):
         raise faults(((index,), f"expected two names [left, right], got {shown(value)}"))
     if value[0] == value[1]:
@@ -285,14 +285,14 @@ class DockTask(TaskConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _defaults_of_its_type(cls, data: object) -> Any:
+    def _defaults_of_its_type(cls, data: object) -> object:
         if not isinstance(data, Mapping):
             return data
         return {**_DOCKS.get(data.get("type", ""), {}), **data}
 
     @field_validator("color_sequence", mode="before")
     @classmethod
-    def _has_three(cls, value: object) -> Any:
+    def _has_three(cls, value: object) -> object:
         if not isinstance(value, tuple | list) or len(value) != 3:
             raise fault(f"expected three colours of {', '.join(LIGHT_COLORS)}, got {shown(value)}")
         return tuple(value)
@@ -382,7 +382,7 @@ TASKS: Mapping[str, type[TaskConfig]] = {
 """Models of the tasks, by type."""
 
 
-def read_task(value: object, info: ValidationInfo) -> Any:
+def read_task(value: object, info: ValidationInfo) -> object:
     """The task of a file's section, by its type."""
     if value is None or isinstance(value, TaskConfig):
         return value

@@ -4,7 +4,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
@@ -151,7 +151,7 @@ class PhysicsConfig(Config):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_its_profile(cls, data: object) -> Any:
+    def _of_its_profile(cls, data: object) -> object:
         return physics_of_profile(data)
 
 
@@ -189,7 +189,7 @@ class Georeference(Config):
         return math.cos(math.radians(self.heading)), math.sin(math.radians(self.heading))
 
 
-def _names(value: object) -> Any:
+def _names(value: object) -> object:
     if isinstance(value, str):
         return (value,)
     if not isinstance(value, Sequence) or not all(isinstance(name, str) for name in value):
@@ -277,7 +277,7 @@ class WorldConfig(Config):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_its_profile(cls, data: object) -> Any:
+    def _of_its_profile(cls, data: object) -> object:
         return world_of_profile(data)
 
     @field_validator("terrain")

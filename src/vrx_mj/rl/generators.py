@@ -131,7 +131,7 @@ class Variety:
         if isinstance(self._rows, Batch):
             self._rows.vary(rows, **changed)
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
         return {name: values.copy() for name, values in self._drawn.items()}
 

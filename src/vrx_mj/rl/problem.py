@@ -133,10 +133,10 @@ class Problem(ABC):
         """Judge a step, once; only the rows that were `going`, (n,), count, and the boats that were present."""
 
     @abstractmethod
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Facts of a step for `info`, (n,) or (n, boats) each."""
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """What `start` drew, (n, ...) each: goals and the like, for the `info` of an episode's beginning."""
         return {}
 

@@ -69,20 +69,20 @@ TASK_DEFAULTS: Mapping[str, Parameters] = {
 """Parameters of the macros with VRX's defaults."""
 
 
-def stationkeeping(given: Given) -> dict[str, Any]:
+def stationkeeping(given: Given) -> dict[str, object]:
     """Hold a pose."""
     goal = given.numbers("lat lon heading")
     return {"task": {"type": "stationkeeping", "goal": goal, **_boat(given)}, **_markers(given)}
 
 
-def wayfinding(given: Given) -> dict[str, Any]:
+def wayfinding(given: Given) -> dict[str, object]:
     """Visit poses."""
     block = _needed(given, "waypoints")
     poses = [_waypoint(tag) for tag in block.each("waypoint")]
     return {"task": {"type": "wayfinding", "waypoints": At(poses, block.place), **_boat(given)}, **_markers(given)}
 
 
-def perception(given: Given) -> dict[str, Any]:
+def perception(given: Given) -> dict[str, object]:
     """Name and place objects that show up before the boat."""
     models, shown = _needed(given, "model_includes"), _needed(given, "object_sequence")
     task = {"type": "perception", "objects": At([_shown(tag) for tag in shown.each("object")], shown.place)}
@@ -92,7 +92,7 @@ def perception(given: Given) -> dict[str, Any]:
     }
 
 
-def nav_challenge(given: Given) -> dict[str, Any]:
+def nav_challenge(given: Given) -> dict[str, object]:
     """Pass the gates of a channel."""
     name = given.text("name")
     task = {
@@ -104,18 +104,18 @@ def nav_challenge(given: Given) -> dict[str, Any]:
     return {"objects": [thing(given.text("uri"), given.numbers("x y z R P Y"), name)], "task": task}
 
 
-def dock(given: Given) -> dict[str, Any]:
+def dock(given: Given) -> dict[str, object]:
     """Dock at a dock of two bays; with a light buoy, as it tells."""
     kind = "scan_and_dock" if given.switch("light_buoy_present").value else "dock"
     return _docking(given, kind, 2, {})
 
 
-def scan_dock_deliver(given: Given) -> dict[str, Any]:
+def scan_dock_deliver(given: Given) -> dict[str, object]:
     """Dock at a dock of three bays as the light buoy tells, and throw balls."""
     return _docking(given, "scan_dock_deliver", 3, _SHORT)
 
 
-def scan_and_dock(_: Given) -> dict[str, Any]:
+def scan_and_dock(_: Given) -> dict[str, object]:
     """Dock as the light buoy tells, at fixed places.
 
     VRX's macro says nothing of symbols, and its bays never hear of a boat. The symbol that is right by its colours, red
@@ -135,7 +135,7 @@ def scan_and_dock(_: Given) -> dict[str, Any]:
     }
 
 
-def wildlife(given: Given) -> dict[str, Any]:
+def wildlife(given: Given) -> dict[str, object]:
     """Keep away from some animals and circle others."""
     models, animals = _needed(given, "animal_includes"), _needed(given, "animal_buoys")
     task = {"type": "wildlife", "animals": At([_animal(tag) for tag in animals.each("buoy")], animals.place)}
@@ -145,7 +145,7 @@ def wildlife(given: Given) -> dict[str, Any]:
     }
 
 
-def gymkhana(given: Given) -> dict[str, Any]:
+def gymkhana(given: Given) -> dict[str, object]:
     """Pass a channel, then find a beacon behind obstacles."""
     name = given.text("name")
     course = At(f"{name.value}_navigation_course", name.place)
@@ -165,7 +165,7 @@ def gymkhana(given: Given) -> dict[str, Any]:
 _SHORT: Parameters = {"initial_state_duration": 3.0, "ready_state_duration": 3.0}
 
 
-def _docking(given: Given, kind: str, bays: int, durations: Parameters) -> dict[str, Any]:
+def _docking(given: Given, kind: str, bays: int, durations: Parameters) -> dict[str, object]:
     light, checker, name = (
         given.switch("light_buoy_present"),
         given.switch("enable_color_checker"),
@@ -215,7 +215,7 @@ def _waypoint(tag: Tag) -> list[float]:
     return tag.numbers("pose", GEODETIC) or []
 
 
-def _shown(tag: Tag) -> dict[str, Any]:
+def _shown(tag: Tag) -> dict[str, object]:
     tag.only("time", "duration", "type", "name", "pose")
     found: dict[str, Any] = {key: tag.required(key) for key in ("type", "name")}
     for key in ("time", "duration"):
@@ -226,7 +226,7 @@ def _shown(tag: Tag) -> dict[str, Any]:
     return {**found, "pose": pose} if pose else found
 
 
-def _animal(tag: Tag) -> dict[str, Any]:
+def _animal(tag: Tag) -> dict[str, object]:
     tag.only("model_name", "link_name", "name", "goal")
     name = tag.text("model_name") or tag.text("name") or tag.required("link_name")
     return {"name": name.partition("::")[0], "goal": tag.required("goal")}
@@ -293,12 +293,12 @@ def _base(world: str) -> Macro:
     return Macro("base", lambda given: {"extends": At(world, given.call.place)}, {})
 
 
-def _waves(given: Given) -> dict[str, Any]:
+def _waves(given: Given) -> dict[str, object]:
     sea = {key: given.number(key) for key in ("gain", "period", "angle", "scale")}
     return {"sea": {"model": "pms", **sea, "direction": given.numbers("direction_x direction_y")}}
 
 
-def _wind(given: Given) -> dict[str, Any]:
+def _wind(given: Given) -> dict[str, object]:
     wind: dict[str, Any] = {
         "direction": given.number("direction"),
         "mean_velocity": given.number("mean_vel"),
@@ -313,7 +313,7 @@ def _wind(given: Given) -> dict[str, Any]:
     return {"wind": wind}
 
 
-def _wind_object(tag: Tag) -> dict[str, Any]:
+def _wind_object(tag: Tag) -> dict[str, object]:
     tag.only("name", "link_name", "coeff_vector")
     tag.required("coeff_vector")
     return {"model": tag.required("name"), "coefficients": tag.numbers("coeff_vector", "x y yaw")}
@@ -324,7 +324,7 @@ def _is_stale(given: Given) -> bool:
     return block is not None and any(tag.text("link_name") == STALE_LINK for tag in block.each("wind_obj"))
 
 
-def _scene(given: Given) -> dict[str, Any]:
+def _scene(given: Given) -> dict[str, object]:
     scene: dict[str, Any] = {"sky": True, "grid": False, "origin_visual": False}
     ambient, fog = given.block("ambient"), given.block("fog")
     if ambient is not None and ambient.text:
@@ -335,7 +335,7 @@ def _scene(given: Given) -> dict[str, Any]:
     return {"scene": scene}
 
 
-def _fog(tag: Tag) -> dict[str, Any]:
+def _fog(tag: Tag) -> dict[str, object]:
     tag.only("type", "color", "start", "end", "density")
     found: dict[str, Any] = {} if tag.text("type") is None else {"type": tag.text("type")}
     color = tag.text("color")
@@ -353,7 +353,7 @@ def _color(tag: Tag, text: str, where: str) -> list[float]:
     return tag.read_numbers(text, where, ["r", "g", "b", "a"][: 3 if len(text.split()) == 3 else 4])
 
 
-def _model(given: Given) -> dict[str, Any]:
+def _model(given: Given) -> dict[str, object]:
     return {"objects": [thing(given.text("uri"), given.numbers("x y z R P Y"))]}
 
 

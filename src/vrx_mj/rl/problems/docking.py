@@ -1,7 +1,6 @@
 """Docking: into a bay of a dock, and stay there."""
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -99,12 +98,12 @@ class Docking(Problem):
         self._cost, self._held = cost, held
         return Judged(reward, docked)
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Whether the boat is inside and has docked, and how fast it came."""
         docked = self._held >= round(HOLD / PERIOD)
         return {"inside": self._inside.copy(), "docked": docked, "approach_speed": self._fastest.copy()}
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
         return {"bay": self._goal[:, :3].copy()}
 

@@ -1,7 +1,5 @@
 """Encounter: two boats on collision courses, who pass by the rules of the road."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -117,7 +115,7 @@ class Encounter(Problem):
         self._far = far
         return Judged(own, touched[:, None] | leaves)
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 2, 2): x, y [m] of each boat's."""
         return {"goals": self._goals.copy()}
 
@@ -125,7 +123,7 @@ class Encounter(Problem):
         """Beside the usual, being at fault for all steps left."""
         return super().forfeit(left) + 0.1 * left[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Their roles, how near they came, and what that was worth."""
         found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
         return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}

@@ -1,7 +1,5 @@
 """Follow the path: through gates, one after the other."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -90,11 +88,11 @@ class FollowPath(Problem):
         self._gap, self._along, self._aside = self._measures(team)
         return Judged(reward, self._at >= COUNT)
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The gates, (n, 6, 3): x, y [m] of the middle and course [rad] of each."""
         return {"gates": self._gates.copy()}
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How many gates were passed, and how many missed."""
         return {"passed": self._passed.copy(), "missed": self._missed.copy()}
 

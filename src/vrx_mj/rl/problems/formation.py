@@ -1,7 +1,5 @@
 """Formation: keep one's place beside a leader that is only a point."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -92,7 +90,7 @@ class Formation(Problem):
         own = np.where(team.present, -0.1 * self._off - crowded(team), 0.0)
         return Judged(own, np.zeros_like(team.present))
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""
         found = {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
         return {name: values.copy() for name, values in found.items()}
@@ -102,7 +100,7 @@ class Formation(Problem):
         lost: FloatArray = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
         return lost
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are off their places."""
         return {"off": self._off.copy()}
 

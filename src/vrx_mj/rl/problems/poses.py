@@ -1,7 +1,5 @@
 """Problems of poses: hold one, or come to one after the other."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -64,7 +62,7 @@ class StationKeeping(Problem):
         self._steps += going
         return Judged(-0.1 * self._error, np.zeros((self.n, 1), np.bool_))
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 3): x, y [m] and heading [rad]."""
         return {"goal": self._goal.copy()}
 
@@ -73,7 +71,7 @@ class StationKeeping(Problem):
         lost: FloatArray = 0.1 * (self._error + GOAL_DISTANCE) * left[:, None]
         return lost
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The errors."""
         return {"pose_error": self._error.copy(), "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
 
@@ -134,11 +132,11 @@ class Wayfinding(Problem):
         self._error = self._now(team)
         return Judged(reward, self._at >= WAYPOINTS)
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
         return {"waypoints": self._points.copy()}
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How many waypoints are reached, and how far the present one is."""
         return {"reached": self._at.copy(), "pose_error": self._error.copy()}
 

@@ -1,7 +1,5 @@
 """Rendezvous: to meet at one of two places, all at the same."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -95,7 +93,7 @@ class Rendezvous(Problem):
         shared = team_gain - TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
         return Judged(np.where(present, own, 0.0), met[:, None] & present, shared)
 
-    def drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
         return {"places": self._places.copy(), "drift": self._drift.copy()}
 
@@ -103,7 +101,7 @@ class Rendezvous(Problem):
         """Beside the usual, having another boat too near for all steps left."""
         return super().forfeit(left) + TOO_NEAR * left[:, None]
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are from the place, and whether they have met."""
         return {"distance": self._distance.copy(), "met": self._held >= round(HOLD / PERIOD)}
 

@@ -1,7 +1,5 @@
 """Score: a world's own task, as its referee scores it."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -95,7 +93,7 @@ class Score(Problem):
         lost: FloatArray = np.where(np.arange(self.size) == self.anchor, LOST, 0.0)[None] * (left > 0)[:, None]
         return lost
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The score and the other outputs of the task."""
         task = self._task
         outputs = np.empty(1, object)
