@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.draw.map import FORMATS
 from vrx_mj.errors import VrxError
 from vrx_mj.resources import root
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["draw_verdict"]
 
@@ -148,7 +151,7 @@ def _mesh(name: str) -> FloatArray:
     return np.asarray(trimesh.load_mesh(file, process=False).triangles, dtype=np.float64)
 
 
-def _draw(axes: Any, view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: Any) -> None:
+def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: Any) -> None:
     low, high = bounds
     names = "x forward [m]", "y to port [m]", "z up [m]"
     axes.set_xlim(*(bound[view.right] for bound in ((high, low) if view.flip else (low, high))))
@@ -166,7 +169,7 @@ def _draw(axes: Any, view: View, bounds: tuple[FloatArray, FloatArray], verdict:
     _parts(axes, view, bounds, verdict.parts)
 
 
-def _surfaces(axes: Any, view: View, boat: Sequence[tuple[FloatArray, float]]) -> None:
+def _surfaces(axes: "Axes", view: View, boat: Sequence[tuple[FloatArray, float]]) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
     from matplotlib.collections import PolyCollection
 
@@ -184,7 +187,7 @@ def _surfaces(axes: Any, view: View, boat: Sequence[tuple[FloatArray, float]]) -
     )
 
 
-def _boxes(axes: Any, view: View, boxes: Sequence[Box], kind: Kind) -> None:
+def _boxes(axes: "Axes", view: View, boxes: Sequence[Box], kind: Kind) -> None:
     """Rectangles, those that look the same as one; names at the top, those for thrusters at the bottom."""
     from matplotlib.patches import Rectangle
 
@@ -237,7 +240,7 @@ def _parts(axes: Any, view: View, bounds: tuple[FloatArray, FloatArray], parts: 
     label(axes, things, pixel)
 
 
-def _list(axes: Any, verdict: Verdict) -> None:
+def _list(axes: "Axes", verdict: Verdict) -> None:
     """The parts by number and name, and what each comes to."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)

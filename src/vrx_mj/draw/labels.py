@@ -5,7 +5,10 @@ import logging
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["INK", "Thing", "font_warnings_hidden", "label", "write"]
 
@@ -40,7 +43,7 @@ class Thing:
     """Whether the name must appear even where it covers something."""
 
 
-def label(axes: Any, things: Sequence[Thing], pixel: float) -> None:
+def label(axes: "Axes", things: Sequence[Thing], pixel: float) -> None:
     """Write names beside things, each where it covers nothing yet; one that fits nowhere is left out.
 
     Args:
@@ -99,7 +102,7 @@ def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:
     yield from ((x - slant, y + slant, "right", "bottom"), (x - slant, y - slant, "right", "top"))
 
 
-def _hits(axes: Any, text: Any, spot: Spot, taken: Sequence[Box]) -> bool:
+def _hits(axes: "Axes", text: Any, spot: Spot, taken: Sequence[Box]) -> bool:
     """Whether a text at this spot covers anything or leaves the axes."""
     _put(text, spot)
     left, low, right, top = _extent(text)
@@ -120,7 +123,7 @@ def _extent(text: Any) -> Box:
     return (box.x0 - 1.0, box.y0 - 0.5, box.x1 + 1.0, box.y1 + 0.5)
 
 
-def _around(axes: Any, thing: Thing, pixel: float) -> Box:
+def _around(axes: "Axes", thing: Thing, pixel: float) -> Box:
     """The square round a thing, in pixels of the figure."""
     across, up = axes.transData.transform((thing.x, thing.y))
     radius = thing.radius / pixel

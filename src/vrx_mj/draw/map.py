@@ -4,7 +4,7 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from vrx_mj.draw.map_scene import MapScene
 from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_plan, ground, nice_length, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.outputs import written
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["FORMATS", "chart", "draw_map", "map_png"]
 
@@ -88,7 +91,7 @@ FEW_BOATS = 4
 """Most boats that the legend names."""
 
 
-def compass(axes: Any, scene: MapScene) -> None:
+def compass(axes: "Axes", scene: MapScene) -> None:
     """Where north is, and where wind and waves go."""
     from matplotlib.patches import Circle
 
@@ -128,7 +131,7 @@ def compass(axes: Any, scene: MapScene) -> None:
         )
 
 
-def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
+def _arrow(axes: "Axes", toward: float, color: str, width: float) -> None:
     x, y = math.cos(math.radians(toward)), math.sin(math.radians(toward))
     style = {
         "arrowstyle": "-|>",
@@ -141,7 +144,7 @@ def _arrow(axes: Any, toward: float, color: str, width: float) -> None:
     axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
 
 
-def legend(axes: Any, scene: MapScene) -> None:
+def legend(axes: "Axes", scene: MapScene) -> None:
     """Boats, then the task's places, then each kind of object with its colour and number, what floats first."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
@@ -171,7 +174,7 @@ def _legend_rows(scene: MapScene) -> Iterator[Row]:
     yield from (("o", color, INK, f"{model} × {count}") for (model, color), count in counts.items())
 
 
-def overview(axes: Any, scene: MapScene, view: Box) -> None:
+def overview(axes: "Axes", scene: MapScene, view: Box) -> None:
     """The whole terrain, with the plan's frame in it."""
     from matplotlib.patches import Rectangle
 

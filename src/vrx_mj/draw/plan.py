@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
 from vrx_mj.draw.labels import INK, Thing, label, write
 from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = [
     "SOFT",
@@ -64,7 +67,7 @@ def _has_company(spot: tuple[float, float], others: list[tuple[float, float]]) -
     return any(math.dist(spot, other) < LONELY for other in others)
 
 
-def draw_plan(axes: Any, scene: MapScene, view: Box) -> None:
+def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
     """Draw the part `view` of the world into `axes`."""
     ground(axes, scene, view)
     step = nice_length((view[2] - view[0]) / 7.0)
@@ -88,7 +91,7 @@ def draw_plan(axes: Any, scene: MapScene, view: Box) -> None:
     label(axes, list(_things(scene, pixel)), pixel)
 
 
-def _docks(axes: Any, scene: MapScene) -> None:
+def _docks(axes: "Axes", scene: MapScene) -> None:
     from matplotlib.patches import Polygon
 
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
@@ -99,13 +102,13 @@ def _docks(axes: Any, scene: MapScene) -> None:
             axes.add_patch(patch)
 
 
-def _disc(axes: Any, x: float, y: float, radius: float, color: Any) -> None:
+def _disc(axes: "Axes", x: float, y: float, radius: float, color: Any) -> None:
     from matplotlib.patches import Circle
 
     axes.add_patch(Circle((x, y), radius, facecolor=color, edgecolor=INK, linewidth=0.8, zorder=3))
 
 
-def _waypoint(axes: Any, x: float, y: float, yaw: float, label: str, reach: float) -> None:
+def _waypoint(axes: "Axes", x: float, y: float, yaw: float, label: str, reach: float) -> None:
     ahead = (x + 1.9 * reach * math.cos(yaw), y + 1.9 * reach * math.sin(yaw))
     style = {"arrowstyle": "-|>", "color": "#7a2e8e", "linewidth": 1.3, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", ahead, (x, y), arrowprops=style, zorder=4)
@@ -135,7 +138,7 @@ def _boat(axes: Any, boat: MapBoat, scale: float) -> None:
     axes.add_patch(Polygon(outline, facecolor=boat.color, edgecolor=INK, linewidth=1.1, zorder=5))
 
 
-def _scale_bar(axes: Any, view: Box) -> None:
+def _scale_bar(axes: "Axes", view: Box) -> None:
     width, height = view[2] - view[0], view[3] - view[1]
     length = nice_length(width / 5.0)
     x, y = view[0] + 0.025 * width, view[1] + 0.03 * height
@@ -196,7 +199,7 @@ def nice_length(most: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
 
 
-def ground(axes: Any, scene: MapScene, view: Box) -> None:
+def ground(axes: "Axes", scene: MapScene, view: Box) -> None:
     """Water, land and the frame of the axes."""
     axes.set_facecolor(WATER)
     axes.set_xlim(view[0], view[2])
@@ -232,7 +235,7 @@ ARROWS = 3
 """Arrows on a circle."""
 
 
-def draw_course(axes: object, scene: MapScene, pixel: float) -> None:
+def draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
     """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
     course = scene.course
     for animal in course.animals:
@@ -322,7 +325,7 @@ def course_rows(scene: MapScene) -> Iterator[Row]:
         yield ("o", "none", INK, "appears in front of the boat")
 
 
-def _arrow(axes: Any, start: Any, tip: Any, color: str, **style: Any) -> None:
+def _arrow(axes: "Axes", start: Any, tip: Any, color: str, **style: Any) -> None:
     look = {"arrowstyle": "-|>", "color": color, "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
     axes.annotate("", tip, start, arrowprops={**look, **style}, zorder=4)
 
@@ -337,7 +340,7 @@ def _reach(gate: GateBar, pixel: float) -> float:
     return max(26.0 * pixel, 0.4 * math.dist(gate.left, gate.right))
 
 
-def _gate(axes: Any, gate: GateBar, pixel: float) -> None:
+def _gate(axes: "Axes", gate: GateBar, pixel: float) -> None:
     """A bar between the buoys, an arrow across it and its number."""
     axes.plot(*zip(gate.left, gate.right, strict=True), color=GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
     x, y = gate.middle
@@ -346,7 +349,7 @@ def _gate(axes: Any, gate: GateBar, pixel: float) -> None:
     write(axes, x, y, str(gate.number), size=7.5, color=GATE, ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _bay(axes: Any, bay: Bay) -> None:
+def _bay(axes: "Axes", bay: Bay) -> None:
     from matplotlib.patches import Polygon
 
     color, order = (RIGHT, 2.5) if bay.right else (WRONG, 2.4)
@@ -367,7 +370,7 @@ def _spread(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard
         yield replace(placard, x=float(here[0]), y=float(here[1]))
 
 
-def _placard(axes: Any, placard: MapPlacard) -> None:
+def _placard(axes: "Axes", placard: MapPlacard) -> None:
     """The symbol that a placard shows."""
     color, _, shape = placard.symbol.partition("_")
     mark = SYMBOL_MARKS.get(shape, "o")
@@ -380,7 +383,7 @@ def _lamp_height(pixel: float) -> float:
     return 15.0 * pixel
 
 
-def _lamps(axes: Any, x: float, y: float, colors: Any, pixel: float) -> None:
+def _lamps(axes: "Axes", x: float, y: float, colors: Any, pixel: float) -> None:
     """A light buoy's colours above it, as three dots."""
     above = y + _lamp_height(pixel)
     for number, color in enumerate(colors):
@@ -389,7 +392,7 @@ def _lamps(axes: Any, x: float, y: float, colors: Any, pixel: float) -> None:
                   markeredgewidth=0.9, zorder=5.2)  # fmt: skip
 
 
-def _animal(axes: Any, animal: Animal, pixel: float) -> None:
+def _animal(axes: "Axes", animal: Animal, pixel: float) -> None:
     """The circle of engagement, with arrows where it is to be gone round."""
     from matplotlib.patches import Circle
 
@@ -408,7 +411,7 @@ def _animal(axes: Any, animal: Animal, pixel: float) -> None:
         _arrow(axes, ends[0], ends[1], color, mutation_scale=16)
 
 
-def _path(axes: Any, path: Path) -> None:
+def _path(axes: "Axes", path: Path) -> None:
     """Where something swims, with an arrow on every way; the way from its start is thin."""
     points = np.vstack([path.points, path.points[:1]]) if path.closed else path.points
     first = np.array([path.start, points[0]])
@@ -420,7 +423,7 @@ def _path(axes: Any, path: Path) -> None:
             _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), PATH)
 
 
-def _beacon(axes: Any, beacon: Beacon) -> None:
+def _beacon(axes: "Axes", beacon: Beacon) -> None:
     from matplotlib.patches import Circle
 
     axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=BEACON, zorder=4)
@@ -429,7 +432,7 @@ def _beacon(axes: Any, beacon: Beacon) -> None:
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
 
 
-def _showing(axes: Any, showing: Showing, color: Any) -> None:
+def _showing(axes: "Axes", showing: Showing, color: Any) -> None:
     axes.plot([showing.x], [showing.y], marker="o", markersize=8, color=(*color, 0.45), markeredgecolor=INK,
               markeredgewidth=1.0, zorder=3)  # fmt: skip
 

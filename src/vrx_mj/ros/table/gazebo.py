@@ -114,7 +114,7 @@ def _told(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mappin
 # Boats that come and go
 
 
-def _spawn(host: Host, asked: Message) -> Mapping[str, Any]:
+def _spawn(host: Host, asked: Message) -> Mapping[str, object]:
     name = asked.model_name or asked.robot_namespace.strip("/")
     own = asked.robot_namespace.strip("/")
     if own and own != name:
@@ -126,14 +126,14 @@ def _spawn(host: Host, asked: Message) -> Mapping[str, Any]:
     return {"status_message": f"{name} joins; its topics begin with /{name}/"}
 
 
-def _spawn_sdf(_host: Host, asked: Message) -> Mapping[str, Any]:
+def _spawn_sdf(_host: Host, asked: Message) -> Mapping[str, object]:
     raise CommandError(
         f"'{asked.model_name}' is SDF: only boats described by a URDF can join a running world (spawn_urdf_model); "
         "buoys, docks and other objects belong in the world's file"
     )
 
 
-def _delete(host: Host, asked: Message) -> Mapping[str, Any]:
+def _delete(host: Host, asked: Message) -> Mapping[str, object]:
     host.remove(asked.model_name)
     return {"status_message": f"{asked.model_name} leaves"}
 
@@ -141,13 +141,13 @@ def _delete(host: Host, asked: Message) -> Mapping[str, Any]:
 # Where things are
 
 
-def _get_model(host: Host, asked: Message) -> Mapping[str, Any]:
+def _get_model(host: Host, asked: Message) -> Mapping[str, object]:
     placed = _relative(host, host.bodies.model(asked.model_name), asked.relative_entity_name)
     frame = asked.relative_entity_name or "world"
     return {"header": header(host.sim.time, frame), "pose": pose_message(placed), "twist": twist_message(placed)}
 
 
-def _get_link(host: Host, asked: Message) -> Mapping[str, Any]:
+def _get_link(host: Host, asked: Message) -> Mapping[str, object]:
     placed = _relative(host, host.bodies.link(asked.link_name), asked.reference_frame)
     state = new(
         "gazebo_msgs/LinkState",
@@ -227,11 +227,11 @@ def _three(what: str, given: Message) -> Any:
 # What there is
 
 
-def _world_properties(host: Host, _asked: Message) -> Mapping[str, Any]:
+def _world_properties(host: Host, _asked: Message) -> Mapping[str, object]:
     return {"sim_time": host.sim.time, "model_names": list(host.bodies.models), "rendering_enabled": True}
 
 
-def _model_properties(host: Host, asked: Message) -> Mapping[str, Any]:
+def _model_properties(host: Host, asked: Message) -> Mapping[str, object]:
     name, parts = asked.model_name, host.bodies.parts(asked.model_name)
     models = parts if parts and name not in host.bodies.models else [host.bodies.named_model(name)]
     scope = f"{name.replace('/', '::')}::"
