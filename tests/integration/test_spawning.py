@@ -67,13 +67,13 @@ NEWCOMERS = {
 
 
 @pytest.mark.parametrize(
-    ("engines", "newcomer"),
+    ("engines", "joining_boat"),
     [("fixed", "with all sensors and engines on hinges"), ("hinged", "alike"), ("hinged", "of another kind")],
 )
-def test_another_boat_joins_and_leaves(undisturbed, engines, newcomer):
+def test_another_boat_joins_and_leaves(undisturbed, engines, joining_boat):
     rows, readings, sim = sailed(
         {
-            200: lambda sim: sim.spawn("late", pose=LATE, **({"sensors": "none"} | NEWCOMERS[newcomer])),
+            200: lambda sim: sim.spawn("late", pose=LATE, **({"sensors": "none"} | NEWCOMERS[joining_boat])),
             450: lambda sim: sim.remove("first"),
             700: lambda sim: sim.remove("late"),
             800: lambda sim: sim.spawn("late", pose=LATE, sensors="none"),

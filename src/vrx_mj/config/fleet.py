@@ -55,7 +55,7 @@ __all__ = [
     "Order",
     "Slot",
     "fleet_faults",
-    "newcomer",
+    "joining_boat",
     "room_faults",
     "slots",
 ]
@@ -362,7 +362,7 @@ def _far_message(name: str, pose: Pose) -> str:
     return f"puts {name} at x {x:.4g}, y {y:.4g}, z {z:.4g} m in the world: at most {MAX_COORDINATE:g} m are allowed"
 
 
-def newcomer(said: Mapping[str, object], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
+def joining_boat(said: Mapping[str, object], spawn: SpawnConfig, folder: Path | None = None) -> BoatConfig:
     """A boat that joins a world later: what is said of it, as in a fleet's `boats`, and the rest from its spawn.
 
     Paths start in `folder`, by default the current one.

@@ -13,7 +13,7 @@ APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
 REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
-FURNISHED = {"robot": ("thrusters", "components", "sensors")}
+ASSEMBLED = {"robot": ("thrusters", "components", "sensors")}
 """Keys that say something of another one's value: a file with another robot takes none of them from its base."""
 USUAL = {"robot": "wamv"}
 """Values of such keys where a file says none."""
@@ -116,7 +116,7 @@ def _without_furniture(base: Section, over: Section) -> Section:
     """The base without what it says of a value that `over` replaces by another."""
     gone = {
         key
-        for owner, keys in FURNISHED.items()
+        for owner, keys in ASSEMBLED.items()
         if owner in over and over[owner] != base.get(owner, USUAL[owner])
         for key in keys
     }

@@ -72,7 +72,7 @@ def _built(order: Order) -> Boat:
         raise located(error, robot_section(order.robot, order.folder)) from None
     boat, derived = _in_water(boat, config, profile)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    odd = (*boat.warnings, *derived, _unfurnished(boat, order, config))
+    odd = (*boat.warnings, *derived, _unassembled(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot)
     if notes := [note for note in (*odd, *_names_for_ros(boat)) if note]:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
@@ -184,7 +184,7 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
     return tuple(known[name] for name in wanted)
 
 
-def _unfurnished(boat: Boat, order: Order, config: RobotConfig) -> str:
+def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
     """A note where VRX's sensors are asked for, and the boat's own files say which it carries."""
     if order.sensors != (VRX,) or (config.suites and not order.components):
         return ""

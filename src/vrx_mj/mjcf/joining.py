@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vrx_mj.arguments import check_name
-from vrx_mj.config.fleet import BoatConfig, newcomer
+from vrx_mj.config.fleet import BoatConfig, joining_boat
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
@@ -53,7 +53,7 @@ def with_boat(world: World, said: Mapping[str, object], folder: Path | None = No
     """
     spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "thrusters", "sensors")}
     own = {key: value for key, value in spawn.items() if value is not None}
-    boat = newcomer(said, SpawnConfig.model_validate(own), folder)
+    boat = joining_boat(said, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
