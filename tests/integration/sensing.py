@@ -1,6 +1,7 @@
 """Worlds whose boats carry sensors, for tests: the sensors are put into a compiled world."""
 
 import re
+from dataclasses import replace
 
 import vrx_mj
 from integration.sailing import boats, water
@@ -49,7 +50,9 @@ def sailing(sensors=SUITE, *, fleet=None, seed=None, profile="vrx", **world):
     things = [{"name": f"ball{k}", "model": BALL, "pose": list(ball.pose)} for k, ball in enumerate(balls)]
     text = water(**{"georeference": SYDNEY, **world, "objects": [*world.get("objects", []), *things]})
     compiled = vrx_mj.compile_world(text, fleet=fleet or boats((0.0, 0.0, 0.3)))
-    return vrx_mj.Simulation(equipped(_renamed(compiled, guns), carried, profile=profile), seed=seed)
+    world = equipped(_renamed(compiled, guns), carried)
+    parameters = replace(world.parameters, profile=profile)  # also one that no world has yet
+    return vrx_mj.Simulation(make_world(world.mjcf, world.assets, parameters), seed=seed)
 
 
 def _renamed(world, guns):

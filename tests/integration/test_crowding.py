@@ -37,7 +37,7 @@ def test_twenty_boats_on_one_spot_are_parted_or_refused_and_the_run_goes_on(worl
 def test_a_heap_that_has_no_room_is_refused_and_undone(world, monkeypatch):
     sim = vrx_mj.Simulation(world)
     sim.step(duration=0.1)
-    monkeypatch.setattr(sim, "_most_contacts", 50)
+    monkeypatch.setattr(sim._live, "_most_contacts", 50)
     before = sim.get_state().sha256
     sim.set_boat("wamv1", pose=(0, 500, 0, 0, 0, 0))
     apart = sim.get_state()

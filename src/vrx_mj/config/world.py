@@ -53,6 +53,8 @@ __all__ = [
     "warn_of_degrees",
 ]
 
+MAX_TURN = 1e6
+"""Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
 
@@ -164,7 +166,7 @@ class Georeference(Config):
     """Longitude [degrees]."""
     elevation: float = 0.0
     """Height of the origin above the ellipsoid [m]."""
-    heading: float = 0.0
+    heading: Annotated[float, Field(ge=-MAX_TURN, le=MAX_TURN)] = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
     def to_enu(self, latitude: float, longitude: float, altitude: float | None = None) -> tuple[float, float, float]:

@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from vrx_mj.arguments import as_seed
 from vrx_mj.config.bays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
-from vrx_mj.config.loading import problem_at
+from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning
@@ -40,7 +42,7 @@ from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.site import Light
 from vrx_mj.model.tasks import Task
-from vrx_mj.model.world import FORMAT, parameters_of, tree_of
+from vrx_mj.model.world import FORMAT, Parameters, parameters_of, tree_of
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -122,7 +124,14 @@ class _Assembly:
             pieces.spec().compile()
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
-        return joined_world(pieces, parameters_of(json.dumps(tree_of(self._parameters(seed))).encode()))
+        return joined_world(pieces, self._typed(seed))
+
+    def _typed(self, seed: int) -> Parameters:
+        """The parameters, checked as those of a saved world are."""
+        try:
+            return parameters_of(json.dumps(tree_of(self._parameters(seed))).encode())
+        except ValidationError as error:
+            raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
 
     def _pieces(self) -> Pieces:
         config = self.config

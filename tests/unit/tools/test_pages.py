@@ -41,7 +41,7 @@ def test_every_kernel_on_the_page_is_in_its_module(module, names):
 
 def test_every_kernel_module_is_on_the_page():
     effects = {
-        "drag", "flotation", "follow", "hydrostatics", "noise", "profiles", "raft", "rudder", "thrust", "volumes",
+        "drag", "flotation", "follow", "hydrostatics", "noise", "raft", "rudder", "thrust", "volumes",
         "waves", "wind",
     }  # fmt: skip
     assert {name for name in effects if f"`{name}.py`" not in PHYSICS} == set()
