@@ -59,7 +59,7 @@ def undisturbed():
     return {engines: sailed({}, engines=engines)[:2] for engines in ("fixed", "hinged")}
 
 
-NEWCOMERS = {
+JOINING_BOATS = {
     "alike": {},
     "with all sensors and engines on hinges": {"sensors": "vrx", "engines": "hinged"},
     "of another kind": {"robot": "skiff"},
@@ -73,7 +73,7 @@ NEWCOMERS = {
 def test_another_boat_joins_and_leaves(undisturbed, engines, joining_boat):
     rows, readings, sim = sailed(
         {
-            200: lambda sim: sim.spawn("late", pose=LATE, **({"sensors": "none"} | NEWCOMERS[joining_boat])),
+            200: lambda sim: sim.spawn("late", pose=LATE, **({"sensors": "none"} | JOINING_BOATS[joining_boat])),
             450: lambda sim: sim.remove("first"),
             700: lambda sim: sim.remove("late"),
             800: lambda sim: sim.spawn("late", pose=LATE, sensors="none"),

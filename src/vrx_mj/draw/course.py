@@ -156,9 +156,8 @@ def course_of(world: Parameters) -> Course:
 
 def gates_of(task: tasks.Task | None) -> tuple[tasks.Gate, ...]:
     """The gates of a task, or of its channel."""
-    if isinstance(task, tasks.Gymkhana):
-        return task.channel.gates
-    return task.gates if isinstance(task, tasks.Navigation | tasks.FollowPath) else ()
+    found: tuple[tasks.Gate, ...] = getattr(task.channel if isinstance(task, tasks.Gymkhana) else task, "gates", ())
+    return found
 
 
 def symbols_of(world: Parameters) -> dict[str, str]:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 __all__ = [
     "BLOCK", "BOX", "CYLINDER", "ELEMENT", "ELEMENT_STATE", "FLOAT", "FLOAT_STATE", "FOLLOWER", "FOLLOWER_STATE",
     "GLF", "HULL", "LINEAR", "MOORING", "NEWTONS", "RUDDER", "SEA", "SPHERE", "STATION", "THRUSTER",
-    "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE", "Record", "Table", "table",
+    "THRUSTER_STATE", "VRX", "VRX3", "WAVE", "WAYPOINT", "WIND", "WIND_STATE", "Record", "Table", "columns_of", "table",
 ]  # fmt: skip
 
 Table = npt.NDArray[np.void]
@@ -292,6 +292,11 @@ def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, object]]) -> Tab
             _refuse(name, shape, rows)
         filled[name] = column
     return filled
+
+
+def columns_of(dtype: np.dtype[np.void], record: object) -> dict[str, object]:
+    """Return the attributes of a record that have a column in `dtype`, by their names: a row for `table`."""
+    return {name: getattr(record, name) for name in dtype.names or ()}
 
 
 def _refuse(name: str, shape: tuple[int, ...], rows: Sequence[Mapping[str, Any]]) -> None:

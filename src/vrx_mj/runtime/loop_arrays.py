@@ -105,7 +105,7 @@ class LoopArrays:
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
         self.waves = tables.table(tables.WAVE, [vars(row) for row in sea.waves])
-        self.sea = tables.table(tables.SEA, [{name: getattr(sea, name) for name in tables.SEA.names or ()}])
+        self.sea = tables.table(tables.SEA, [tables.columns_of(tables.SEA, sea)])
         self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.hulls = tables.table(tables.HULL, [self._whole_body(vars(row)) for row in parameters.hulls])

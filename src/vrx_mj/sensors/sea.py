@@ -23,7 +23,7 @@ class SeaSkin:
         self.wet = model.nskin == 1
         self._waves = tables.table(tables.WAVE, [vars(wave) for wave in sea.waves])
         self._shading = ripples(self._waves)
-        self._sea = tables.table(tables.SEA, [{"tau": sea.tau, "level": sea.level}])
+        self._sea = tables.table(tables.SEA, [tables.columns_of(tables.SEA, sea)])
         self._distances, self._spokes = fan()
         number = int(model.nskinvert)
         self.vertices = np.zeros((number, 3), np.float32)

@@ -23,7 +23,7 @@ def test_a_touch_is_counted_once_though_a_boat_joins_meanwhile():
     assert before.max() > 6.0 - 1e-9
     sim.spawn("late", pose=[-80, 0, AFLOAT, 0, 0, 0], sensors="none")
     assert sim._live.arrays.touches[: len(before)].tolist() == before.tolist()
-    assert sim._live.arrays.touches[-1] < 0.0  # the joining_boat was not touched
+    assert sim._live.arrays.touches[-1] < 0.0  # the new boat was not touched
     sim.advance(20)
     assert sim.task["num_collisions"] == 1
     sim.remove("late")

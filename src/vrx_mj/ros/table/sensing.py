@@ -68,7 +68,7 @@ class SensorTopics:
     vrx3_stem: str
     """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
     made: tuple[SensorTopic, ...] = ()
-    """Topics made of readings. VRX 3's follow from them (`vrx3_sensors.TAILS`)."""
+    """Topics made of readings. VRX 3's follow from them (`vrx3.TAILS`)."""
     outputs: Callable[[Host, Mounted, str], Iterator[Output]] = _no_outputs
     """Further topics that are published, by the stem."""
     inputs: Callable[[Host, Mounted, str], Iterator[Input]] = _no_inputs
