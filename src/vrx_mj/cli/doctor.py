@@ -174,10 +174,10 @@ def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ())
     """Where compiled physics is kept, and which folders are not safe enough for it."""
     private = " ".join(f"{reason}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE." for reason in refused)
     if folder is None:
-        advice = "set VRX_MJ_CACHE to a folder of your own, or every run starts with 30 s of compiling"
+        advice = "set VRX_MJ_CACHE to a folder of your own, or every run starts with 20 s of compiling"
         return Row("compiled physics", "no folder can be used", "no", private or advice)
     if not compiled:
-        first = "the first run compiles it, in about 30 s"
+        first = "the first run compiles it, in about 20 s"
         return Row("compiled physics", f"not yet in {folder}", "yes", private or first)
     return Row("compiled physics", str(folder), "yes", private)
 

@@ -16,7 +16,7 @@ KERNELS = 135
 
 
 @contextlib.contextmanager
-def announced(first_call: Any, what: str = "the physics", seconds: int = 15) -> Iterator[None]:
+def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> Iterator[None]:
     """Around the first call of a kernel: if it is not in the cache, say so, and show how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.

@@ -92,11 +92,11 @@ def test_an_old_python():
 def test_where_compiled_physics_is_kept(tmp_path):
     assert doctor.kernel_row(tmp_path, compiled=True) == Row("compiled physics", str(tmp_path), "yes")
     assert doctor.kernel_row(tmp_path, compiled=False) == Row(
-        "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 30 s"
+        "compiled physics", f"not yet in {tmp_path}", "yes", "the first run compiles it, in about 20 s"
     )
     assert doctor.kernel_row(None, compiled=False) == Row(
         "compiled physics", "no folder can be used", "no",
-        "set VRX_MJ_CACHE to a folder of your own, or every run starts with 30 s of compiling",
+        "set VRX_MJ_CACHE to a folder of your own, or every run starts with 20 s of compiling",
     )  # fmt: skip
 
 
