@@ -53,7 +53,7 @@ RGB = {"red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0)
 LIGHT_PATTERNS = tuple((i, j, k) for i, j, k in product(LIGHT_COLORS, repeat=3) if j not in {i, k})
 """The 36 patterns that shuffling goes through: no colour twice in a row."""
 SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green", "red", "yellow"), SHAPES))
-"""The 16 symbols that shuffling goes through; a placard shows the first unless it is told otherwise."""
+"""The 16 symbols that shuffling goes through; a placard shows the first unless another is set."""
 
 
 def _off(value: object) -> object:

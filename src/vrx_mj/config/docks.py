@@ -223,7 +223,7 @@ class DockPlacement(Placed):
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
-        with contextlib.suppress(VrxError):  # what is wrong with the drawing is told with it
+        with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
             found = list(berth_faults(self, load_dock(self.layout, self.folder).cells))
             if found:
                 raise faults(*found)

@@ -183,7 +183,7 @@ def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> s
 
 
 def _by_root(file: Path) -> str | None:
-    """What an XML file is by its root; None: it is none, or of another kind."""
+    """Kind of an XML file, by its root; None for other kinds, and for what is not XML."""
     try:
         text = read_limited(file, MOST_BYTES)
     except ReadingError:

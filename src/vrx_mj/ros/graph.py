@@ -308,7 +308,7 @@ class Graph:
         self.local.add(service.node)
         self.services[name] = service
         self.registrations.add("service", name, service.node, self.uri, self.service_uri)
-        self._tell("service", name)
+        self._notify("service", name)
 
     def unregister(self, kind: str, name: str, node: str) -> None:
         """Take back what a node of this process has registered."""
@@ -324,7 +324,7 @@ class Graph:
         if kind in {"publisher", "subscriber"}:
             self._note_type(kind, name, type_name)
         self.registrations.add(kind, name, node, uri, service_uri)
-        self._tell(kind, name)
+        self._notify(kind, name)
 
     def unregister_remote(self, kind: str, name: str, node: str, uri: str) -> int:
         """Take back what a node of another process has registered; returns how many that were."""
@@ -367,7 +367,7 @@ class Graph:
             CommandError: XML-RPC cannot carry the value, or it is too deep or too much.
         """
         self.parameters.set(key, plain(value))
-        self._tell_parameter(key, value, setter)
+        self._notify_parameter(key, value, setter)
 
     def delete_parameter(self, key: str) -> None:
         """Delete a parameter; what the simulation has set is as it had set it then.
@@ -382,7 +382,7 @@ class Graph:
             raise CommandError(f"{key}: the parameter belongs to the simulation and cannot be deleted")
         if own is None or joined(key) == "/":
             self.parameters.delete(key)
-            self._tell_parameter(key, {}, "")
+            self._notify_parameter(key, {}, "")
         else:
             self.set_parameter(key, own, "")
 
@@ -413,7 +413,7 @@ class Graph:
     def _is_known(self, name: str, type_name: str, *halves: str) -> bool:
         known = all(is_known(f"{type_name}{half}") for half in halves or ("",))
         if not known:
-            self.notices.tell("ERROR", "type", name, f"{name}: unknown type {type_name}")
+            self.notices.write("ERROR", "type", name, f"{name}: unknown type {type_name}")
         return known
 
     def _offer_parameters(self, given: Mapping[str, object]) -> None:
@@ -422,14 +422,14 @@ class Graph:
             try:
                 own[name] = plain(value)
             except CommandError as error:
-                self.notices.tell("ERROR", "parameter", name, f"parameter {name}: {error}")
+                self.notices.write("ERROR", "parameter", name, f"parameter {name}: {error}")
         before, self._own_parameters = self._own_parameters, Parameters()
         for name, value in own.items():
             self._own_parameters.set(name, value)
         for name in self.own_parameters.keys() - own.keys():
             if self.parameters.has(name):
                 self.parameters.delete(name)
-                self._tell_parameter(name, {}, self.node)
+                self._notify_parameter(name, {}, self.node)
         for name, value in own.items():
             if not before.has(name) or before.get(name) != value:
                 self.set_parameter(name, value, self.node)
@@ -442,7 +442,7 @@ class Graph:
         self._note_type(kind, name, type_name)
         self.registrations.add(kind, name, node or self.node, self.uri)
         self._local_types[name] = type_name
-        self._tell(kind, name)
+        self._notify(kind, name)
 
     def _note_type(self, kind: str, name: str, type_name: str) -> None:
         """As ROS's master does: the last publisher says it, and a subscriber where nobody has."""
@@ -463,7 +463,7 @@ class Graph:
                 del self._latched[name]
         if name in self._local_types and not (self.is_local("publisher", name) or self.is_local("subscriber", name)):
             del self._local_types[name]
-        self._tell(kind, name)
+        self._notify(kind, name)
 
     def _replaced(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
         for wire in self.wires:
@@ -471,11 +471,11 @@ class Graph:
         for kind, name in gone:
             self._gone(kind, name, node)
 
-    def _tell(self, kind: str, name: str) -> None:
+    def _notify(self, kind: str, name: str) -> None:
         for wire in self.wires:
             wire.registered(kind, name)
 
-    def _tell_parameter(self, key: str, value: object, setter: str) -> None:
+    def _notify_parameter(self, key: str, value: object, setter: str) -> None:
         for wire in self.wires:
             wire.parameter_changed(key, value, setter)
 

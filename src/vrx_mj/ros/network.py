@@ -165,7 +165,7 @@ class Notices:
         """Takes the level, `INFO`, `WARN` or `ERROR`, and the text."""
         self._written: set[tuple[str, str]] = set()
 
-    def tell(self, level: str, kind: str, who: str, text: str) -> None:
+    def write(self, level: str, kind: str, who: str, text: str) -> None:
         """Write a line, unless one of this kind about the same peer was written."""
         if (kind, who) in self._written or len(self._written) >= MOST_NOTICES:
             return

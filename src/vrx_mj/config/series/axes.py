@@ -83,9 +83,9 @@ def read_series(path: Path) -> Series:
         counts = " x ".join(shown(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {shown(series.count)} worlds; a file may have {MOST_WORLDS}"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
-    told = [*_repeated(repeats), *_never_reached(series)]
-    if told:
-        warnings.warn(f"{file.name}: {'; '.join(told)}", VrxWarning, stacklevel=2)
+    remarks = [*_repeated(repeats), *_never_reached(series)]
+    if remarks:
+        warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
     return series
 
 

@@ -142,7 +142,7 @@ class Tag:
         return [Tag(child, self.call, self.key) for child in self.element.iterchildren(name)]
 
     def text(self, name: str) -> str | None:
-        """The text of the one element of this name inside; None where there is none."""
+        """The text of the one element of this name inside; None without one."""
         found = self.all(name)
         if len(found) > 1:
             raise self.fault(f"<{self.name}> has {len(found)} elements <{name}>; one is expected")
@@ -216,8 +216,8 @@ def read_block(call: Call, key: str) -> Block:
     block = Block(Tag(element, call, key), call.parameters.entries[key].value)
     if block.stray:
         name, line, _ = block.place.file.name, block.place.line, block.place.column
-        told = f"{name}:{line}: {shown(block.stray)} between the elements of {key} is ignored"
-        warnings.warn(told, VrxWarning, stacklevel=2)
+        message = f"{name}:{line}: {shown(block.stray)} between the elements of {key} is ignored"
+        warnings.warn(message, VrxWarning, stacklevel=2)
     return block
 
 

@@ -129,14 +129,14 @@ class MeshFiles:
 def with_file_uris(text: str, files: MeshFiles) -> str:
     """A URDF's text that says of each mesh that is found where it is, as `file:///...`; the others stay as they are."""
 
-    def told(found: re.Match[str]) -> str:
+    def with_uri(found: re.Match[str]) -> str:
         try:
             folder, name = files.find(unescape(found[2][1:-1], _QUOTES))
         except VrxError:
             return found[0]
         return found[1] + quoteattr((folder / name).resolve().as_uri())
 
-    return _MESH.sub(told, text)
+    return _MESH.sub(with_uri, text)
 
 
 def _contains(base: Path, file: Path) -> bool:

@@ -107,7 +107,7 @@ class HttpServer:
             return
         if not self._connection_limit.enter(place):
             text = f"{self.title}: too many connections; one of {place.host} refused"
-            self._notices.tell("WARN", "crowd", place.host, text)
+            self._notices.write("WARN", "crowd", place.host, text)
             writer.transport.abort()
             return
         self._tasks.add(task)
@@ -117,7 +117,7 @@ class HttpServer:
         except (CommandError, Fault) as error:
             kind = getattr(error, "status", "http")
             text = f"{self.title}: refused a request of {place.host}: {error}"
-            self._notices.tell("WARN", kind, place.host, text)
+            self._notices.write("WARN", kind, place.host, text)
         except (OSError, EOFError, TimeoutError, asyncio.CancelledError):
             pass  # it has gone, was too slow, or all is closed
         finally:
@@ -181,7 +181,7 @@ class HttpServer:
                 return answer_bytes(value)
         except CommandError as error:
             text = f"{self.title}: refused a call of {place.host}: {error}"
-            self._notices.tell("WARN", "xmlrpc", place.host, text)
+            self._notices.write("WARN", "xmlrpc", place.host, text)
             return fault_bytes(str(error))
         except Fault as fault:
             return fault_bytes(fault.faultString)

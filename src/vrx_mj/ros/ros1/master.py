@@ -31,7 +31,7 @@ class Notifier:
         self._waiting: dict[str, dict[tuple[str, str], tuple[Any, ...]]] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
-    def tell(self, api: str, method: str, about: str, *values: object) -> None:
+    def notify(self, api: str, method: str, about: str, *values: object) -> None:
         """Have a node's method called with the caller, the thing and these values."""
         if api not in self._waiting and len(self._waiting) >= MOST_NODES:
             slowest = next(iter(self._waiting))  # others are done within no time
@@ -161,11 +161,11 @@ class Master:
             known = self.graph.registrations
             publishers = known.apis("publisher", name)
             for api in set(known.apis("subscriber", name)) - {self.graph.uri}:
-                self._notifier.tell(api, "publisherUpdate", name, publishers)
+                self._notifier.notify(api, "publisherUpdate", name, publishers)
 
     def replaced(self, node: str, uri: str) -> None:
         """Another node has taken the name of a node, whose URI was this."""
-        self._notifier.tell(uri, "shutdown", f"[{node}] Reason: new node registered with same name")
+        self._notifier.notify(uri, "shutdown", f"[{node}] Reason: new node registered with same name")
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """Tell those who have subscribed to a parameter, but not who has set it."""
@@ -173,7 +173,7 @@ class Master:
         for update in updates(known.names("parameter"), key, value):
             for node, api in known.holders("parameter", update.subscribed):
                 if node != setter:
-                    self._notifier.tell(api, "paramUpdate", update.key, update.value)
+                    self._notifier.notify(api, "paramUpdate", update.key, update.value)
 
     def _register_publisher(self, node: str, topic: str, kind: str, api: str) -> Reply:
         self.graph.register_remote("publisher", topic, node, api, kind)

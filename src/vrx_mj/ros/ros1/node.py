@@ -125,7 +125,7 @@ class Node:
         try:
             topic.send(message)
         except Exception as error:  # whatever rosbags raises of a message that is none
-            self.graph.notices.tell("ERROR", "encode", name, f"{name}: a message cannot be written: {error}")
+            self.graph.notices.write("ERROR", "encode", name, f"{name}: a message cannot be written: {error}")
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """A node has set or deleted a parameter."""

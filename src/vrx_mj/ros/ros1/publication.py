@@ -439,7 +439,7 @@ class Incoming(asyncio.Protocol):
         assert isinstance(transport, asyncio.Transport)
         host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
         if not self._listener.connection_limit.enter(self._place):
-            self._listener.notices.tell("WARN", "crowd", host, f"too many connections; one of {host} refused")
+            self._listener.notices.write("WARN", "crowd", host, f"too many connections; one of {host} refused")
             self._over = True
             transport.abort()
             return
@@ -513,7 +513,7 @@ class Incoming(asyncio.Protocol):
     def _refuse(self, why: str) -> None:
         assert self.transport is not None
         host = self._place.host
-        self._listener.notices.tell("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
+        self._listener.notices.write("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
         if self._role is None:
             self.transport.write(encode_header({"error": why[:1000]}))
         self._end()

@@ -316,7 +316,7 @@ class Registrar:
 
     def _registered(self, kind: str, name: str, reply: object) -> None:
         if reply is None:
-            self.notices.tell("ERROR", "register", name, f"the master at {self.uri} does not register {kind} {name}")
+            self.notices.write("ERROR", "register", name, f"the master at {self.uri} does not register {kind} {name}")
         elif kind == "subscriber" and isinstance(reply, list):
             self.publishers(name, [uri for uri in reply if isinstance(uri, str)])
 
@@ -366,13 +366,13 @@ class Registrar:
         if not self._is_lost:
             self.notices.forget("found", self.uri)
             text = f"the master at {self.uri} does not answer ({str(error) or type(error).__name__}): trying again"
-            self.notices.tell("ERROR", "lost", self.uri, text)
+            self.notices.write("ERROR", "lost", self.uri, text)
         self._is_lost = True
 
     def _found(self) -> None:
         if self._is_lost:
             self.notices.forget("lost", self.uri)
-            self.notices.tell("INFO", "found", self.uri, f"the master at {self.uri} answers again")
+            self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
         self._is_lost = False
 
 

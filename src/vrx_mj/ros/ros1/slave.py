@@ -76,7 +76,7 @@ class Slave:
             return [-1, "Error: bad call arity", 0]
         if method in RESTRICTED and not self.trusted(host):
             text = f"{host} ({values[0][:100]}) called {method}: only this machine and the master's machine may"
-            self.notices.tell("WARN", method, host, text)
+            self.notices.write("WARN", method, host, text)
             return [-1, f"{method} is refused: {host} is neither this machine nor the master's", 0]
         return list(function(*values[1:]) if method != "shutdown" else function(*values))
 
@@ -128,7 +128,7 @@ class Slave:
 
     def end(self, reason: str) -> None:
         """Tell whoever serves that it is over."""
-        self.notices.tell("WARN", "shutdown", reason, f"node {self.node}: {reason}")
+        self.notices.write("WARN", "shutdown", reason, f"node {self.node}: {reason}")
         if self.on_shutdown is not None:
             self.on_shutdown(reason)
 
@@ -223,7 +223,7 @@ class Watch:
                 f"subscriber {node} on {where} never connected: can it reach {self.announced}, "
                 "the address set by ROS_HOSTNAME, ROS_IP or --host?"
             )
-            self._graph.notices.tell("WARN", "unreachable", node, text)
+            self._graph.notices.write("WARN", "unreachable", node, text)
 
     async def _lookup(self, nodes: list[str]) -> list[str]:
         try:

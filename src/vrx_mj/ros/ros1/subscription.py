@@ -76,7 +76,7 @@ class Subscription:
         for uri in wanted:
             if uri not in self.sources and not self._has_room():
                 text = f"{self.name}: too many publishers are connected; no messages from {uri}"
-                self.notices.tell("WARN", "publishers", self.name, text)
+                self.notices.write("WARN", "publishers", self.name, text)
             elif uri not in self.sources:
                 self.last_number += 1
                 self.sources[uri] = Source(self, uri, self.last_number)
@@ -132,7 +132,7 @@ class Source:
             except (*BROKEN, Fault) as error:
                 why = str(error) or "it does not answer"
                 text = f"{self.topic.name}: no messages from its publisher at {self.uri}: {why}"
-                self.topic.notices.tell("WARN", "publisher", f"{self.topic.name} {self.uri}", text)
+                self.topic.notices.write("WARN", "publisher", f"{self.topic.name} {self.uri}", text)
             pause = FIRST_PAUSE if self.messages > before else min(2.0 * pause, LONGEST_PAUSE)
             await asyncio.sleep(pause)
 

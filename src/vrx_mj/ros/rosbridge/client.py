@@ -71,7 +71,7 @@ class Hub:
 
     def tell_once(self, peer: str, kind: str, text: str) -> None:
         """Warn people, once for a peer and kind of mistake."""
-        self._notices.tell("WARN", kind, peer, f"rosbridge: {peer}: {text}")
+        self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
 
 
 MOST_OPEN = 16

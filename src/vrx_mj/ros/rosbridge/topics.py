@@ -182,7 +182,7 @@ class Topics:
             parcel = Parcel(message, ros1_name(type_name), self._graph.time)
         except Exception as error:  # one that is not of its type must not stop the others
             text = f"rosbridge: {name}: a message is not a {type_name}: {type(error).__name__}: {error}"
-            self._graph.notices.tell("ERROR", "encode", name, text)
+            self._graph.notices.write("ERROR", "encode", name, text)
             return
         for subscriptions in listeners.values():
             for subscription in subscriptions:

@@ -24,7 +24,7 @@ class Told:
     def __init__(self):
         self.calls = []
 
-    def tell(self, api, method, about, *values):
+    def notify(self, api, method, about, *values):
         self.calls.append((api, method, about, *values))
 
 
