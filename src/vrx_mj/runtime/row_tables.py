@@ -33,6 +33,10 @@ FIXED = 455_000
 """Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
 
 
+OUT_OF_MEMORY = "Caught an unknown exception!"
+"""Words of the RuntimeError by which MuJoCo's bindings now and then say that an allocation failed, with MuJoCo 4.0."""
+
+
 def check_memory(n: int, data: mujoco.MjData) -> None:
     """Check that `n` rows like this one fit into the memory of this machine or container: else it ends the process.
 
@@ -54,7 +58,9 @@ def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
     """
     try:
         yield
-    except (MemoryError, mujoco.FatalError) as error:
+    except (MemoryError, RuntimeError, mujoco.FatalError) as error:
+        if isinstance(error, RuntimeError) and str(error) != OUT_OF_MEMORY:
+            raise
         each = FIXED + int(data.nbuffer) + int(data.narena)
         text = f"{_size(n * each)} of address space are needed, {_size(each)} a row"
         raise CommandError(
