@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from numba.core.registry import cpu_target
 
 import vrx_mj.physics.kernel as module
 from vrx_mj.physics import kernel_cache
@@ -109,6 +110,12 @@ def test_what_is_damaged_is_compiled_again_with_one_line_and_then_whole(folder, 
     kernel_cache._said.clear()
     assert came_from_the_cache()
     assert capsys.readouterr().err == ""
+
+
+def test_a_kernel_that_is_loaded_loads_nothing_of_what_compiling_needs(monkeypatch):
+    assert not came_from_the_cache()
+    monkeypatch.setattr(cpu_target.target_context, "refresh", lambda: pytest.fail("0.45 s"))
+    assert came_from_the_cache()
 
 
 def test_many_damaged_files_are_one_line(folder, capsys):
