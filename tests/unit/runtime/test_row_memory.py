@@ -154,7 +154,7 @@ def test_memory_that_the_system_refuses_is_an_error_with_the_rows_and_the_memory
 
 
 def test_another_error_of_what_allocates_is_left_as_it_is(data):
-    with pytest.raises(RuntimeError, match="^a bug$"), allocating(2048, data):
+    with pytest.raises(RuntimeError, match=r"^a bug$"), allocating(2048, data):
         raise RuntimeError("a bug")
 
 
