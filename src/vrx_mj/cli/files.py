@@ -16,7 +16,7 @@ from vrx_mj.resources import root
 if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
-    from vrx_mj.mjcf.boats import Boat, Thruster
+    from vrx_mj.mjcf.boats import AssembledThruster, Boat
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
 """What `new` can make, and the start file it copies."""
@@ -87,7 +87,7 @@ def _thrusts(boat: "Boat") -> Iterator[str]:
         yield f"{', '.join(thruster.name for thruster in group)} {text}"
 
 
-def _thrust(thruster: "Thruster") -> str:
+def _thrust(thruster: "AssembledThruster") -> str:
     drive = thruster.drive
     ahead, astern = drive.max_force_forward, -drive.max_force_reverse
     lasts = f"for {drive.timeout:g} s" if drive.timeout > 0 else "until the next command"

@@ -17,7 +17,7 @@ from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.mjcf.steering import HERE, Hinges, Tree, known, own_problem, read_hinges, room
 
-__all__ = ["Boat", "Part", "Rudder", "Thruster", "assembled"]
+__all__ = ["AssembledThruster", "Boat", "Part", "Rudder", "assembled"]
 
 Vector = tuple[float, float, float]
 YIELDING = ContactConfig()
@@ -54,7 +54,7 @@ class Rudder:
 
 
 @dataclass(frozen=True)
-class Thruster:
+class AssembledThruster:
     """What pushes: a propeller, on an engine that steers or fixed; or a rudder."""
 
     name: str
@@ -83,7 +83,7 @@ class Boat:
     link: str
     """The base link, without namespace."""
     parts: tuple[Part, ...]
-    thrusters: tuple[Thruster, ...]
+    thrusters: tuple[AssembledThruster, ...]
     hydrodynamics: HydrodynamicsConfig | None
     """None: not known, to be derived from the shapes."""
     wind: Vector | None
@@ -177,7 +177,7 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
 
 def _engines(
     tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
-) -> Iterator[Thruster]:  # fmt: skip
+) -> Iterator[AssembledThruster]:  # fmt: skip
     for name, item in thrusters.items():
         entry = config.thrusters.get(name)
         said = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
@@ -188,13 +188,13 @@ def _engines(
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
-        yield Thruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
+        yield AssembledThruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
 
 
-def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> Thruster:
+def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> AssembledThruster:
     turn = facing(hinge.axis)
     propeller = _part(tree, item.propeller_link, hinge.child, turn).pose
-    return Thruster(
+    return AssembledThruster(
         name=name,
         link=tree.urdf.local(hinge.child),
         joint=tree.urdf.local(hinge.name),
@@ -207,7 +207,7 @@ def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: Serv
     )
 
 
-def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[Thruster]:
+def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[AssembledThruster]:
     for name, entry in config.rudders.items():
         if name not in hinges:
             raise own_problem(tree.urdf, f"rudders.{name}.joint", f"the joint '{entry.joint}' does not turn")
@@ -216,7 +216,7 @@ def _rudders(tree: Tree, config: RobotConfig, hinges: Mapping[str, Joint]) -> It
         wing = Rudder(
             entry.area, entry.aspect_ratio, entry.propeller, entry.propeller_diameter or 0.0, entry.race_share
         )  # fmt: skip
-        yield Thruster(
+        yield AssembledThruster(
             name=name,
             link=tree.urdf.local(hinge.child),
             joint=tree.urdf.local(hinge.name),

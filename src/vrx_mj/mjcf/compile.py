@@ -10,7 +10,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from vrx_mj.arguments import as_seed
-from vrx_mj.config.bays import LightConfig
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
 from vrx_mj.config.fleet_checks import load_fleet
 from vrx_mj.config.loading import fault_text, problem_at
@@ -22,27 +21,26 @@ from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.dock_checks import check_docks
-from vrx_mj.mjcf.dock_pieces import block_rows, dock_entry, dock_piece, mooring_rows, placard_entries
+from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.fields import place_fields
 from vrx_mj.mjcf.fitting import boat_rows, fitted
 from vrx_mj.mjcf.markers import marker_rows
-from vrx_mj.mjcf.objects import object_piece
-from vrx_mj.mjcf.parameters import float_row, sea_parameters
+from vrx_mj.mjcf.objects import object_piece, object_rows
+from vrx_mj.mjcf.parameters import Rows, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.robots import stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.scored import Touch, lock_of, touch_sensor, touches_of
 from vrx_mj.mjcf.shooters import parked_balls
-from vrx_mj.mjcf.swimmers import follower_row
 from vrx_mj.mjcf.tasks import task_parameters, waypoints
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
-from vrx_mj.model.site import Light
+from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Task
-from vrx_mj.model.world import FORMAT, Parameters, parameters_of, tree_of
+from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, tree_of
 
 STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
@@ -86,21 +84,8 @@ class _Assembly:
         self.sea = sea_parameters(config.sea)
         self.kinds_of_objects: dict[Any, Piece] = {}
         self.parts: list[Part] = []
-        self.rows: dict[str, list[Any]] = {
-            "hulls": [],
-            "stations": [],
-            "thrusters": [],
-            "floats": [],
-            "elements": [],
-            "blocks": [],
-            "moorings": [],
-            "followers": [],
-            "path_points": [],
-            "lights": [],
-            "sensors": [],
-        }
+        self.rows = Rows()
         self.balls: list[PlacedObject] = []
-        self.shooters: list[tuple[str, str]] = []
         self.task: Task | None = None
         self.touches: list[Touch] = []
 
@@ -124,12 +109,8 @@ class _Assembly:
             pieces.spec().compile()
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
-        return joined_world(pieces, self._typed(seed))
-
-    def _typed(self, seed: int) -> Parameters:
-        """The parameters, checked as those of a saved world are."""
         try:
-            return parameters_of(json.dumps(tree_of(self._parameters(seed))).encode())
+            return joined_world(pieces, checked_parameters(self._parameters(seed)))
         except ValidationError as error:
             raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
 
@@ -157,52 +138,29 @@ class _Assembly:
 
     def _add_dock(self, dock: PlacedDock) -> None:
         self._place(dock.name, dock_piece(dock), dock.pose)
-        if dock.config.dynamic:
-            first, wet = len(self.rows["blocks"]), len(self.rows["elements"])
-            blocks, elements = block_rows(dock, self.config.wind, self.config.physics.gravity, first, wet)
-            self.rows["blocks"] += blocks
-            self.rows["elements"] += elements
-            self.rows["moorings"] += mooring_rows(dock, first)
+        self.rows.add(dock_rows(dock, self.config.wind, self.config.physics.gravity, self.rows))
 
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
         if kind not in self.kinds_of_objects:
             self.kinds_of_objects[kind] = object_piece(item.config, asleep=asleep)
         self._place(item.name, self.kinds_of_objects[kind], item.pose)
-        if item.config.light is not None:
-            self.rows["lights"].append(_light_entry(item, item.config.light))
-        if item.config.kind == "floating":
-            row, elements = float_row(item, self.config.wind, self.config.physics)
-            row["element_start"], row["element_count"] = len(self.rows["elements"]), len(elements)
-            self.rows["floats"].append(row)
-            self.rows["elements"] += elements
-            if item.path is not None:
-                self._add_follower(item, row)
-
-    def _add_follower(self, item: PlacedObject, row: dict[str, object]) -> None:
-        row["follower"] = len(self.rows["followers"])
-        follower, points = follower_row(item, self.config.physics.profile, len(self.rows["path_points"]))
-        self.rows["followers"].append(follower)
-        self.rows["path_points"] += points
+        self.rows.add(object_rows(item, self.config.wind, self.config.physics, self.rows))
 
     def _add_boat(self, boat: BoatConfig) -> None:
         fit = fitted(self._built(boat), boat.engines, boat.color)
         self._place(boat.name, fit.piece, boat.pose)
-        rows = boat_rows(fit, boat, self.rows, self.config.wind, self.config.physics)
-        for table, new in rows.items():
-            self.rows[table] += new
+        self.rows.add(boat_rows(fit, boat, self.rows, self.config.wind, self.config.physics))
 
     def _add_balls(self) -> None:
         """One ball for every ball shooter, out of the way until it is fired."""
-        rows = [row for row in self.rows["sensors"] if row["config"]["type"] == "ball_shooter"]
-        self.shooters = [(row["boat"], row["config"]["name"]) for row in rows]
-        self.balls = parked_balls(self.shooters)
+        self.balls = parked_balls(self.rows.shooters)
         for ball in self.balls:
             self._add_object(ball, asleep=True)
 
     def _add_task(self) -> None:
         """What the task of the world asks, what its boat may touch, and what holds the boat."""
-        self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.shooters)
+        self.task = task_parameters(self.config, self.boats, self.objects, self.docks, self.rows.shooters)
         if self.task is None:
             return
         links, terrain = self._base_links(), self.config.terrain is not None
@@ -213,7 +171,7 @@ class _Assembly:
 
     def _base_links(self) -> dict[str, str]:
         """Bodies of the boats' base links, by the boats' names."""
-        return {boat.name: row["body"] for boat, row in zip(self.boats, self.rows["hulls"], strict=True)}
+        return {boat.name: hull.body for boat, hull in zip(self.boats, self.rows.hulls, strict=True)}
 
     def _built(self, boat: BoatConfig) -> Boat:
         """The boat of a fleet's entry; those of one order are built once."""
@@ -246,35 +204,31 @@ class _Assembly:
         """Put a piece into the world, its names after `name` and a slash."""
         self.parts.append(Part.placed(name, piece, pose))
 
-    def _parameters(self, seed: int) -> dict[str, Any]:
-        config = self.config
-        return {
-            "format": FORMAT,
-            "name": config.name,
-            "fleet": self.fleet,
-            "description": config.description,
-            "seed": seed,
-            "profile": config.physics.profile,
-            "timestep": config.physics.timestep,
-            "gravity": config.physics.gravity,
-            "at_base_link": config.physics.at_base_link,
-            "sea": self.sea,
-            "wind": wind_parameters(config.wind, config.physics.profile),
-            **self.rows,
-            "boats": [boat_entry(boat) for boat in self.boats],
-            "spawn": spawn_parameters(config),
-            "objects": [object_entry(item) for item in (*self.objects, *self.balls)],
-            "docks": [dock_entry(dock) for dock in self.docks],
-            "placards": [entry for dock in self.docks for entry in placard_entries(dock)],
-            "task": self.task,
-            "waypoints": waypoints(self.task),
-            "markers": marker_rows(config.markers, waypoints(self.task)),
-            "georeference": config.georeference.model_dump(exclude={"folder"}) if config.georeference else None,
-            "terrain": config.terrain,
-            "shoreline": shoreline(config.terrain, config.folder) if config.terrain else [],
-            "scene": scene_parameters(config),
-            "camera": config.camera,
-        }
+    def _parameters(self, seed: int) -> Parameters:
+        config, earth = self.config, self.config.georeference
+        return Parameters(
+            format=FORMAT,
+            name=config.name,
+            fleet=self.fleet,
+            description=config.description,
+            seed=seed,
+            profile=config.physics.profile,
+            timestep=config.physics.timestep,
+            gravity=config.physics.gravity,
+            at_base_link=config.physics.at_base_link,
+            sea=self.sea,
+            wind=wind_parameters(config.wind, config.physics.profile),
+            **self.rows.tables,
+            spawn=spawn_parameters(config),
+            task=self.task,
+            waypoints=waypoints(self.task),
+            markers=tuple(marker_rows(config.markers, waypoints(self.task))),
+            georeference=Georeference(**earth.model_dump(exclude={"folder"})) if earth else None,
+            terrain=config.terrain,
+            shoreline=shoreline(config.terrain, config.folder) if config.terrain else (),
+            scene=scene_parameters(config),
+            camera=config.camera,
+        )
 
 
 def _warn_if_stiff(boat: Boat, timestep: float) -> None:
@@ -289,25 +243,3 @@ def spawn_parameters(config: WorldConfig) -> Spawn:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
     parts = config.spawn.model_dump(include={"robot", "thrusters", "sensors"})
     return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)
-
-
-def boat_entry(boat: BoatConfig) -> dict[str, Any]:
-    """What others than the loop want to know of a boat."""
-    fields = ("name", "robot", "thrusters", "components", "sensors", "engines", "color", "controller", "pose")
-    return {field: getattr(boat, field) for field in fields}
-
-
-def object_entry(item: PlacedObject) -> dict[str, Any]:
-    """What others than the loop want to know of an object."""
-    return {
-        "name": item.name,
-        "model": Path(item.model).stem,
-        "kind": item.config.kind,
-        "body": f"{item.name}/{item.config.link}",
-        "pose": item.pose,
-    }
-
-
-def _light_entry(item: PlacedObject, light: LightConfig) -> Light:
-    panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
-    return Light(name=item.name, body=f"{item.name}/{item.config.link}", geoms=panels, pattern=light.pattern)

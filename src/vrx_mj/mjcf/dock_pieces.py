@@ -10,16 +10,17 @@ from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
 from vrx_mj.config.shapes import Visual
 from vrx_mj.config.world import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
-from vrx_mj.mjcf.parameters import element_row
+from vrx_mj.mjcf.objects import element_row
+from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.mjcf.trees import BlockTree, block_tree
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
-from vrx_mj.model.afloat import Block, Mooring
+from vrx_mj.model.afloat import Block, Element, Mooring
 from vrx_mj.model.site import Dock, Placard
 
-__all__ = ["BLOCK_HEIGHT", "BLOCK_MODELS", "block_rows", "dock_entry", "dock_piece", "mooring_rows", "placard_entries"]
+__all__ = ["BLOCK_HEIGHT", "BLOCK_MODELS", "dock_entry", "dock_piece", "dock_rows"]
 
 Row = dict[str, Any]
 Vector = tuple[float, float, float]
@@ -76,7 +77,17 @@ def dock_entry(dock: PlacedDock) -> Dock:
     )
 
 
-def placard_entries(dock: PlacedDock) -> list[Placard]:
+def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables: Rows) -> Rows:
+    """The rows that a dock adds at the ends of a world's tables."""
+    rows = Rows(docks=[dock_entry(dock)], placards=_placards(dock))
+    if dock.config.dynamic:
+        first = len(tables.blocks)
+        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
+        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
+    return rows
+
+
+def _placards(dock: PlacedDock) -> list[Placard]:
     """The placards of a dock: name, body, the geoms of each shape, and the symbol at the start."""
     return [
         Placard(
@@ -89,9 +100,9 @@ def placard_entries(dock: PlacedDock) -> list[Placard]:
     ]
 
 
-def block_rows(
+def _block_rows(
     dock: PlacedDock, wind: WindConfig | None, gravity: float, first: int, first_element: int
-) -> tuple[list[Block], list[Row]]:
+) -> tuple[list[Block], list[Element]]:
     """Rows of a floating dock's blocks, each after the one that it hangs on, and those of their buoyancy elements.
 
     `first` and `first_element` are the numbers that they get. Wind on a dock acts on its root, as VRX's on one link.
@@ -103,7 +114,7 @@ def block_rows(
     assert config.mass is not None, "a block without mass"
     listed = wind_coefficients(wind, dock.name, dock.parent) or NO_WIND
     rows: list[Block] = []
-    elements: list[Row] = []
+    elements: list[Element] = []
     for index, body in enumerate(_bodies(dock, tree)):
         position, anchor, axis = _hinge(tree, index, edge)
         block = Block(
@@ -129,7 +140,7 @@ def block_rows(
     return rows, elements
 
 
-def mooring_rows(dock: PlacedDock, first: int) -> list[Mooring]:
+def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
     """A floating dock's lines, each from a corner to where that is at the start; `first` is its first block's row."""
     mooring = dock.config.mooring
     if mooring is None:

@@ -1,23 +1,31 @@
 """A boat as a piece of a world and as rows of the runtime's tables, made once for each kind."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.mjcf.afloat import outline
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.masses import Engines
-from vrx_mj.mjcf.parameters import Row, hull_physics
+from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.robots import Color, hull_row, robot_piece, sensor_rows, station_rows, thruster_rows
 from vrx_mj.mjcf.wind import boat_wind
+from vrx_mj.model.boats import Boat as Entry
+from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
 
-__all__ = ["Fitted", "boat_rows", "fitted", "renamed"]
+__all__ = ["Fitted", "boat_rows", "fitted"]
 
+Named = TypeVar("Named", Hull, Thruster, Sensor)
+
+SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
+"""Fields of a boat that a fleet gives and a compiled world has as they are."""
 KEPT = 32
 """Kinds of boats that are kept: making one takes 0.1 s."""
 
@@ -28,10 +36,10 @@ class Fitted:
 
     boat: Boat
     piece: Piece
-    hull: Row
-    stations: Sequence[Row]
-    thrusters: Sequence[Row]
-    sensors: Sequence[Row]
+    hull: Hull
+    stations: Sequence[Station]
+    thrusters: Sequence[Thruster]
+    sensors: Sequence[Sensor]
 
     @cached_property
     def outline(self) -> FloatArray:
@@ -61,30 +69,34 @@ def fitted(boat: Boat, engines: Engines, color: Color | None) -> Fitted:
 
 
 def boat_rows(
-    fit: Fitted, boat: BoatConfig, tables: Mapping[str, Sequence[Row]], wind: WindConfig | None, physics: PhysicsConfig
-) -> dict[str, list[Row]]:
-    """The rows that a boat adds at the ends of a world's tables, by table."""
-    row, thrusters, sensors = renamed((fit.hull, fit.thrusters, fit.sensors), f"{boat.name}/")
-    row |= hull_physics(physics)
-    row["wind"] = boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind)
-    row["station_start"], row["station_count"] = len(tables["stations"]), len(fit.stations)
-    start = len(tables["thrusters"])
-    row["thruster_start"], row["thruster_count"] = start, len(thrusters)
-    for thruster in thrusters:
-        thruster["hull"] = len(tables["hulls"])
-        thruster["race"] += start if thruster["race"] >= 0 else 0
-    return {
-        "hulls": [row],
-        "stations": [dict(station) for station in fit.stations],
-        "thrusters": thrusters,
-        "sensors": [{"boat": boat.name, **sensor} for sensor in sensors],
-    }
+    fit: Fitted, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, life: int = 0
+) -> Rows:
+    """The rows that a boat adds at the ends of a world's tables; `life` is the number of boats of its name before."""
+    hull, start = len(tables.hulls), len(tables.thrusters)
+    row = replace(
+        _named(fit.hull, boat.name),
+        wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
+        profile=PROFILES[physics.profile],
+        # VRX 3's water weighs what the world's gravity makes it weigh
+        gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,
+        station_start=len(tables.stations),
+        station_count=len(fit.stations),
+        thruster_start=start,
+    )
+    return Rows(
+        hulls=[row],
+        stations=[*fit.stations],
+        thrusters=[
+            replace(_named(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
+            for item in fit.thrusters
+        ],
+        sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
+        boats=[Entry(life=life, **{key: getattr(boat, key) for key in SAME})],
+    )
 
 
-def renamed(tree: object, prefix: str) -> Any:
-    """A copy of rows in which names get their prefix."""
-    if isinstance(tree, str):
-        return tree.replace(PREFIX, prefix)
-    if isinstance(tree, dict):
-        return {key: renamed(value, prefix) for key, value in tree.items()}
-    return [renamed(value, prefix) for value in tree] if isinstance(tree, list | tuple) else tree
+def _named(row: Named, boat: str) -> Named:
+    """A row in which names begin with the boat's."""
+    texts = ((key, value) for key, value in vars(row).items() if isinstance(value, str))
+    named: dict[str, Any] = {key: value.replace(PREFIX, f"{boat}/") for key, value in texts}
+    return replace(row, **named)

@@ -19,22 +19,19 @@ from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarni
 from vrx_mj.mjcf.afloat import depth_in_land
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.compile import boat_entry, object_entry
 from vrx_mj.mjcf.fitting import Fitted, boat_rows, fitted
-from vrx_mj.mjcf.objects import object_piece
-from vrx_mj.mjcf.parameters import float_row
+from vrx_mj.mjcf.objects import object_piece, object_rows
+from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
 from vrx_mj.mjcf.scored import Touch, touch_sensor
 from vrx_mj.mjcf.shooters import ball_name, ball_names, spare_ball
 from vrx_mj.mjcf.wind import warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.afloat import Block, Float
-from vrx_mj.model.world import Parameters, rows_of, tree_of
+from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
 __all__ = ["with_boat", "without_boat"]
 
-Rows = dict[str, list[Any]]
-Conditions = tuple[WindConfig, PhysicsConfig]
 AnyRow = TypeVar("AnyRow")
 Wet = TypeVar("Wet", Float, Block)
 
@@ -60,17 +57,16 @@ def with_boat(world: World, said: Mapping[str, object], folder: Path | None = No
     old = world.parameters
     fit = fitted(_built(boat, old.profile), boat.engines, boat.color)
     _check_shore(old, boat, fit)
-    wind, physics = conditions = _conditions(old)
-    rows = boat_rows(fit, boat, vars(old), wind, physics)
+    wind, physics = _conditions(old)
+    rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.lives.get(boat.name, 0))
     warn_if_unpushed(old.name, wind, physics, [(boat, fit.boat.wind)])
-    balls = list(_with_balls(world, boat.name, rows, conditions))
-    rows["boats"] = [{**boat_entry(boat), "life": old.lives.get(boat.name, 0)}]
+    balls = list(_with_balls(old, rows, wind, physics))
     pieces = world.pieces.with_parts([Part.placed(boat.name, fit.piece, boat.pose), *balls], asleep=bool(balls))
-    new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in rows_of(rows).items()}
+    new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked_rows(rows.tables).items()}
     if task := old.task:
         new["task"] = replace(task, rivals=(*task.rivals, boat.name))
         scored = old.hulls[world.boats.index(task.boat)].body
-        sensor = touch_sensor(Touch(boat.name, rows["hulls"][0]["body"]), scored)
+        sensor = touch_sensor(Touch(boat.name, rows.hulls[0].body), scored)
         pieces = replace(pieces, touches={**pieces.touches, boat.name: sensor})
     return joined_world(pieces, replace(old, **new))
 
@@ -100,23 +96,17 @@ def _check_name(world: World, name: str) -> None:
         raise CommandError(f"invalid boat name '{name}': {taken[name]} of world {world.name} has this name")
 
 
-def _with_balls(world: World, boat: str, rows: Rows, conditions: Conditions) -> Iterator[Part]:
-    """The parts of a boat's balls, one for each ball shooter, whose rows are added."""
-    old = world.parameters
-    shooters = [row["config"]["name"] for row in rows["sensors"] if row["config"]["type"] == "ball_shooter"]
-    rows |= {"floats": [], "elements": [], "objects": []}
-    for shooter in shooters:
-        taken = {item.pose[:3] for item in old.objects} | {item["pose"][:3] for item in rows["objects"]}
-        ball = spare_ball(boat, shooter, taken)
-        row, elements = float_row(ball, *conditions)
-        start = len(old.elements) + len(rows["elements"])
-        rows["floats"].append({**row, "element_start": start, "element_count": len(elements)})
-        rows["elements"] += elements
-        rows["objects"].append(object_entry(ball))
+def _with_balls(old: Parameters, rows: Rows, wind: WindConfig, physics: PhysicsConfig) -> Iterator[Part]:
+    """The parts of a boat's balls, one for each ball shooter; their rows are added to those of the boat."""
+    for boat, shooter in rows.shooters:
+        tables = Rows.of(old)
+        tables.add(rows)
+        ball = spare_ball(boat, shooter, {item.pose[:3] for item in tables.objects})
+        rows.add(object_rows(ball, wind, physics, tables))
         yield Part.placed(ball.name, object_piece(ball.config, asleep=True), ball.pose)
 
 
-def _conditions(world: Parameters) -> Conditions:
+def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
     """The wind and the physics of a world, as boats that join later meet them."""
     blowing = {"mean_velocity": abs(world.wind.mean), "var_gain": world.wind.gain}
     physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}

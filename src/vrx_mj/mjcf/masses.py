@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CompileError
 from vrx_mj.frames import Pose, rotation
-from vrx_mj.mjcf.boats import Boat, Part, Thruster
+from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part
 
 Engines = Literal["fixed", "hinged"]
 """Are the engines part of the hull's body, or bodies of their own that turn about z?"""
@@ -87,7 +87,7 @@ def push_center(boat: Boat) -> FloatArray:
     return joined(lumped).center if lumped else boat_mass(boat).center
 
 
-def turning_mass(thruster: Thruster) -> MassProperties | None:
+def turning_mass(thruster: AssembledThruster) -> MassProperties | None:
     """An engine with its propeller, in the frame of the hinge it steers on; None if it weighs nothing."""
     parts = list(_masses(thruster.parts))
     return joined(parts) if parts else None

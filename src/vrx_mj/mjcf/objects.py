@@ -1,10 +1,29 @@
-"""Objects of the catalogue, and users' own, as pieces of one body each."""
+"""Objects of the catalogue, and users' own: as pieces of one body each, and as rows of a world's tables."""
 
-from vrx_mj.config.objects import ObjectConfig
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, path_points
+from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.frames import rotation
+from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
+from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.templates import geoms, meshes
+from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.model.afloat import Element, Float, Follower, PathPoint
+from vrx_mj.model.site import Light, Object
 
-__all__ = ["object_piece"]
+__all__ = ["element_row", "object_piece", "object_rows"]
+
+SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
+DENSITY = 997.0
+"""In profile vrx3, of the water that an object displaces which does not say [kg/m3]. VRX 3's PolyhedraBuoyancyDrag.cc.
+"""
+TURNS_FIRST = "vrx3"
+"""The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
 def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
@@ -23,3 +42,99 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
         "asleep": asleep,
     }
     return Piece("object.xml.j2", values, {item.file: item.content for item in needed})
+
+
+def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, tables: Rows) -> Rows:
+    """The rows that an object adds at the ends of a world's tables."""
+    config, body = item.config, f"{item.name}/{item.config.link}"
+    floats = config.kind == "floating"
+    kind: Literal["floating", "static"] = "floating" if floats else "static"
+    rows = Rows(objects=[Object(name=item.name, model=Path(item.model).stem, kind=kind, body=body, pose=item.pose)])
+    if (light := config.light) is not None:
+        panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
+        rows.lights.append(Light(name=item.name, body=body, geoms=panels, pattern=light.pattern))
+    if floats:
+        follower = -1
+        if item.path is not None:
+            follower = len(tables.followers)
+            row, points = follower_row(item, physics.profile, len(tables.path_points))
+            rows.followers.append(row)
+            rows.path_points.extend(points)
+        floating, elements = float_row(item, wind, physics, len(tables.elements), follower)
+        rows.floats.append(floating)
+        rows.elements.extend(elements)
+    return rows
+
+
+def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower, list[PathPoint]]:
+    """The row of a thing with a path in `FOLLOWER`, and those of its waypoints, which begin at row `start`."""
+    path = item.path
+    assert path is not None, f"{item.name} follows no path"
+    points = path_points(path, item.pose)
+    turns_first = profile == TURNS_FIRST if path.turns_first is None else path.turns_first
+    row = Follower(
+        force=path.force,
+        torque=path.torque,
+        tolerance=math.radians(path.bearing_tolerance),
+        reach=path.range_tolerance,
+        turns_first=1 if turns_first else 0,
+        loop=1 if path.loop else 0,
+        waypoint_start=start,
+        waypoint_count=len(points),
+    )
+    return row, [PathPoint(position=(point[0], point[1])) for point in points]
+
+
+def float_row(
+    item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, start: int = 0, follower: int = -1
+) -> tuple[Float, list[Element]]:
+    """The row of a floating object, and those of its buoyancy elements, which begin at row `start`."""
+    config = item.config
+    buoyancy = config.buoyancy
+    assert buoyancy is not None, f"{item.model} does not float"
+    assert config.mass is not None, f"{item.model} has no mass"
+    assert config.inertia is not None, f"{item.model} has no inertia"
+    silent = "fluid_density" not in buoyancy.model_fields_set
+    row = Float(
+        body=f"{item.name}/{config.link}",
+        mass=config.mass,
+        com=config.center_of_mass,
+        inertia=(*config.inertia, 0.0, 0.0, 0.0),
+        density=DENSITY if physics.profile == "vrx3" and silent else buoyancy.fluid_density,
+        gravity=physics.gravity,
+        level=buoyancy.fluid_level,
+        linear_drag=buoyancy.linear_drag,
+        angular_drag=buoyancy.angular_drag,
+        profile=PROFILES[physics.profile],
+        wind=wind_coefficients(wind, item.name, item.model) or NO_WIND,
+        element_start=start,
+        element_count=len(buoyancy.elements),
+        follower=follower,
+    )
+    return row, [element_row(element) for element in buoyancy.elements]
+
+
+def element_row(element: BuoyancyElement) -> Element:
+    """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
+    size, volume, mean = _measures(element)
+    return Element(
+        shape=SHAPES[element.type],
+        size=size,
+        position=element.pose[:3],
+        rotation=rotation(*element.pose[3:]),
+        volume=volume,
+        mean_dimension=mean,
+    )
+
+
+def _measures(element: BuoyancyElement) -> tuple[tuple[float, float, float], float, float]:
+    if element.type == "box":
+        assert element.size is not None
+        a, b, c = element.size
+        return (a, b, c), a * b * c, (a + b + c) / 3.0
+    assert element.radius is not None
+    r = element.radius
+    if element.type == "sphere":
+        return (r, 0.0, 0.0), 4.0 / 3.0 * math.pi * r**3, 2.0 * r
+    assert element.length is not None
+    return (r, element.length, 0.0), math.pi * r * r * element.length, (2.0 * r + element.length) / 2.0

@@ -1,33 +1,26 @@
-"""Rows for the compiled loop's tables, as plain data with names where the tables have ids."""
+"""The sea of a compiled world, and the tables of a world in the making."""
 
-import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any
 
-from vrx_mj.config.objects import BuoyancyElement
-from vrx_mj.config.profiles import CLASSIC
-from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
-from vrx_mj.constants import HULL_GRAVITY
-from vrx_mj.frames import rotation
-from vrx_mj.mjcf.placement import PlacedObject
-from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.config.world import SeaConfig
+from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
+from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
+from vrx_mj.model.kinds import ProfileCode
+from vrx_mj.model.site import Dock, Light, Object, Placard
 from vrx_mj.model.water import Sea, Wave
+from vrx_mj.model.world import Parameters
 from vrx_mj.physics.tables import VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
 Row = dict[str, Any]
 NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
-SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
-PROFILES = {"vrx": VRX, "vrx3": VRX3}
+PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3}
 """Codes of the profiles in the runtime's tables."""
-DENSITY = 997.0
-"""In profile vrx3, of the water that an object displaces which does not say [kg/m3]. VRX 3's PolyhedraBuoyancyDrag.cc.
-"""
-
-
-SEA_FIELDS = sorted(SeaConfig.model_fields.keys() & {field.name for field in dataclasses.fields(Sea)})
+SEA_FIELDS = sorted(SeaConfig.model_fields.keys() & {field.name for field in fields(Sea)})
 """Fields of a sea that a world file gives and a compiled world takes over as they are."""
 
 
@@ -45,57 +38,42 @@ def sea_parameters(sea: SeaConfig) -> Sea:
     return Sea(**same, level=0.0, waves=tuple(Wave(**wave) for wave in afloat), significant_height=height)
 
 
-def hull_physics(physics: PhysicsConfig) -> Row:
-    """What the world's physics says of a hull: VRX 3's water weighs what the world's gravity makes it weigh."""
-    gravity = HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity
-    return {"profile": PROFILES[physics.profile], "gravity": gravity}
+@dataclass(frozen=True)
+class Rows:
+    """Rows of some tables of a world, each list under the name that its table has in `Parameters`."""
 
+    hulls: list[Hull] = field(default_factory=list)
+    stations: list[Station] = field(default_factory=list)
+    thrusters: list[Thruster] = field(default_factory=list)
+    floats: list[Float] = field(default_factory=list)
+    elements: list[Element] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+    moorings: list[Mooring] = field(default_factory=list)
+    followers: list[Follower] = field(default_factory=list)
+    path_points: list[PathPoint] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    sensors: list[Sensor] = field(default_factory=list)
+    boats: list[Boat] = field(default_factory=list)
+    objects: list[Object] = field(default_factory=list)
+    docks: list[Dock] = field(default_factory=list)
+    placards: list[Placard] = field(default_factory=list)
 
-def float_row(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig) -> tuple[Row, list[Row]]:
-    """The row of a floating object and those of its buoyancy elements."""
-    config = item.config
-    buoyancy = config.buoyancy
-    assert buoyancy is not None, f"{item.model} does not float"
-    assert config.inertia is not None, f"{item.model} has no inertia"
-    ixx, iyy, izz = config.inertia
-    silent = "fluid_density" not in buoyancy.model_fields_set
-    row = {
-        "body": f"{item.name}/{config.link}",
-        "mass": config.mass,
-        "com": list(config.center_of_mass),
-        "inertia": [ixx, iyy, izz, 0.0, 0.0, 0.0],
-        "density": DENSITY if physics.profile == "vrx3" and silent else buoyancy.fluid_density,
-        "gravity": physics.gravity,
-        "level": buoyancy.fluid_level,
-        "linear_drag": buoyancy.linear_drag,
-        "angular_drag": buoyancy.angular_drag,
-        "profile": PROFILES[physics.profile],
-        "wind": list(wind_coefficients(wind, item.name, item.model) or NO_WIND),
-    }
-    return row, [element_row(element) for element in buoyancy.elements]
+    @classmethod
+    def of(cls, world: Parameters) -> "Rows":
+        """The rows that a compiled world has."""
+        return cls(**{table.name: [*getattr(world, table.name)] for table in fields(cls)})
 
+    def add(self, more: "Rows") -> None:
+        """Append other rows, which are numbered to follow these."""
+        for table, own in vars(more).items():
+            getattr(self, table).extend(own)
 
-def element_row(element: BuoyancyElement) -> Row:
-    """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
-    size, volume, mean = _measures(element)
-    return {
-        "shape": SHAPES[element.type],
-        "size": size,
-        "position": list(element.pose[:3]),
-        "rotation": [list(row) for row in rotation(*element.pose[3:])],
-        "volume": volume,
-        "mean_dimension": mean,
-    }
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The rows by table, as `Parameters` has them."""
+        return {table: tuple(rows) for table, rows in vars(self).items()}
 
-
-def _measures(element: BuoyancyElement) -> tuple[list[float], float, float]:
-    if element.type == "box":
-        assert element.size is not None
-        a, b, c = element.size
-        return [a, b, c], a * b * c, (a + b + c) / 3.0
-    assert element.radius is not None
-    r = element.radius
-    if element.type == "sphere":
-        return [r, 0.0, 0.0], 4.0 / 3.0 * math.pi * r**3, 2.0 * r
-    assert element.length is not None
-    return [r, element.length, 0.0], math.pi * r * r * element.length, (2.0 * r + element.length) / 2.0
+    @property
+    def shooters(self) -> list[tuple[str, str]]:
+        """The ball shooters among the sensors, each as (boat, sensor)."""
+        return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]

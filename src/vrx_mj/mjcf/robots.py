@@ -8,17 +8,18 @@ looks. There are no actuators: the runtime's kernels thrust and steer.
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.frames import Pose, rotation
-from vrx_mj.mjcf.boats import Boat, Part, Thruster
+from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part, Rudder
 from vrx_mj.mjcf.masses import (
     LIGHTEST,
     NOTHING,
@@ -31,6 +32,7 @@ from vrx_mj.mjcf.masses import (
 )
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
+from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
 from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 
@@ -46,7 +48,7 @@ __all__ = [
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
 
-MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
+MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
 
 
@@ -116,7 +118,7 @@ def _frame(part: Part, double: frozenset[str], yields: tuple[float, float]) -> _
     return _Frame(part.pose, tuple(named))
 
 
-def _thruster_view(thruster: Thruster, double: frozenset[str], yields: tuple[float, float]) -> dict[str, Any]:
+def _thruster_view(thruster: AssembledThruster, double: frozenset[str], yields: tuple[float, float]) -> dict[str, Any]:
     return {
         "body": thruster.link,
         "joint": thruster.joint,
@@ -151,48 +153,57 @@ def _camera_view(sensor: CameraConfig) -> dict[str, Any]:
     }
 
 
-def hull_row(boat: Boat, engines: Engines, prefix: str) -> dict[str, Any]:
-    """The boat's row of the runtime's table of hulls, with names where that has ids.
+def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
+    """The boat's row of the table of hulls; what the world around it decides is zero.
 
-    `link_com` is where water and wind push; `body_com` and `mass` are those of the MuJoCo body. The wind's coefficients
-    belong to the world, which fills them in and adds what `parameters.hull_physics` says.
+    `link_com` is where water and wind push; `body_com` and `mass` are those of the MuJoCo body.
     """
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
     body = body_mass(boat, engines)
-    return {
-        "body": prefix + boat.link,
-        "joint": f"{prefix}free",
-        "density": water.water_density,
-        "level": water.water_level,
-        "added_mass": list(water.added_mass),
-        "drag_linear": list(water.drag_linear),
-        "drag_quadratic": list(water.drag_quadratic),
-        "link_com": push_center(boat).tolist(),
-        "body_com": body.center.tolist(),
-        "mass": body.mass,
-        "wind": [0.0, 0.0, 0.0],
-        "thruster_count": len(boat.thrusters),
-    }
+    return Hull(
+        body=prefix + boat.link,
+        joint=f"{prefix}free",
+        density=water.water_density,
+        level=water.water_level,
+        added_mass=water.added_mass,
+        drag_linear=water.drag_linear,
+        drag_quadratic=water.drag_quadratic,
+        link_com=_vector(push_center(boat)),
+        body_com=_vector(body.center),
+        mass=body.mass,
+        wind=(0.0, 0.0, 0.0),
+        profile=0,
+        gravity=0.0,
+        station_start=0,
+        station_count=0,
+        thruster_start=0,
+        thruster_count=len(boat.thrusters),
+    )
 
 
-def station_rows(boat: Boat) -> list[dict[str, Any]]:
-    """The boat's rows of the runtime's table of stations: VRX 3's points, or classic's two lines, starboard first."""
+def _vector(point: FloatArray) -> Vector:
+    x, y, z = point.tolist()
+    return x, y, z
+
+
+def station_rows(boat: Boat) -> list[Station]:
+    """The boat's rows of the table of stations: VRX 3's points, or classic's two lines, starboard first."""
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
     if water.hulls:
         return [
-            {"position": list(point), "radius": hull.radius, "length": hull.length / len(hull.points)}
+            Station(position=point, radius=hull.radius, length=hull.length / len(hull.points))
             for hull in water.hulls
             for point in hull.points
         ]
     spacing = water.boat_length / water.length_n
     return [
-        {
-            "position": [(number + 0.5) * spacing - 0.5 * water.boat_length, side * water.boat_width, 0.0],
-            "radius": water.hull_radius,
-            "length": spacing,
-        }
+        Station(
+            position=((number + 0.5) * spacing - 0.5 * water.boat_length, side * water.boat_width, 0.0),
+            radius=water.hull_radius,
+            length=spacing,
+        )
         for side in (-0.5, 0.5)
         for number in range(water.length_n)
     ]
@@ -210,81 +221,67 @@ def stiffness(boat: Boat, timestep: float) -> float:
     return float(max(shares))
 
 
-def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[dict[str, Any]]:
-    """The boat's rows of the runtime's table of thrusters, with names where that has ids.
-
-    `body` is what the force pushes and `joint` the hinge, None if it is rigid. `position` and `rotation` are those
-    of the hinge in the base link, `propeller` and `direction` are in the hinge's frame, `body_com` in that of `body`;
-    `inertia` is about the hinge's axis; `race` is the number among the boat's own rows, -1 for none.
-    """
+def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
+    """The boat's rows of the table of thrusters, as if its hull were the first and they were the only ones."""
     names = [thruster.name for thruster in boat.thrusters]
     whole = boat_mass(boat)
     rows = []
-    for thruster in boat.thrusters:
-        turning = turning_mass(thruster) or NOTHING
-        hinged = engines == "hinged" and thruster.joint is not None
-        pushed = turning if hinged else whole
+    for item in boat.thrusters:
+        turning = turning_mass(item) or NOTHING
+        hinged = engines == "hinged" and item.joint is not None
+        drive = item.drive
+        strongest = max(drive.max_force_forward, -drive.max_force_reverse)
         rows.append(
-            {
-                "name": thruster.name,
-                "hull": prefix + boat.link,
-                "body": prefix + (thruster.link if hinged else boat.link),
-                "joint": f"{prefix}{thruster.joint}" if hinged else None,
-                "position": list(thruster.pose[:3]),
-                "rotation": [list(row) for row in rotation(*thruster.pose[3:])],
-                "propeller": list(thruster.center),
-                "direction": list(thruster.direction),
-                "body_com": pushed.center.tolist(),
-                "inertia": max(axis_inertia(turning), LIGHTEST),
-                **_drive(thruster),
-                **_wing(thruster, names, boat),
-            }
+            Thruster(
+                name=item.name,
+                hull=0,
+                body=prefix + (item.link if hinged else boat.link),
+                joint=f"{prefix}{item.joint}" if hinged else None,
+                position=item.pose[:3],
+                rotation=rotation(*item.pose[3:]),
+                propeller=item.center,
+                direction=item.direction,
+                body_com=_vector((turning if hinged else whole).center),
+                inertia=max(axis_inertia(turning), LIGHTEST),
+                mapping=RUDDER if item.rudder else MAPPINGS[drive.mapping],
+                max_command=strongest if drive.mapping == "newtons" else drive.max_command,
+                max_forward=drive.max_force_forward,
+                max_reverse=drive.max_force_reverse,
+                timeout=drive.timeout,
+                max_angle=drive.max_angle,
+                **item.servo.model_dump(),
+                **_blade(item.rudder, names, boat),
+            )
         )
     return rows
 
 
-def _drive(thruster: Thruster) -> dict[str, Any]:
-    drive, servo = thruster.drive, thruster.servo
-    strongest = max(drive.max_force_forward, -drive.max_force_reverse)
-    return {
-        "mapping": RUDDER if thruster.rudder else MAPPINGS[drive.mapping],
-        "max_command": strongest if drive.mapping == "newtons" else drive.max_command,
-        "max_forward": drive.max_force_forward,
-        "max_reverse": drive.max_force_reverse,
-        "timeout": drive.timeout,
-        "max_angle": drive.max_angle,
-        "kp": servo.kp,
-        "kd": servo.kd,
-        "effort": servo.effort,
-        "velocity": servo.velocity,
-    }
-
-
-def _wing(thruster: Thruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
-    wing = thruster.rudder
-    if wing is None:
+def _blade(rudder: Rudder | None, names: Sequence[str], boat: Boat) -> dict[str, Any]:
+    """What a thruster's row has of a rudder's blade; `names` are those of the boat's thrusters."""
+    if rudder is None:
         return {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
     assert boat.hydrodynamics is not None, f"{boat.name} has no hydrodynamics"
     return {
-        "area": wing.area,
-        "slope": normal_slope(wing.aspect_ratio),
+        "area": rudder.area,
+        "slope": normal_slope(rudder.aspect_ratio),
         "density": boat.hydrodynamics.water_density,
-        "race": names.index(wing.propeller) if wing.propeller in names else -1,
-        "race_area": math.pi / 4 * wing.propeller_diameter**2,
-        "race_share": wing.race_share,
+        "race": names.index(rudder.propeller) if rudder.propeller in names else -1,
+        "race_area": math.pi / 4 * rudder.propeller_diameter**2,
+        "race_share": rudder.race_share,
     }
 
 
-def sensor_rows(boat: Boat, prefix: str) -> list[dict[str, Any]]:
+def sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
     """The boat's sensors: each with the body that carries it, and the pose in it that its frame has."""
     return [
-        {
-            "body": prefix + boat.link,
-            "position": list(sensor.pose[:3]),
-            "rotation": [list(row) for row in rotation(*sensor.pose[3:])],
-            "frame": sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
-            "config": sensor.model_dump(mode="json"),
-        }
+        Sensor(
+            boat="",
+            body=prefix + boat.link,
+            position=sensor.pose[:3],
+            rotation=rotation(*sensor.pose[3:]),
+            frame=sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
+            config=sensor.model_dump(mode="json"),
+        )
         for sensor in boat.sensors
     ]
 

@@ -18,6 +18,7 @@ from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.land import area_of, land_meshes
 from vrx_mj.mjcf.pieces import Piece, hull_file
+from vrx_mj.model.site import Ring
 
 __all__ = ["bank_blocks", "on_land", "shoreline", "terrain_piece"]
 
@@ -73,12 +74,12 @@ def _build(path: Path, _changed: int) -> Piece:
     return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes}, dict(hulls))
 
 
-def shoreline(name: str, near: Path | None = None) -> list[list[list[float]]]:
-    """The waterline as rings of points [x, y] (m, world frame, not closed), the land always on the left.
+def shoreline(name: str, near: Path | None = None) -> tuple[Ring, ...]:
+    """The waterline as rings of points (x, y) (m, world frame, not closed), the land always on the left.
 
     A ring that runs counter-clockwise bounds an island, a clockwise one a lake.
     """
-    return [ring.tolist() for ring in _rings(_read(_find(name, near)))]
+    return tuple(tuple((x, y) for x, y in ring.tolist()) for ring in _rings(_read(_find(name, near))))
 
 
 def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:

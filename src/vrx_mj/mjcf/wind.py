@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC
@@ -31,7 +31,7 @@ FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001}
 SHOWN_NAMES = 3
 """Boats that a warning names."""
 
-Coefficients = Sequence[float]
+Coefficients = tuple[float, float, float]
 
 
 def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
@@ -49,7 +49,7 @@ def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     )
 
 
-def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, float, float] | None:
+def wind_coefficients(wind: WindConfig | None, *names: str) -> Coefficients | None:
     """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
     for item in (wind.objects if wind else None) or ():
         if item.model in names:
@@ -59,11 +59,11 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> tuple[float, floa
 
 def boat_wind(
     wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Coefficients | None
-) -> list[float]:
+) -> Coefficients:
     """Coefficients for a boat: the world's, or else its `own`; none where the world says that it pushes nothing."""
     if STALE in physics.quirks:
-        return list(NO_WIND)
-    return list(wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND)
+        return NO_WIND
+    return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
 
 
 def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:

@@ -13,6 +13,7 @@ from vrx_mj.model.kinds import (
     Matrix,
     Name,
     NonNegative,
+    NonPositive,
     Pose,
     Positive,
     ProfileCode,
@@ -114,10 +115,10 @@ class Thruster:
     """From command to force: linear, generalised logistic, rudder, or newtons."""
     max_command: Real
     """Largest command."""
-    max_forward: Real
-    """Largest force forward [N]."""
-    max_reverse: Real
-    """Largest force backward [N], sign ignored."""
+    max_forward: NonNegative
+    """Force of full power ahead [N]."""
+    max_reverse: NonPositive
+    """Force of full power astern [N], at most 0."""
     timeout: Real
     """Time for which a command holds [s]; for ever unless above 0."""
     max_angle: NonNegative
@@ -152,7 +153,7 @@ class Thruster:
     def command_limits(self) -> tuple[float, float]:
         """Commands of full thrust astern, at most 0, and ahead: forces [N] or shares."""
         if self.in_newtons:
-            return -abs(self.max_reverse), self.max_forward
+            return self.max_reverse, self.max_forward
         return -self.max_command, self.max_command
 
 

@@ -8,10 +8,10 @@ from pydantic_core import PydanticCustomError
 
 __all__ = [
     "LEFT_OUT", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Flag", "Index", "Matrix", "Name", "NonNegative",
-    "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3", "late",
+    "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row", "Share", "Six", "Text", "Vec2", "Vec3", "late",
 ]  # fmt: skip
 
-STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
 
 LEFT_OUT: Mapping[str, bool] = {"left_out": True}
@@ -50,6 +50,7 @@ def _dot(one: Triple, other: Triple) -> float:
 Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
+NonPositive = Annotated[float, Field(ge=-LARGEST, le=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]

@@ -1,10 +1,10 @@
 """The whole of a compiled world but for its MJCF, and its form in JSON."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Final, Literal, get_type_hints
 
 import pydantic
 from pydantic import TypeAdapter
@@ -17,9 +17,18 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Sea, Wind
 
-__all__ = ["FORMAT", "Parameters", "format_of", "json_of", "parameters_of", "rows_of", "tree_of"]
+__all__ = [
+    "FORMAT",
+    "Parameters",
+    "checked_parameters",
+    "checked_rows",
+    "format_of",
+    "json_of",
+    "parameters_of",
+    "tree_of",
+]
 
-FORMAT = 3
+FORMAT: Final = 3
 """Version of the saved form; another one is refused."""
 MOST_BYTES = 200_000_000
 """Longest JSON that is read."""
@@ -128,13 +137,22 @@ def parameters_of(text: bytes) -> Parameters:
     return parameters
 
 
-def rows_of(rows: Mapping[str, Sequence[object]]) -> dict[str, tuple[Any, ...]]:
-    """Rows of some tables of a world, given as trees, as `Parameters` has them.
+def checked_parameters(parameters: Parameters) -> Parameters:
+    """The parameters, held to what `parameters_of` holds a text to.
 
     Raises:
-        ValidationError: a key is missing, unknown or of the wrong kind, or a number is out of range.
+        ValidationError: a value is of the wrong kind, or a number is out of range.
     """
-    return {table: _table(table).validate_json(json.dumps(tree_of(own))) for table, own in rows.items()}
+    return _adapter().validate_python(parameters)
+
+
+def checked_rows(rows: Mapping[str, tuple[object, ...]]) -> dict[str, tuple[Any, ...]]:
+    """Rows of some tables of a world, held to the same.
+
+    Raises:
+        ValidationError: a value is of the wrong kind, or a number is out of range.
+    """
+    return {table: _table(table).validate_python(own) for table, own in rows.items()}
 
 
 @cache

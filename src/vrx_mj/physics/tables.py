@@ -6,7 +6,7 @@ free joint (or, for an engine, of its hinge) in MuJoCo's `qpos` and `qvel`; `bod
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -24,11 +24,15 @@ Record = Any
 BOX, SPHERE, CYLINDER = 0, 1, 2
 """Values of `ELEMENT.shape`."""
 
-LINEAR, GLF, RUDDER, NEWTONS = 0, 1, 2, 3
+LINEAR: Final = 0
+GLF: Final = 1
+RUDDER: Final = 2
+NEWTONS: Final = 3
 """Values of `THRUSTER.mapping`: a share of the largest force, the generalised logistic function of one, no propeller
 but a rudder, or the force itself."""
 
-VRX, VRX3 = 0, 1
+VRX: Final = 0
+VRX3: Final = 1
 """Values of `HULL.profile` and `FLOAT.profile`: whose list of effects acts, VRX classic's or that of VRX 3."""
 
 _i, _u, _f = np.int64, np.uint64, np.float64
@@ -101,7 +105,7 @@ THRUSTER = np.dtype(
         ("mapping", _i),  # LINEAR, GLF, NEWTONS or RUDDER
         ("max_command", _f),
         ("max_forward", _f),  # [N]
-        ("max_reverse", _f),  # [N], sign ignored
+        ("max_reverse", _f),  # [N], at most 0
         ("gain", _f),  # factor of its force: 1, unless a batch varies it
         ("timeout", _f),  # a command holds this long [s]; <= 0: for ever
         ("max_angle", _f),  # largest steering target [rad]

@@ -34,7 +34,7 @@ def thrust_force(thruster: Record, command: float) -> float:
     one gives 0.0414 N at rest, nothing at exactly 0.01, and jumps there from 0.06 to 1.21 N. VRX 3's
     command is the force itself.
     """
-    ahead, astern = abs(thruster.max_forward), -abs(thruster.max_reverse)
+    ahead, astern = thruster.max_forward, thruster.max_reverse
     if thruster.mapping == NEWTONS:
         return float(min(max(command, astern), ahead))
     x = command / thruster.max_command

@@ -18,6 +18,6 @@ def test_an_engine_that_a_urdf_gives_no_inertia_has_a_servo_that_turns_it(engine
     shaft = joint("shaft", "stern_propeller", parent="stern", kind="continuous")
     parts = (stern, tiller, link("stern_propeller", mass=0), shaft, thruster("stern", "tiller"))
     (row,) = thruster_rows(assemble(*parts, hull=hull), engines, "")
-    assert row["inertia"] == LIGHTEST
+    assert row.inertia == LIGHTEST
     if engines == "hinged":
-        assert row["body_com"] == [0.0, 0.0, 0.0]
+        assert row.body_com == (0.0, 0.0, 0.0)

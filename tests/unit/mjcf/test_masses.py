@@ -1,16 +1,17 @@
 """Masses that are turned, moved and joined, and the stations of a hull."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from vrx_mj.config.dynamics import ServoConfig, ThrusterConfig
+from vrx_mj.config.dynamics import ThrusterConfig
 from vrx_mj.config.fleet import Order
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.masses import axis_inertia, joined, posed, rigid
-from vrx_mj.mjcf.robots import _drive, station_rows, thruster_rows
+from vrx_mj.mjcf.robots import station_rows, thruster_rows
 
 
 def test_a_turned_body_has_its_inertia_turned_with_it():
@@ -38,9 +39,9 @@ def test_joined_bodies_turn_as_their_points_do():
 def test_stations_stand_for_equal_pieces_of_both_hulls(count):
     water = SimpleNamespace(hulls=(), boat_length=4.9, boat_width=2.4, hull_radius=0.2, length_n=count)
     rows = station_rows(SimpleNamespace(hydrodynamics=water, name="boat"))
-    x, y, _ = np.array([row["position"] for row in rows]).T
+    x, y, _ = np.array([row.position for row in rows]).T
     assert len(rows) == 2 * count
-    assert sum(row["length"] for row in rows) == pytest.approx(2 * 4.9)
+    assert sum(row.length for row in rows) == pytest.approx(2 * 4.9)
     assert (x.mean(), y.mean()) == pytest.approx((0.0, 0.0), abs=1e-12)
     assert np.abs(y) == pytest.approx(1.2)
     assert (x.min(), x.max()) == pytest.approx((-2.45 + 2.45 / count, 2.45 - 2.45 / count))
@@ -49,15 +50,16 @@ def test_stations_stand_for_equal_pieces_of_both_hulls(count):
 @pytest.mark.parametrize(("ahead", "astern", "largest"), [(250.0, -100.0, 250.0), (100.0, -300.0, 300.0)])
 def test_a_command_in_newtons_goes_up_to_the_larger_force(ahead, astern, largest):
     drive = ThrusterConfig(mapping="newtons", max_force_forward=ahead, max_force_reverse=astern)
-    servo = ServoConfig(kp=1.0, kd=1.0, effort=1.0, velocity=1.0)
-    assert _drive(SimpleNamespace(drive=drive, servo=servo, rudder=None))["max_command"] == largest
+    boat = build_boat(Order("wamv"))
+    (row,) = thruster_rows(replace(boat, thrusters=(replace(boat.thrusters[0], drive=drive),)), "fixed", "")
+    assert row.max_command == largest
 
 
 def test_a_rudder_s_race_has_the_area_of_its_propeller_s_disc():
     boat = build_boat(Order("skiff"))
     rudders = {thruster.name: thruster.rudder for thruster in boat.thrusters if thruster.rudder}
-    rows = {row["name"]: row for row in thruster_rows(boat, "fixed", "")}
+    rows = {row.name: row for row in thruster_rows(boat, "fixed", "")}
     assert rudders
     for name, rudder in rudders.items():
-        assert rows[name]["race_area"] == pytest.approx(math.pi * (rudder.propeller_diameter / 2.0) ** 2)
-        assert rows[name]["race"] == [thruster.name for thruster in boat.thrusters].index(rudder.propeller)
+        assert rows[name].race_area == pytest.approx(math.pi * (rudder.propeller_diameter / 2.0) ** 2)
+        assert rows[name].race == [thruster.name for thruster in boat.thrusters].index(rudder.propeller)

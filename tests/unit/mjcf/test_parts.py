@@ -9,10 +9,10 @@ from vrx_mj.config.objects import PathConfig, load_object
 from vrx_mj.config.scene import MarkersConfig
 from vrx_mj.config.world import PhysicsConfig, SeaConfig, WindConfig
 from vrx_mj.mjcf.markers import AHEAD, marker_rows
-from vrx_mj.mjcf.parameters import DENSITY, float_row, sea_parameters
+from vrx_mj.mjcf.objects import DENSITY, float_row, follower_row
+from vrx_mj.mjcf.parameters import sea_parameters
 from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.scored import touches_of
-from vrx_mj.mjcf.swimmers import follower_row
 from vrx_mj.mjcf.wind import boat_wind, wind_parameters
 
 STILL = (3.0, -2.0, 0.0, 0.0, 0.0, 0.0)
@@ -41,9 +41,9 @@ def test_the_wind_blows_toward_its_direction_and_pushes_whom_it_names():
     row = wind_parameters(wind)
     assert row.direction == pytest.approx([-0.5, math.sqrt(0.75)])
     physics = PhysicsConfig()
-    assert boat_wind(wind, physics, "a", "wamv", None) == [1, 2, 3]
-    assert boat_wind(wind, physics, "b", "wamv", (4, 5, 6)) == [4, 5, 6]
-    assert boat_wind(wind, PhysicsConfig(quirks=("wind_stale_link",)), "a", "wamv", None) == [0, 0, 0]
+    assert boat_wind(wind, physics, "a", "wamv", None) == (1, 2, 3)
+    assert boat_wind(wind, physics, "b", "wamv", (4, 5, 6)) == (4, 5, 6)
+    assert boat_wind(wind, PhysicsConfig(quirks=("wind_stale_link",)), "a", "wamv", None) == (0, 0, 0)
 
 
 @pytest.mark.parametrize(("said", "profile", "density"), [
@@ -56,7 +56,7 @@ def test_an_object_says_which_water_it_floats_in_or_takes_its_profile_s(said, pr
     buoyancy = type(config.buoyancy)(**{**settings, "elements": [e.model_dump(exclude_unset=True) for e in elements],
                                         **({} if said is None else {"fluid_density": said})})  # fmt: skip
     thing = PlacedObject("buoy", "mb_marker_buoy_red", config.model_copy(update={"buoyancy": buoyancy}), STILL)
-    assert float_row(thing, None, PhysicsConfig(profile=profile))[0]["density"] == density
+    assert float_row(thing, None, PhysicsConfig(profile=profile))[0].density == density
 
 
 def test_a_swimmer_s_tolerance_is_in_degrees_in_its_file():

@@ -4,7 +4,6 @@ Figures: wamv_description and wamv_gazebo of VRX classic (commit c9b9388); compo
 """
 
 import importlib.util
-import json
 import math
 from pathlib import Path
 from types import ModuleType
@@ -29,6 +28,7 @@ from vrx_mj.mjcf.masses import (
     turning_mass,
 )
 from vrx_mj.mjcf.robots import hull_row, robot_piece, stiffness, thruster_rows
+from vrx_mj.model.boats import Hull
 from vrx_mj.resources import root
 
 LAYOUTS = ("H", "T", "X")
@@ -228,11 +228,11 @@ def test_what_is_seen_neither_collides_nor_hides_what_does():
 
 @pytest.mark.parametrize(("layout", "name"), THRUST)
 def test_thrust_acts_where_the_table_says(layout, name):
-    rows = {row["name"]: row for row in thruster_rows(wamv(layout), "fixed", "wamv1/")}
+    rows = {row.name: row for row in thruster_rows(wamv(layout), "fixed", "wamv1/")}
     row, (point, direction) = rows[name], THRUST[layout, name]
-    turn = np.array(row["rotation"])
-    assert row["position"] + turn @ row["propeller"] == pytest.approx(point, abs=5e-7)
-    assert turn @ row["direction"] == pytest.approx([*direction, 0.0], abs=5e-9)
+    turn = np.array(row.rotation)
+    assert row.position + turn @ row.propeller == pytest.approx(point, abs=5e-7)
+    assert turn @ row.direction == pytest.approx([*direction, 0.0], abs=5e-9)
 
 
 def test_every_thruster_of_the_table_exists_and_no_other():
@@ -241,37 +241,42 @@ def test_every_thruster_of_the_table_exists_and_no_other():
 
 
 def test_hull_row_has_vrxs_numbers():
-    row = hull_row(wamv(), "fixed", "wamv1/")
-    assert row.pop("link_com") == push_center(wamv()).tolist()
-    assert row.pop("body_com") == boat_mass(wamv()).center.tolist()
-    assert row == {
-        "body": "wamv1/base_link",
-        "joint": "wamv1/free",
-        "density": 997.8,
-        "level": 0.0,
-        "added_mass": [0.0, 0.0, 0.1, 0.1, 0.1, 0.0],
-        "drag_linear": [51.3, 40.0, 500.0, 50.0, 50.0, 400.0],
-        "drag_quadratic": [72.4, 0.0, 0.0, 0.0, 0.0, 0.0],
-        "mass": 258.0,
-        "wind": [0.0, 0.0, 0.0],
-        "thruster_count": 2,
-    }
+    assert hull_row(wamv(), "fixed", "wamv1/") == Hull(
+        body="wamv1/base_link",
+        joint="wamv1/free",
+        density=997.8,
+        level=0.0,
+        added_mass=(0.0, 0.0, 0.1, 0.1, 0.1, 0.0),
+        drag_linear=(51.3, 40.0, 500.0, 50.0, 50.0, 400.0),
+        drag_quadratic=(72.4, 0.0, 0.0, 0.0, 0.0, 0.0),
+        link_com=tuple(push_center(wamv())),
+        body_com=tuple(boat_mass(wamv()).center),
+        mass=258.0,
+        thruster_count=2,
+        # what the world decides
+        wind=(0.0, 0.0, 0.0),
+        profile=0,
+        gravity=0.0,
+        station_start=0,
+        station_count=0,
+        thruster_start=0,
+    )
 
 
 def test_hinged_boat_pushes_through_its_engines():
     rows = thruster_rows(wamv("T"), "hinged", "wamv1/")
     lateral = rows[2]
-    assert lateral["body"] == "wamv1/lateral_engine_link"
-    assert lateral["joint"] == "wamv1/lateral_chasis_engine_joint"
-    assert lateral["body_com"] == pytest.approx([-0.278156 * 0.5 / 15.5, 0.0, -0.509371 * 0.5 / 15.5])
+    assert lateral.body == "wamv1/lateral_engine_link"
+    assert lateral.joint == "wamv1/lateral_chasis_engine_joint"
+    assert lateral.body_com == pytest.approx([-0.278156 * 0.5 / 15.5, 0.0, -0.509371 * 0.5 / 15.5])
     hull = hull_row(wamv("T"), "hinged", "wamv1/")
-    assert (hull["mass"], hull["body_com"]) == (227.0, hull["link_com"])
+    assert (hull.mass, hull.body_com) == (227.0, hull.link_com)
 
 
 def test_thruster_row_has_vrxs_numbers():
     row = thruster_rows(wamv(), "fixed", "wamv1/")[0]
-    assert row["joint"] is None
-    assert row["body"] == row["hull"] == "wamv1/base_link"
+    assert row.joint is None
+    assert row.body == "wamv1/base_link"
     numbers = (
         "mapping",
         "max_command",
@@ -283,21 +288,20 @@ def test_thruster_row_has_vrxs_numbers():
         "effort",
         "velocity",
     )
-    assert [row[key] for key in numbers] == [1, 1, 250, -100, 1, 300, 20, 10, 10]
-    assert row["max_angle"] == math.pi / 2
-    assert row["inertia"] == pytest.approx(0.131210, abs=5e-7)
+    assert [getattr(row, key) for key in numbers] == [1, 1, 250, -100, 1, 300, 20, 10, 10]
+    assert row.max_angle == math.pi / 2
+    assert row.inertia == pytest.approx(0.131210, abs=5e-7)
 
 
 @pytest.mark.parametrize("engines", ENGINES)
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_rows_are_plain_data_with_names_that_the_model_has(layout, engines):
+def test_rows_have_names_that_the_model_has(layout, engines):
     model = compiled(wamv(layout), engines)
     rows = [hull_row(wamv(layout), engines, ""), *thruster_rows(wamv(layout), engines, "")]
-    assert json.loads(json.dumps(rows)) == rows
     for row in rows:
-        assert model.body(row["body"]).ipos == pytest.approx(row["body_com"], abs=1e-12)
-        if row["joint"] is not None:
-            assert model.jnt_bodyid[model.joint(row["joint"]).id] == model.body(row["body"]).id
+        assert model.body(row.body).ipos == pytest.approx(row.body_com, abs=1e-12)
+        if row.joint is not None:
+            assert model.jnt_bodyid[model.joint(row.joint).id] == model.body(row.body).id
 
 
 def test_unknown_layout_is_named():

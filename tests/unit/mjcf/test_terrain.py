@@ -179,7 +179,7 @@ def test_a_terrain_beside_the_world_is_found(tmp_path):
     (tmp_path / "terrain").mkdir()
     island = {"land": [{"exterior": [[0, 0], [30, 0], [30, 30], [0, 30], [0, 0]]}]}
     (tmp_path / "terrain" / "小岛.json").write_text(json.dumps(island), encoding="utf-8-sig")
-    assert shoreline("小岛", tmp_path) == [[[0, 0], [30, 0], [30, 30], [0, 30]]]
+    assert shoreline("小岛", tmp_path) == (((0, 0), (30, 0), (30, 30), (0, 30)),)
     text, assets = document("小岛", tmp_path)
     assert mujoco.MjModel.from_xml_string(text, assets=assets).ngeom == 6
 

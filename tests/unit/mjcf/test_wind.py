@@ -51,9 +51,9 @@ def test_a_list_has_the_first_word_and_an_empty_one_the_last():
 def test_still_air_is_no_drag_in_a_world_without_wind(profile, wind, expected):
     """The wind of vrx3 is the apparent one, that of vrx the true one; who joins later is pushed as the others."""
     physics, config = PhysicsConfig(profile=profile), None if wind is None else WindConfig.model_validate(wind)
-    assert boat_wind(config, physics, "a", "wamv", WAMV) == list(expected)
+    assert boat_wind(config, physics, "a", "wamv", WAMV) == expected
     later = WindConfig.model_validate({"objects": tree_of(newcomer_wind(config, physics))})
-    assert boat_wind(later, physics, "a", "wamv", WAMV) == list(expected)
+    assert boat_wind(later, physics, "a", "wamv", WAMV) == expected
 
 
 def test_all_robots_that_come_with_it_have_coefficients():
