@@ -14,7 +14,6 @@ from vrx_mj.mjcf.tasks import _RESOLVERS
 from vrx_mj.model.tasks import Task
 from vrx_mj.ros.table.sensing import TOPICS
 from vrx_mj.ros.table.tasks import TASK_TOPICS
-from vrx_mj.ros.table.vrx3 import TAILS
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.tasks.registry import TASK_KINDS
 
@@ -33,8 +32,6 @@ def forgotten(what: str, parts: Mapping[str, Collection[str]]) -> list[str]:
     return [f"{what} '{kind}' has no {part}" for kind in known for part, types in parts.items() if kind not in types]
 
 
-VRX3_TYPES = {*TAILS, "usv_msgs/RangeBearing"}
-"""Types of messages that have a topic of VRX 3."""
 SENSOR_PARTS: dict[str, Collection[str]] = {
     "configuration: SensorConfig in config/sensors.py": {
         kind.model_fields["type"].default for kind in get_args(get_args(SensorConfig)[0])
@@ -47,8 +44,8 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
     "topic of VRX 3: its stem in TOPICS in ros/table/sensing.py": {
         name for name, topics in TOPICS.items() if topics.vrx3_stem
     },
-    "message that VRX 3 has: its type in TAILS in ros/table/vrx3.py": {
-        name for name, topics in TOPICS.items() if not topics.made or VRX3_TYPES & {each.type for each in topics.made}
+    "topic of VRX 3 made of readings: its name in TOPICS in ros/table/sensing.py": {
+        name for name, topics in TOPICS.items() if not topics.made or any(topic.vrx3 for topic in topics.made)
     },
     "row in docs/sensors.md": rows("sensors.md"),
 }

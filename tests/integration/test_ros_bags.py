@@ -195,6 +195,16 @@ def test_boats_that_come_and_go_are_in_a_converted_bag_while_they_are_there(tmp_
     assert all("wamv" in names for names in named.values())
 
 
+def test_a_gymkhana_is_converted_without_its_contacts_which_no_recording_holds(tmp_path):
+    sim = Simulation(compile_world("gymkhana"))
+    with record(sim, tmp_path / "run.rrd", sea=False):
+        run(sim, 0.5)
+    assert convert(tmp_path / "run.rrd", tmp_path / "run.bag") > 0
+    topics = set(read(tmp_path / "run.bag"))
+    assert "/vrx/gymkhana_channel/task/info" in topics
+    assert not [topic for topic in topics if topic.endswith("/debug/contact")]
+
+
 def test_the_command_line_writes_and_converts(tmp_path):
     (tmp_path / "bay.yaml").write_text(json.dumps({**BAY, "spawn": {"sensors": "none"}}), encoding="utf-8")
     command = ["run", str(tmp_path / "bay.yaml"), "--duration", "0.3", "--thrust", "left=0.5,right=0.5"]

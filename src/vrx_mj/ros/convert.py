@@ -18,7 +18,7 @@ from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.ros.bags import COMMAND, Bag
 from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, encode, new
-from vrx_mj.ros.table import make_table
+from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import command_topic, description
 from vrx_mj.ros.table.host import Bodies, Host, header, turned, vector
 from vrx_mj.runtime.simulation import Simulation
@@ -37,10 +37,6 @@ ROW_RATE = 1e3
 ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
 P3D = "sensors/position/p3d_wamv"
 """VRX's topic of where a boat really is, for one that has no such sensor."""
-UNKNOWN = frozenset({"/gazebo/performance_metrics", "/vrx/debug/contact"})
-"""What a recording does not hold."""
-MOVING = ("/clock", "/tf", "/tf_static", "/gazebo/", "/vrx/debug/wind/")
-"""Beginnings of topics whose data are in the rows; as those of joints are; all others follow from saved states."""
 KEPT = 2
 """Companies whose simulation is kept: rows and states of two alternate where boats come or go."""
 
@@ -256,13 +252,11 @@ def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
     moment = Moment(recorded, company)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
-    outputs = make_table(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE).outputs.values()
+    outputs = make_tables(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE)["vrx"].outputs.values()
     there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
     recorded_ones = [(one.boat, one.name) for one in recorded.sensors]
     measured: dict[tuple[str, str], list[Output]] = {key: [] for key in recorded_ones if key in there}
     places = {boat: f"/{boat}/{P3D}" for boat in sim.boats}
-    moving: list[Output] = []
-    saved: list[Output] = []
     for output in outputs:
         if output.sensor is not None:
             boat = output.sensor[0]
@@ -270,11 +264,11 @@ def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
                 measured[output.sensor].append(output)
             if output.type == ODOMETRY:
                 places[boat] = output.name
-        elif output.name not in UNKNOWN:
-            is_moving = output.name.startswith(MOVING) or output.name.endswith("/joint_states")
-            (moving if is_moving else saved).append(output)
     own = {output.name for several in measured.values() for output in several}
     places = {boat: topic for boat, topic in places.items() if topic not in own}
+    unmeasured = [output for output in outputs if output.sensor is None]
+    moving = [output for output in unmeasured if output.recorded == "rows"]
+    saved = [output for output in unmeasured if output.recorded == "states"]
     return SegmentOutputs(moment, bodies, moving, saved, measured, places)
 
 

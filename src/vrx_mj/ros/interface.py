@@ -13,6 +13,9 @@ from typing import Any, Literal, NamedTuple, Protocol
 from vrx_mj.ros.messages import Message
 
 __all__ = [
+    "BOTH",
+    "VRX",
+    "VRX3",
     "Answer",
     "Call",
     "Command",
@@ -31,6 +34,9 @@ __all__ = [
 
 Dialect = Literal["vrx", "vrx3"]
 """Whose names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
+VRX: tuple[Dialect, ...] = ("vrx",)
+VRX3: tuple[Dialect, ...] = ("vrx3",)
+BOTH = VRX + VRX3
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +57,10 @@ class Output:
     """Gives the present message without a reading, where nothing else needs one: a camera's info needs no picture."""
     latched: bool = False
     """Whether who subscribes later gets the last message."""
+    dialects: tuple[Dialect, ...] = VRX
+    """Whose topic it is."""
+    recorded: Literal["rows", "states", "nowhere"] = "states"
+    """What of a recording its messages can be made from: its rows, its saved states, or nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +73,8 @@ class Input:
     """Raises a VrxError with what is wrong with a message."""
     boat: str | None = None
     """The boat that it commands."""
+    dialects: tuple[Dialect, ...] = VRX
+    """Whose topic it is."""
 
 
 @dataclass(frozen=True, eq=False)

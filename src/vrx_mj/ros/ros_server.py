@@ -20,10 +20,10 @@ from vrx_mj.ros.autopilot import Autopilot, HeldThrust
 from vrx_mj.ros.diagnosis import Diagnosis
 from vrx_mj.ros.interface import Call, Command, Dialect, Inbox, Output, RosInterface, Sent, Transport, dialect_of
 from vrx_mj.ros.messages import Message, encode
-from vrx_mj.ros.table import CLOCK, make_table
+from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.host import Bodies, CmdVel
-from vrx_mj.ros.table.vrx3 import make_vrx3_table
+from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Subscription
@@ -233,8 +233,6 @@ Tell = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is published, and commands are taken."""
-TASK_INFO = "/vrx/task/info"
-"""Whose last message is a trial's score."""
 ALL = 1 << 62
 """Steps."""
 LONGEST_STEP = 3600.0
@@ -511,18 +509,16 @@ class RosServer:
         self.announce()  # what is latched, even while time stands still
 
     def _offer(self) -> None:
-        table = make_table(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
-        self._services = table.services
-        self._tables: dict[Dialect, RosInterface] = {
-            dialect: table if dialect == "vrx" else make_vrx3_table(self, table) for dialect in self._publishers
-        }
+        tables = make_tables(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)
+        self._services = tables["vrx"].services
+        self._tables: dict[Dialect, RosInterface] = {dialect: tables[dialect] for dialect in self._publishers}
         for transport in self._transports:
             transport.offer(self._tables[dialect_of(transport)])
         for dialect, post in self._publishers.items():
             post.offer(self._tables[dialect])
 
     def close(self) -> None:
-        """Publish the task's last word, and throw away what it keeps; the transports stay open."""
+        """Publish the task's last info, a trial's score, and throw away what it keeps; the transports stay open."""
         for post in self._publishers.values():
             post.repeat(TASK_INFO)
         if self._folder is not None:

@@ -5,7 +5,7 @@ import pytest
 import vrx_mj
 from ros_scene import served
 from vrx_mj.ros.diagnosis import TopicHints, meant_topic
-from vrx_mj.ros.table.vrx3 import make_vrx3_table
+from vrx_mj.ros.table import make_tables
 
 BOATS = ("wamv1", "wamv2", "escort")
 
@@ -15,8 +15,7 @@ def tables():
     """The tables of both dialects for three boats, one of them with other thrusters."""
     boats = [{"name": name, "pose": [0, 12 * i, 0, 0, 0, 0]} for i, name in enumerate(BOATS)]
     fleet = {"sensors": "none", "boats": [*boats[:2], {**boats[2], "thrusters": "X"}]}
-    server = served(vrx_mj.compile_world("ocean", fleet=fleet)).server
-    return {"vrx": server.table, "vrx3": make_vrx3_table(server, server.table)}
+    return make_tables(served(vrx_mj.compile_world("ocean", fleet=fleet)).server, clock_rate=100.0)
 
 
 def misspelt(name):

@@ -15,7 +15,8 @@ from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.messages import is_known, new
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.table.vrx3 import PACKAGES, RETOLD, middle_ring
+from vrx_mj.ros.table.sensing import TOPICS, middle_ring
+from vrx_mj.ros.table.vrx3 import CONVERSIONS, PACKAGES
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.readings import Inertia, PointCloud, Reading, Sound
 
@@ -143,8 +144,9 @@ def test_every_type_is_one_of_ros_2s(table):
     for entry in (*table.outputs.values(), *table.inputs.values()):
         assert cdr.is_known(entry.type)
         assert entry.type.partition("/")[0] in PACKAGES
-    for row in RETOLD:
-        assert cdr.is_known(row.type)
+    assert all(cdr.is_known(type_name) for type_name, _ in CONVERSIONS.values())
+    vrx3_topics = [topic for topics in TOPICS.values() for topic in topics.made if topic.vrx3]
+    assert all(cdr.is_known(topic.type) or topic.type in CONVERSIONS for topic in vrx3_topics)
 
 
 def test_what_is_told_when_it_changes_can_be_compared(table):

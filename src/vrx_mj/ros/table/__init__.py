@@ -1,11 +1,12 @@
 """All that a simulation offers, whatever the network: VRX's topics and services with their types and rates."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from itertools import chain
-from typing import Any
+from typing import get_args
 
-from vrx_mj.errors import VrxError
-from vrx_mj.ros.interface import RosInterface
+from vrx_mj.ros.interface import Dialect, Input, RosInterface
+from vrx_mj.ros.messages import Message
 from vrx_mj.ros.table.boats import Skeleton, boat_inputs, cmd_vel
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services
 from vrx_mj.ros.table.host import Host
@@ -13,43 +14,56 @@ from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs
 from vrx_mj.ros.table.tasks import task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
 
-__all__ = ["CLOCK", "make_table"]
+__all__ = ["CLOCK", "make_tables"]
 
 
-def make_table(host: Host, *, clock_rate: float, waits: bool = False) -> RosInterface:
-    """The table of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
+def make_tables(host: Host, *, clock_rate: float, waits: bool = False) -> Mapping[Dialect, RosInterface]:
+    """The tables of a simulation with the boats that it has now; `/clock` is published at a rate [Hz].
 
-    Where time `waits` for answers, who comes late gets the last clock.
+    Where time `waits` for answers, who comes late gets the last clock. VRX 3 has no services and no parameters.
     """
     boats = host.sim.boats
     skeletons = [Skeleton(host, boat) for boat in boats]
-    outputs = chain(
-        world_outputs(host, skeletons, clock_rate, waits=waits),
-        gazebo_outputs(host),
-        task_outputs(host),
-        *(skeleton.outputs() for skeleton in skeletons),
-        *(sensor_outputs(host, boat) for boat in boats),
-    )
-    inputs = chain(
-        world_inputs(host),
-        gazebo_inputs(host),
-        task_inputs(host),
-        *(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
-        [cmd_vel(host, boats[0], "/cmd_vel")] if len(boats) == 1 else [],
-    )
+    outputs = [
+        *world_outputs(host, skeletons, clock_rate, waits=waits),
+        *gazebo_outputs(host),
+        *task_outputs(host),
+        *chain.from_iterable(skeleton.outputs() for skeleton in skeletons),
+        *chain.from_iterable(sensor_outputs(host, boat) for boat in boats),
+    ]
+    inputs = [
+        *world_inputs(host),
+        *gazebo_inputs(host),
+        *task_inputs(host),
+        *chain.from_iterable(chain(boat_inputs(host, boat), sensor_inputs(host, boat)) for boat in boats),
+        *([cmd_vel(host, boats[0], "/cmd_vel")] if len(boats) == 1 else []),
+    ]
+    tables: dict[Dialect, RosInterface] = {
+        dialect: RosInterface(
+            {output.name: output for output in outputs if dialect in output.dialects},
+            _by_name(entry for entry in inputs if dialect in entry.dialects),
+        )
+        for dialect in get_args(Dialect)
+    }
     services = chain(world_services(host), gazebo_services(host), task_services(host))
-    return RosInterface(
-        {output.name: output for output in outputs},
-        {entry.name: entry for entry in inputs},
-        {service.name: service for service in services},
-        dict(_parameters(host)),
-    )
+    descriptions = {f"/{skeleton.boat}/robot_description": skeleton.description for skeleton in skeletons}
+    parameters = {"/use_sim_time": True} | {name: text for name, text in descriptions.items() if text is not None}
+    by_name = {service.name: service for service in services}
+    return tables | {"vrx": replace(tables["vrx"], services=by_name, parameters=parameters)}
 
 
-def _parameters(host: Host) -> Iterator[tuple[str, Any]]:
-    yield "/use_sim_time", True
-    for boat in host.sim.boats:
-        try:
-            yield f"/{boat}/robot_description", host.description(boat)
-        except VrxError:  # made elsewhere, of files that are not here
-            continue
+def _by_name(inputs: Iterable[Input]) -> dict[str, Input]:
+    """Topics by name: what comes on one that several listen to is taken by all."""
+    found: dict[str, Input] = {}
+    for entry in inputs:
+        known = found.get(entry.name)
+        found[entry.name] = entry if known is None else replace(known, take=_both(known, entry))
+    return found
+
+
+def _both(one: Input, other: Input) -> Callable[[Message], None]:
+    def take(message: Message) -> None:
+        one.take(message)
+        other.take(message)
+
+    return take

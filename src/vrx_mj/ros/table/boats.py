@@ -1,8 +1,8 @@
 """A boat for ROS: its thrusters, its description, and the joints and frames of its links."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property, lru_cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache, partial
 from typing import Any, NamedTuple
 
 import mujoco
@@ -21,7 +21,7 @@ from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
-from vrx_mj.ros.interface import Input, Output
+from vrx_mj.ros.interface import BOTH, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
 
@@ -35,13 +35,22 @@ SIDES = (("left", "right"), ("left_rear", "right_rear"))
 
 
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
-    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`."""
+    """`thrusters/NAME_thrust_cmd`, `thrusters/NAME_thrust_angle` and `cmd_vel`.
+
+    VRX 3's are `thrusters/NAME/thrust` [N], which lasts until the next one, and `thrusters/NAME/pos` [rad].
+    """
     for name in host.sim.command_names(boat):
 
         def take(message: Message, name: str = name) -> None:
             host.command(boat, {name: message.data})
 
+        def push(message: Message, name: str = name) -> None:
+            host.push(boat, name, message.data)
+
         yield Input(command_topic(boat, name), "std_msgs/Float32", take, boat)
+        stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE)}"
+        tail, done = ("pos", take) if name.endswith(ANGLE) else ("thrust", push)
+        yield Input(f"{stem}/{tail}", "std_msgs/Float64", done, boat, VRX3)
     yield cmd_vel(host, boat, f"/{boat}/cmd_vel")
 
 
@@ -65,7 +74,7 @@ def cmd_vel(host: Host, boat: str, name: str) -> Input:
         else:
             host.command(boat, twist_commands(host, boat, ahead, around))
 
-    return Input(name, "geometry_msgs/Twist", take, boat)
+    return Input(name, "geometry_msgs/Twist", take, boat, BOTH)
 
 
 def twist_commands(host: Host, boat: str, ahead: float, around: float) -> dict[str, float]:
@@ -179,6 +188,8 @@ def _carried(
 
 JOINT_RATE = 100.0
 """[Hz], as VRX's."""
+FRAME_RATE = 50.0
+"""[Hz], as VRX 3's."""
 NEAR = 1e-6
 """Places that are this near are one [m]."""
 
@@ -220,17 +231,39 @@ class Skeleton:
     """The frames of a boat; a boat whose description is not here has those of its sensors and engines."""
 
     def __init__(self, host: Host, boat: str) -> None:
-        self._host, self._boat = host, boat
+        self._host, self.boat = host, boat
         self._spins: dict[str, Spin] = {}
         self._time = host.sim.time
 
     def outputs(self) -> Iterator[Output]:
-        """`joint_states`: of each thruster the joint that steers it and its propeller's."""
-        yield Output(f"/{self._boat}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
+        """`joint_states`: of each thruster the joint that steers it and its propeller's.
+
+        VRX 3 has the boat's frames and its description in topics of the boat, too.
+        """
+        stem = f"/{self.boat}"
+        joint_states = partial(Output, f"{stem}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
+        yield joint_states(dialects=BOTH, recorded="rows")
+        for name, frames, rate in (("pose", self.moving, FRAME_RATE), ("pose_static", self.still, 0.0)):
+
+            def make(frames: Callable[[], list[Message]] = frames) -> Message:
+                return new("tf2_msgs/TFMessage", transforms=frames())
+
+            yield Output(f"{stem}/{name}", "tf2_msgs/TFMessage", make, rate, latched=rate == 0.0, dialects=VRX3)
+        if self.description is not None:
+            text = new("std_msgs/String", data=self.description)
+            yield Output(f"{stem}/robot_description", "std_msgs/String", lambda: text, latched=True, dialects=VRX3)
+
+    @cached_property
+    def description(self) -> str | None:
+        """The boat's URDF; None where the files that it was made of are not here."""
+        try:
+            return self._host.description(self.boat)
+        except VrxError:
+            return None
 
     def joints(self) -> Message:
         """sensor_msgs/JointState."""
-        spins, angles = self._spun(), self._host.sim.steering(self._boat)
+        spins, angles = self._spun(), self._host.sim.steering(self.boat)
         rows: list[tuple[str, Spin]] = []
         for limb in self._thruster_joints:
             if limb.engine is not None:
@@ -248,7 +281,7 @@ class Skeleton:
 
     def still(self) -> list[Message]:
         """geometry_msgs/TransformStamped of what does not move in the boat: its sensors and the links of its URDF."""
-        boat, frames = self._boat, dict[str, Message]()
+        boat, frames = self.boat, dict[str, Message]()
         for sensor in self._host.sim.mounted(boat):
             link, mount = f"{boat}/{sensor.config.link}", sensor.mount
             if sensor.config.link != BASE:
@@ -266,7 +299,7 @@ class Skeleton:
 
     def moving(self) -> list[Message]:
         """Of its engines, as steered, and its propellers; and of the boat in `map`, if true poses are published."""
-        host, boat = self._host, self._boat
+        host, boat = self._host, self.boat
         spins, angles = self._spun(), host.sim.steering(boat)
         frames = []
         for limb in self._thruster_joints:
@@ -283,15 +316,12 @@ class Skeleton:
 
     @cached_property
     def _rows(self) -> Sequence[Thruster]:
-        return self._host.sim.world.parameters.thrusters_of(self._boat)
+        return self._host.sim.world.parameters.thrusters_of(self.boat)
 
     @cached_property
     def _bones(self) -> Sequence[Bone]:
-        try:
-            described = bones(self._host.description(self._boat), self._boat)
-        except VrxError:  # made elsewhere, of files that are not here
-            described = ()
-        return described or [bone for row in self._rows for bone in _stand_ins(row, self._boat)]
+        described = bones(self.description, self.boat) if self.description is not None else ()
+        return described or [bone for row in self._rows for bone in _stand_ins(row, self.boat)]
 
     @cached_property
     def _thruster_joints(self) -> Sequence[ThrusterJoints]:
@@ -301,7 +331,7 @@ class Skeleton:
 
     @cached_property
     def _drives(self) -> Mapping[str, Any]:
-        return self._host.sim.observe()[self._boat].thrusters
+        return self._host.sim.observe()[self.boat].thrusters
 
     def _spun(self) -> Mapping[str, Spin]:
         """How the propellers turn now."""
@@ -309,7 +339,7 @@ class Skeleton:
         passed, self._time = time - self._time, time
         if passed < 0.0:  # time began anew
             self._spins = {}
-        thrust = self._host.sim.thrust(self._boat)
+        thrust = self._host.sim.thrust(self.boat)
         for name, drive in self._drives.items():
             share = drive.command(thrust[name]) / drive.max_command
             self._spins[name] = self._spins.get(name, Spin()).after(max(passed, 0.0), share)

@@ -29,9 +29,15 @@ def gazebo_outputs(host: Host) -> Iterator[Output]:
     def links() -> Message:
         return _states("gazebo_msgs/LinkStates", dict(host.bodies.all_links()))
 
-    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, STATE_RATE)
-    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, STATE_RATE)
-    yield Output("/gazebo/performance_metrics", "gazebo_msgs/PerformanceMetrics", lambda: _metrics(host), METRICS_RATE)
+    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, STATE_RATE, recorded="rows")
+    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, STATE_RATE, recorded="rows")
+    yield Output(
+        "/gazebo/performance_metrics",
+        "gazebo_msgs/PerformanceMetrics",
+        lambda: _metrics(host),
+        METRICS_RATE,
+        recorded="nowhere",
+    )
 
 
 def gazebo_inputs(host: Host) -> Iterator[Input]:

@@ -17,6 +17,7 @@ __all__ = [
     "CmdVel",
     "Host",
     "Placed",
+    "collision_name",
     "header",
     "link_name",
     "pose_message",
@@ -151,6 +152,12 @@ def link_name(body: str, boats: Collection[str]) -> str:
     """`wamv::wamv/base_link` for a boat's link, `gate::red::link` for the others."""
     owner = body.partition("/")[0]
     return f"{owner}::{body}" if owner in boats else body.replace("/", "::")
+
+
+def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> str:
+    """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
+    link = link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
+    return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
 
 
 def vector(values: Sequence[float] | FloatArray) -> dict[str, float]:

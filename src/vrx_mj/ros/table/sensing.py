@@ -3,21 +3,22 @@
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.ros.interface import Input, Output
+from vrx_mj.ros.interface import VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.readings import CameraInfo, Fix, Image, Inertia, PointCloud, Reading, Scan, Sound, Truth
 from vrx_mj.sensors.view import intrinsics
 
-__all__ = ["TOPICS", "SensorTopic", "SensorTopics", "scan_message", "sensor_inputs", "sensor_outputs"]
+__all__ = ["TOPICS", "SensorTopic", "SensorTopics", "middle_ring", "sensor_inputs", "sensor_outputs"]
 
 JPEG_QUALITY = 80
 """As image_transport's default."""
@@ -51,28 +52,37 @@ class SensorTopic:
     """Type of the messages."""
     make: Callable[[Reading], Message | None]
     """Makes a reading's message."""
+    vrx3: tuple[str, ...] = ()
+    """What follows VRX 3's stem in the names of its topics that carry the same."""
 
 
-def _no_outputs(_host: Host, _sensor: Mounted, _stem: str) -> Iterator[Output]:
+class Stems(NamedTuple):
+    """How the names of a sensor's topics begin."""
+
+    vrx: str
+    vrx3: str
+
+
+def _no_outputs(_host: Host, _sensor: Mounted, _stems: Stems) -> Iterator[Output]:
     return iter(())
 
 
-def _no_inputs(_host: Host, _sensor: Mounted, _stem: str) -> Iterator[Input]:
+def _no_inputs(_host: Host, _sensor: Mounted, _stems: Stems) -> Iterator[Input]:
     return iter(())
 
 
 @dataclass(frozen=True)
 class SensorTopics:
-    """The topics of a type of sensor, in VRX's table and in that of VRX 3."""
+    """The topics of a type of sensor, VRX's and VRX 3's."""
 
     vrx3_stem: str
     """Stem of its topics in VRX 3; `{}` is the sensor's name. Without it a second sensor's stem ends in its name."""
     made: tuple[SensorTopic, ...] = ()
-    """Topics made of readings. VRX 3's follow from them (`vrx3.TAILS`)."""
-    outputs: Callable[[Host, Mounted, str], Iterator[Output]] = _no_outputs
-    """Further topics that are published, by the stem."""
-    inputs: Callable[[Host, Mounted, str], Iterator[Input]] = _no_inputs
-    """Topics that are subscribed to, by the stem."""
+    """Topics made of readings."""
+    outputs: Callable[[Host, Mounted, Stems], Iterator[Output]] = _no_outputs
+    """Further topics that are published."""
+    inputs: Callable[[Host, Mounted, Stems], Iterator[Input]] = _no_inputs
+    """Topics that are subscribed to; those of one name are one topic, which all of them take."""
 
     def of(self, config: Any) -> tuple[SensorTopic, ...]:
         """Topics made of the readings of a sensor with a configuration: a lidar has that of its output."""
@@ -83,33 +93,39 @@ class SensorTopics:
 
 def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
     """The topics of a boat's sensors; a GPS has none in a world without a georeference, as in Gazebo."""
-    for sensor, stem in _stems(host, boat):
+    for sensor, stems in _stems(host, boat):
         config, topics = sensor.config, TOPICS[sensor.config.type]
         if config.type == "gps" and host.sim.world.parameters.georeference is None:
             continue
         for topic in topics.of(config):
-            yield Output(stem + topic.tail, topic.type, topic.make, config.rate, (boat, sensor.name))
-        yield from topics.outputs(host, sensor, stem)
+            output = Output(stems.vrx + topic.tail, topic.type, topic.make, config.rate, (boat, sensor.name))
+            yield from with_vrx3(output, *(stems.vrx3 + tail for tail in topic.vrx3))
+        yield from topics.outputs(host, sensor, stems)
 
 
 def sensor_inputs(host: Host, boat: str) -> Iterator[Input]:
     """The topics that a boat's sensors subscribe to."""
-    for sensor, stem in _stems(host, boat):
-        yield from TOPICS[sensor.config.type].inputs(host, sensor, stem)
+    for sensor, stems in _stems(host, boat):
+        yield from TOPICS[sensor.config.type].inputs(host, sensor, stems)
 
 
-def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, str]]:
-    """A boat's sensors, each with its own stem of topics.
+def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, Stems]]:
+    """A boat's sensors, each with its own stems of topics.
 
     VRX gives all GPS of a boat the same: a second one has its name in it here.
     """
-    taken: set[str] = set()
+    taken = set[str](), set[str]()
     for sensor in host.sim.mounted(boat):
-        stem = f"/{boat}/{sensor.config.topic.strip('/') or f'sensors/{sensor.name}'}"
-        if stem in taken:
-            stem = f"{stem.rpartition('/')[0]}/{sensor.name}"
-        taken.add(stem)
-        yield sensor, stem
+        config = sensor.config
+        tails = config.topic.strip("/") or f"sensors/{sensor.name}", TOPICS[config.type].vrx3_stem.format(sensor.name)
+        yield sensor, Stems(*(_own(f"/{boat}/{tail}", sensor, used) for tail, used in zip(tails, taken, strict=True)))
+
+
+def _own(stem: str, sensor: Mounted, taken: set[str]) -> str:
+    """The stem, which ends in the sensor's name if another sensor has it; it is taken then."""
+    own = f"{stem.rpartition('/')[0]}/{sensor.name}" if stem in taken else stem
+    taken.add(own)
+    return own
 
 
 def _head(reading: Reading) -> Message:
@@ -139,18 +155,36 @@ def _compressed(reading: Reading) -> Message:
     return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
 
 
-def _info(host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
-    """A camera's intrinsics, with the picture's time where one is taken."""
+def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
+    """A camera's pictures in the frame of its link, as VRX 3 has them too, and its intrinsics in both frames."""
+    link, rate, key = f"{sensor.boat}/{sensor.config.link}", sensor.config.rate, (sensor.boat, sensor.name)
+
+    def in_link(reading: Reading) -> Message:
+        return _image(replace(reading, frame=link))
+
+    yield Output(f"{stems.vrx3}/image_raw", "sensor_msgs/Image", in_link, rate, key, dialects=VRX3)
+    for name, frame, dialects in (
+        (f"{stems.vrx}/camera_info", sensor.frame, VRX),
+        (f"{stems.vrx3}/camera_info", link, VRX3),
+        (f"{stems.vrx3}/optical/camera_info", sensor.frame, VRX3),
+    ):
+        with_picture, alone = _camera_infos(host, sensor, frame)
+        yield Output(name, "sensor_msgs/CameraInfo", with_picture, rate, key, alone, dialects=dialects)
+
+
+def _camera_infos(
+    host: Host, sensor: Mounted, frame: str
+) -> tuple[Callable[[Reading], Message], Callable[[], Message]]:
+    """A camera's intrinsics in a frame: with the time of a picture, and without one."""
     info = intrinsics(sensor.config)
 
     def with_picture(reading: Reading) -> Message:
-        return _camera_info(info, reading.time, sensor.frame)
+        return _camera_info(info, reading.time, frame)
 
     def alone() -> Message:
-        return _camera_info(info, host.sim.time, sensor.frame)
+        return _camera_info(info, host.sim.time, frame)
 
-    key = (sensor.boat, sensor.name)
-    yield Output(f"{stem}/camera_info", "sensor_msgs/CameraInfo", with_picture, sensor.config.rate, key, alone)
+    return with_picture, alone
 
 
 def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:
@@ -190,7 +224,7 @@ def _points(reading: Reading) -> Message:
     )
 
 
-def scan_message(reading: Reading) -> Message:
+def _scan(reading: Reading) -> Message:
     """sensor_msgs/LaserScan."""
     scan: Scan = reading.data
     return new(
@@ -203,6 +237,29 @@ def scan_message(reading: Reading) -> Message:
         range_max=scan.range_max,
         ranges=scan.ranges,
     )
+
+
+def _middle_ring(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
+    """VRX 3's planar scan of a lidar that measures points."""
+    config, key = sensor.config, (sensor.boat, sensor.name)
+
+    def make(reading: Reading) -> Message:
+        return _scan(replace(reading, data=middle_ring(reading.data, config)))
+
+    if config.output == "points":
+        yield Output(f"{stems.vrx3}/scan", "sensor_msgs/LaserScan", make, config.rate, key, dialects=VRX3)
+
+
+def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
+    """The ring halfway up as a planar scan, which Gazebo's bridge makes of a lidar of several rings."""
+    first, last = config.azimuth
+    step = (last - first) / (config.samples - 1) if config.samples > 1 else 0.0
+    points = cloud.points[cloud.ring == config.rings // 2].astype(np.float64)
+    turned = np.mod(np.arctan2(points[:, 1], points[:, 0]) - first + 0.5 * step, 2.0 * np.pi)
+    index = np.minimum((turned / step).astype(np.int64) if step > 0.0 else 0, config.samples - 1)
+    ranges = np.full(config.samples, np.inf, np.float32)
+    ranges[index] = np.linalg.norm(points, axis=1)
+    return Scan(ranges, first, last, step, *config.range)
 
 
 def _fix(reading: Reading) -> Message:
@@ -239,10 +296,11 @@ def _imu(reading: Reading) -> Message:
     )
 
 
-def _odometries(_host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
+def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     config = sensor.config
     make = partial(_odometry, f"{sensor.boat}/{config.link}", config.noise**2)
-    yield Output(stem, "nav_msgs/Odometry", make, config.rate, (sensor.boat, sensor.name))
+    output = Output(stems.vrx, "nav_msgs/Odometry", make, config.rate, (sensor.boat, sensor.name))
+    yield from with_vrx3(output, stems.vrx3)
 
 
 def _odometry(child: str, variance: float, reading: Reading) -> Message:
@@ -291,7 +349,7 @@ def _signal(reading: Reading) -> Message:
     )
 
 
-def _markers(host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
+def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     """VRX's arrow, and its red ball where the beacon really is."""
 
     def ball() -> Message:
@@ -306,52 +364,63 @@ def _markers(host: Host, sensor: Mounted, stem: str) -> Iterator[Output]:
         )
 
     marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
-    yield Output(f"{stem}/marker/signal", marker, _signal, sensor.config.rate, key)
-    yield Output(f"{stem}/marker/ground_truth", marker, ball, 1.0 / MARKER_PERIOD, latched=True)
+    yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
+    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / MARKER_PERIOD, latched=True)
 
 
-def _place_beacon(host: Host, sensor: Mounted, stem: str) -> Iterator[Input]:
+def _place_beacon(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
+    """VRX 3 has one topic that places the beacons of all boats."""
+
     def place(message: Message) -> None:
         host.sim.set_pinger(sensor.boat, sensor.name, (message.x, message.y, message.z))
 
-    yield Input(f"{stem}/set_pinger_position", "geometry_msgs/Vector3", place, sensor.boat)
+    yield Input(f"{stems.vrx}/set_pinger_position", "geometry_msgs/Vector3", place, sensor.boat)
+    yield Input("/pinger/set_pinger_position", "geometry_msgs/Vector3", place, dialects=VRX3)
 
 
-def _fire(host: Host, sensor: Mounted, stem: str) -> Iterator[Input]:
+def _fire(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:
+    """VRX's fires at any message, VRX 3's at one that is true."""
+
     def shoot(_message: Message) -> None:
         host.sim.fire(sensor.boat, sensor.name)
 
-    yield Input(f"{stem}/fire", "std_msgs/Empty", shoot, sensor.boat)
+    def shoot_if_true(message: Message) -> None:
+        if message.data:
+            shoot(message)
+
+    yield Input(f"{stems.vrx}/fire", "std_msgs/Empty", shoot, sensor.boat)
+    yield Input(f"{stems.vrx3}/fire", "std_msgs/Bool", shoot_if_true, sensor.boat, VRX3)
 
 
 TOPICS: Mapping[str, SensorTopics] = {
     "camera": SensorTopics(
         "sensors/cameras/{}_sensor",
         (
-            SensorTopic("/image_raw", "sensor_msgs/Image", _image),
+            SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
             SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
         ),
-        _info,
+        _frames_and_infos,
     ),
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic("/points", "sensor_msgs/PointCloud2", _points),
-            SensorTopic("/scan", "sensor_msgs/LaserScan", scan_message),
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, ("/points",)),
+            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",)),
         ),
+        _middle_ring,
     ),
     "gps": SensorTopics(
         "sensors/gps/gps",
         (
-            SensorTopic("/fix", "sensor_msgs/NavSatFix", _fix),
+            SensorTopic("/fix", "sensor_msgs/NavSatFix", _fix, ("/fix",)),
             SensorTopic("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
         ),
     ),
-    "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu", _imu),)),
+    "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu", _imu, ("/data",)),)),
     "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
-        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _heard),),
+        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _heard, ("/range_bearing",)),),
         _markers,
         _place_beacon,
     ),

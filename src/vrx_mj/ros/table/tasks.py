@@ -7,19 +7,38 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import mujoco
 import numpy as np
 
-from vrx_mj.ros.interface import Input, Output, Service
+from vrx_mj.errors import CommandError
+from vrx_mj.model.tasks import Wildlife
+from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, duration, new, stamp
-from vrx_mj.ros.table.host import Host, header, link_name, turned
+from vrx_mj.ros.table.host import Host, collision_name, header, turned
+from vrx_mj.ros.table.vrx3 import parameters, with_vrx3
 
-__all__ = ["TASK_TOPICS", "TaskTopics", "collision_name", "task_inputs", "task_outputs", "task_services"]
+__all__ = ["TASK_INFO", "TASK_TOPICS", "TaskTopics", "task_inputs", "task_outputs", "task_services"]
 
 RATE = 1.0
 """Of a task's info and errors [Hz]."""
 CONTACT_RATE = 10.0
+ANIMAL_RATE = 1.0
+"""[Hz], VRX 3's default."""
+COLORS = 3
+TASK_INFO = "/vrx/task/info"
+COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
 ERRORS = ("pose_error", "mean_pose_error")
+INFO = (
+    "name",
+    "state",
+    "ready_time",
+    "running_time",
+    "elapsed_time",
+    "remaining_time",
+    "timed_out",
+    "num_collisions",
+    "score",
+)
+"""Fields of a task's info."""
 
 
 def task_outputs(host: Host) -> Iterator[Output]:
@@ -27,7 +46,8 @@ def task_outputs(host: Host) -> Iterator[Output]:
     task = host.sim.task
     if task is None:
         return
-    yield Output("/vrx/task/info", "vrx_gazebo/Task", lambda: _info(_task(host)), RATE)
+    yield Output(TASK_INFO, "vrx_gazebo/Task", lambda: _info(_task(host)), RATE)
+    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), RATE, dialects=VRX3)
     yield from _contacts(host, "/vrx")
     yield from TASK_TOPICS[task["type"]].outputs(host)
 
@@ -44,18 +64,30 @@ def task_services(host: Host) -> Iterator[Service]:
     return iter(()) if task is None else TASK_TOPICS[task["type"]].services(host)
 
 
-def _errors(host: Host, stem: str) -> Iterator[Output]:
+def _errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Output]:
     for key in ERRORS:
-        yield Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), RATE)
+        output = Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), RATE)
+        yield from with_vrx3(output, f"{vrx3_stem or stem}/{key}")
 
 
-def _goal_and_errors(host: Host, stem: str) -> Iterator[Output]:
-    yield Output(f"{stem}/goal", "geographic_msgs/GeoPoseStamped", lambda: _goal(host), latched=True)
-    yield from _errors(host, stem)
+def _goal_and_errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Output]:
+    goal = Output(f"{stem}/goal", "geographic_msgs/GeoPoseStamped", lambda: _goal(host), latched=True)
+    yield from with_vrx3(goal, f"{vrx3_stem or stem}/goal")
+    yield from _errors(host, stem, vrx3_stem)
 
 
 def _animal_poses(host: Host) -> Iterator[Output]:
+    """All animals in one topic; VRX 3 has a topic for each."""
     yield Output("/vrx/wildlife/animals/poses", "geographic_msgs/GeoPath", lambda: _animals(host), 10.0)
+    task = host.sim.world.parameters.task
+    for index in range(len(task.animals) if isinstance(task, Wildlife) else 0):
+
+        def animal(index: int = index) -> Message | None:
+            path = _animals(host)
+            return None if path is None else path.poses[index]
+
+        pose = Output("", "geographic_msgs/GeoPoseStamped", animal, ANIMAL_RATE)
+        yield from list(with_vrx3(pose, f"/vrx/wildlife/animal{index}/pose"))[1:]
 
 
 def _placard_symbol(host: Host) -> Iterator[Output]:
@@ -63,31 +95,59 @@ def _placard_symbol(host: Host) -> Iterator[Output]:
 
 
 def _landmark(host: Host) -> Iterator[Input]:
+    def send(name: str, latitude: float, longitude: float) -> None:
+        host.sim.send("landmark", {"type": name, "latitude": latitude, "longitude": longitude})
+
     def landmark(message: Message) -> None:
         place = message.pose.position
-        content = {"type": message.header.frame_id, "latitude": place.latitude, "longitude": place.longitude}
-        host.sim.send("landmark", content)
+        send(message.header.frame_id, place.latitude, place.longitude)
+
+    def vrx3_landmark(message: Message) -> None:
+        """Latitude and longitude [degrees] are its x and y."""
+        place = message.pose.position
+        send(message.header.frame_id, place.x, place.y)
 
     yield Input("/vrx/perception/landmark", "geographic_msgs/GeoPoseStamped", landmark)
+    yield Input("/vrx/perception/landmark", "geometry_msgs/PoseStamped", vrx3_landmark, dialects=VRX3)
 
 
 def _color_sequence(host: Host) -> Iterator[Service]:
     """The colours of the light buoy, by the names of 2019 and of 2022."""
 
     def colors(request: Message) -> Message:
-        if not _task(host).get("color_sequence_open"):
-            return new("vrx_gazebo/ColorSequenceResponse", success=False)
-        host.sim.send("color_sequence", [request.color1, request.color2, request.color3])
-        return new("vrx_gazebo/ColorSequenceResponse", success=True)  # as VRX's: even for wrong ones
+        success = _sent_colors(host, [request.color1, request.color2, request.color3])
+        return new("vrx_gazebo/ColorSequenceResponse", success=success)
 
-    for name in ("scan_dock", "scan_dock_deliver"):
-        yield Service(f"/vrx/{name}/color_sequence", "vrx_gazebo/ColorSequence", colors)
+    for name in ("/vrx/scan_dock/color_sequence", COLOR_SEQUENCE):
+        yield Service(name, "vrx_gazebo/ColorSequence", colors)
+
+
+def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
+    """The same as a topic."""
+
+    def colors(message: Message) -> None:
+        names = list(message.data)
+        if len(names) != COLORS:
+            raise CommandError(f"{len(names)} colours: {COLORS} are needed, as in ['red', 'green', 'blue']")
+        if not _sent_colors(host, names):
+            raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
+
+    yield Input(COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
+
+
+def _sent_colors(host: Host, colors: list[str]) -> bool:
+    """Whether the task takes colours now; as in VRX even wrong ones."""
+    is_open = bool(_task(host).get("color_sequence_open"))
+    if is_open:
+        host.sim.send("color_sequence", colors)
+    return is_open
 
 
 def _contacts(host: Host, stem: str) -> Iterator[Output]:
     """What the boat touches, unless VRX_DEBUG=false silences it."""
     if os.environ.get("VRX_DEBUG") != "false":
-        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", lambda: _contact(host), CONTACT_RATE)
+        make = partial(_contact, host)
+        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", make, CONTACT_RATE, recorded="nowhere")
 
 
 def _gymkhana(host: Host) -> Iterator[Output]:
@@ -122,6 +182,13 @@ def _info(task: Mapping[str, Any]) -> Message:
         num_collisions=task["num_collisions"],
         score=task["score"],
     )
+
+
+def _info_parameters(host: Host) -> Message:
+    info = _info(_task(host))
+    values = {name: getattr(info, name) for name in INFO}
+    times = {name: value.sec + 1e-9 * value.nanosec for name, value in values.items() if name.endswith("_time")}
+    return parameters(header(host.sim.time), values | times)
 
 
 def _number(host: Host, key: str) -> Message | None:
@@ -173,9 +240,12 @@ def _waypoints(host: Host, stem: str) -> Iterator[Output]:
         layout = new("std_msgs/MultiArrayLayout", dim=[side])
         return new("std_msgs/Float64MultiArray", layout=layout, data=np.array(errors, np.float64))
 
-    yield Output(f"{stem}/waypoints", "geographic_msgs/GeoPath", route, latched=True)
-    yield Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, RATE)
-    yield Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), RATE)
+    for output in (
+        Output(f"{stem}/waypoints", "geographic_msgs/GeoPath", route, latched=True),
+        Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, RATE),
+        Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), RATE),
+    ):
+        yield from with_vrx3(output, output.name)
 
 
 def _animals(host: Host) -> Message | None:
@@ -200,12 +270,6 @@ def _contact(host: Host) -> Message | None:
     return None
 
 
-def collision_name(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
-    """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
-    link = link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
-    return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
-
-
 def _no_outputs(_host: Host) -> Iterator[Output]:
     return iter(())
 
@@ -227,9 +291,11 @@ class TaskTopics:
     services: Callable[[Host], Iterator[Service]] = _no_services
 
 
-_DOCKING = TaskTopics(_placard_symbol, services=_color_sequence)
+_DOCKING = TaskTopics(_placard_symbol, _vrx3_color_sequence, _color_sequence)
 TASK_TOPICS: Mapping[str, TaskTopics] = {
-    "stationkeeping": TaskTopics(partial(_goal_and_errors, stem="/vrx/station_keeping")),
+    "stationkeeping": TaskTopics(
+        partial(_goal_and_errors, stem="/vrx/station_keeping", vrx3_stem="/vrx/stationkeeping")
+    ),
     "wayfinding": TaskTopics(partial(_waypoints, stem="/vrx/wayfinding")),
     "perception": TaskTopics(inputs=_landmark),
     "navigation_course": TaskTopics(),

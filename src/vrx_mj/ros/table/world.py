@@ -5,17 +5,21 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any
 from weakref import WeakKeyDictionary
+
+import numpy as np
 
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.mjcf.world import World
-from vrx_mj.ros.interface import Input, Output, Service
+from vrx_mj.ros.cdr import kind
+from vrx_mj.ros.interface import BOTH, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.boats import Skeleton
-from vrx_mj.ros.table.host import Host
+from vrx_mj.ros.table.host import Host, collision_name, header, vector
+from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.simulation import Simulation
 
 __all__ = ["CLOCK", "WORLD", "chart_output", "world_inputs", "world_outputs", "world_services"]
@@ -88,12 +92,15 @@ CLOCK = "/clock"
 TF_RATE = 50.0
 """[Hz], as robot_state_publisher's."""
 WIND_RATE = 10.0
+CONTACT_RATE = 10.0
+COLLISION = 5
+"""A kind of ros_gz_interfaces/Entity."""
 
 
 def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, *, waits: bool) -> Iterator[Output]:
     """`/clock`, `/tf`, `/tf_static`, `/vrx_mj/world`, and VRX's wind.
 
-    VRX_DEBUG=false in the environment silences the wind.
+    VRX_DEBUG=false in the environment silences the wind and VRX 3's contacts.
     """
 
     def clock() -> Message:
@@ -106,12 +113,15 @@ def world_outputs(host: Host, skeletons: Sequence[Skeleton], clock_rate: float, 
     def still() -> Message:
         return new("tf2_msgs/TFMessage", transforms=[frame for one in skeletons for frame in one.still()])
 
-    yield Output(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
-    yield Output("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
-    yield Output("/tf_static", "tf2_msgs/TFMessage", still, latched=True)
+    rows = partial(Output, dialects=BOTH, recorded="rows")
+    yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
+    yield rows("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
+    yield rows("/tf_static", "tf2_msgs/TFMessage", still, latched=True)
     yield chart_output(host)
     if os.environ.get("VRX_DEBUG") != "false":
         yield from _wind(host)
+        make = partial(_contacts, host)
+        yield Output("/vrx/contacts", "ros_gz_interfaces/Contacts", make, CONTACT_RATE, dialects=VRX3)
 
 
 def _wind(host: Host) -> Iterator[Output]:
@@ -123,8 +133,20 @@ def _wind(host: Host) -> Iterator[Output]:
     def direction() -> Message:
         return new("std_msgs/Float64", data=math.degrees(host.sim.wind.direction))
 
-    yield Output("/vrx/debug/wind/speed", "std_msgs/Float64", speed, WIND_RATE)
-    yield Output("/vrx/debug/wind/direction", "std_msgs/Float64", direction, WIND_RATE)
+    for name, make in (("/vrx/debug/wind/speed", speed), ("/vrx/debug/wind/direction", direction)):
+        yield from with_vrx3(Output(name, "std_msgs/Float64", make, WIND_RATE, recorded="rows"), name)
+
+
+def _contacts(host: Host) -> Message:
+    """All contacts of boats: who, where, along which normal, and how deep [m]."""
+    boats, found = host.sim.boats, []
+    for contact in host.sim.data.contact:
+        pair = [(int(geom), collision_name(host.sim.model, int(geom), boats)) for geom in contact.geom]
+        if contact.dist < 0.0 and any(name.partition("::")[0] in boats for _, name in pair):
+            sides = [kind("ros_gz_interfaces/Entity")(geom, name, COLLISION) for geom, name in pair]
+            where, normal = (new("geometry_msgs/Vector3", **vector(xyz)) for xyz in (contact.pos, contact.frame[:3]))
+            found.append(kind("ros_gz_interfaces/Contact")(*sides, [where], [normal], np.array([-contact.dist]), []))
+    return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)
 
 
 def world_inputs(host: Host) -> Iterator[Input]:
@@ -136,7 +158,7 @@ def world_inputs(host: Host) -> Iterator[Input]:
 
         yield Input(f"/vrx/{name.rpartition('/')[2]}/shuffle", "std_msgs/Empty", shuffle)
     if len(host.sim.boats) > 1:
-        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.form(message.data))
+        yield Input("/swarm/formation", "std_msgs/String", lambda message: host.form(message.data), None, BOTH)
 
 
 def world_services(host: Host) -> Iterator[Service]:
