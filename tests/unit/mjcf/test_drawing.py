@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from unit.physics.rows import sea
 from vrx_mj.config.scene import FogConfig, SkyConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
@@ -14,7 +15,6 @@ from vrx_mj.mjcf.drawing import SEA, SKY_SIDE, drawing_model, drawing_spec
 from vrx_mj.mjcf.scene import fog_range
 from vrx_mj.mjcf.sky import sea_palette, sky_cube
 from vrx_mj.model.world import tree_of
-from vrx_mj.physics import tables
 from vrx_mj.physics.surface import (
     EDGE,
     HORIZON,
@@ -92,9 +92,8 @@ def test_triangles_cover_the_fan_once_and_face_up():
     assert areas.sum() == pytest.approx(polygon)
 
 
-def drawn_surface(sea, time, *, eye=(3.0, -7.0, 2.0), course=0.3, half=0.7, shaded=True):
-    waves = tables.table(tables.WAVE, sea["waves"])
-    level = tables.table(tables.SEA, [{"tau": sea["tau"], "level": sea["level"]}])[0]
+def drawn_surface(water, time, *, eye=(3.0, -7.0, 2.0), course=0.3, half=0.7, shaded=True):
+    waves, level = sea(water["waves"], tau=water["tau"], level=water["level"])
     shading = ripples(waves) if shaded else waves[:0]
     distances, spokes = fan()
     shape = (RINGS * SPOKES, 3)
@@ -146,7 +145,7 @@ def test_ripples_shade_a_sea_and_leave_a_calm_alone(world):
     _, _, shaded, rough, _ = drawn_surface(tree_of(world.parameters)["sea"], 30.0)
     assert np.array_equal(plain, shaded)
     assert np.abs(smooth - rough).max() > 0.01
-    assert len(ripples(tables.table(tables.WAVE, []))) == 0
+    assert len(ripples(sea()[0])) == 0
 
 
 def test_water_mirrors_little_upright_and_much_at_a_grazing_angle():

@@ -59,10 +59,15 @@ def in_body_axes(body, wrench):
     return np.concatenate((turn @ wrench[:3], turn @ wrench[3:]))
 
 
+def sea(waves=(), *, tau=0.0, level=0.0):
+    """Waves, from their rows, and the sea that has them."""
+    return table(tables.WAVE, waves), table(tables.SEA, [{"tau": tau, "level": level}])[0]
+
+
 def sea_of(name):
     """Waves and sea of a wave set of the oracle; `none` has no waves."""
     if name == "none":
-        return table(tables.WAVE, []), table(tables.SEA, [{"tau": 0.0, "level": 0.0}])[0]
+        return sea()
     row = next(row for row in oracle("wave_sets") if row["wave_set"] == name)
     common = {"number": int(row["number"]), "scale": row["scale"], "angle": row["angle_rad"]}
     common |= {
@@ -74,7 +79,7 @@ def sea_of(name):
         waves = pms_components(gain=row["gain"], **common)
     else:
         waves = cwr_components(amplitude=row["amplitude_m"], **common)
-    return table(tables.WAVE, waves), table(tables.SEA, [{"tau": row["tau_s"], "level": 0.0}])[0]
+    return sea(waves, tau=row["tau_s"])
 
 
 def hull(**changes):

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from unit.physics.rows import sea
 from vrx_mj.physics.equilibrium import at_rest, greatest_lift, settle
 from vrx_mj.physics.hydrostatics import hydrostatics, section_area
-from vrx_mj.physics.tables import HULL, SEA, STATION, WAVE, table
+from vrx_mj.physics.tables import HULL, STATION, WAVE, table
 
 RADIUS, LENGTH, RHO, G = 0.2, 1.0, 1000.0, 9.8
-SEA_ROW = table(SEA, [{"tau": 0.0, "level": 0.0}])[0]
-CALM = np.zeros(0, WAVE)
+CALM, SEA_ROW = sea()
 PLACES = [(x, y) for x in (-1.5, -0.5, 0.5, 1.5) for y in (-0.8, 0.8)]
 LIFT = len(PLACES) * LENGTH * RHO * G
 

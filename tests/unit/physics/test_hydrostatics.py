@@ -19,11 +19,11 @@ from unit.physics.rows import (
     moving,
     moving_row,
     oracle,
+    sea,
     sea_of,
 )
 from vrx_mj.physics.drag import drag
 from vrx_mj.physics.hydrostatics import hydrostatics, section_area, station_force
-from vrx_mj.physics.tables import SEA, WAVE, table
 from vrx_mj.physics.waves import pms_components, surface_height
 
 SECTIONS = [  # depth, area, force per station: VRX's formula, computed by other code
@@ -78,10 +78,7 @@ def test_the_trim_of_a_boat_at_rest_balances_its_weight():
 
 
 def test_waves_lift_each_station_as_they_reach_it():
-    water = (
-        table(WAVE, pms_components(3, 1.5, 0.4, 0.0, 0.1, 5, (1, 0))),
-        table(SEA, [{"tau": 2, "level": 0}])[0],
-    )
+    water = sea(pms_components(3, 1.5, 0.4, 0.0, 0.1, 5, (1, 0)), tau=2.0)
     body = moving(*POSE)
     wrench = hydrostatics(hull(), lines(), *water, body, 20.0)
     assert wrench.fz == pytest.approx(1897.25115, rel=NINE_DIGITS)
@@ -92,7 +89,7 @@ def test_waves_lift_each_station_as_they_reach_it():
 
 def test_a_station_in_a_trough_hangs_dry():
     waves = pms_components(3, 2.5, 0.4, 0.0, 0.7, 6, (0.4, 0.85))
-    water = table(WAVE, waves), table(SEA, [{"tau": 2, "level": 0}])[0]
+    water = sea(waves, tau=2.0)
     wrench = hydrostatics(hull(), lines(), *water, moving(*POSE), 20.0)
     assert wrench.fz == pytest.approx(2963.17746, rel=NINE_DIGITS)
     assert wrench[3:] == pytest.approx((-3348.83810, 1499.12413, 0), rel=NINE_DIGITS)

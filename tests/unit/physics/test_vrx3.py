@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import element, floating, hull, in_body_axes, matrix, moving, sea_of, thruster
+from unit.physics.rows import element, floating, hull, in_body_axes, matrix, moving, sea, sea_of, thruster
 from vrx_mj.physics.drag import added_bias, added_inertia, bias_on_hull, drag, drag_on_hull
 from vrx_mj.physics.flotation import flotation, water_at_elements
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, SEA, STATION, VRX, VRX3, WAVE, WIND, WIND_STATE, table
+from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, STATION, VRX, VRX3, WIND, WIND_STATE, table
 from vrx_mj.physics.thrust import thrust_force
 from vrx_mj.physics.waves import pms_components, surface_height
 from vrx_mj.physics.wind import apparent_wind_load, gust_step, wind_load, wind_on_float, wind_on_hull
@@ -41,13 +41,13 @@ def points(places=POINTS):
     return table(STATION, [{"position": place, "radius": 0.213, "length": 2.45} for place in places])
 
 
-def sea(gain=0.3, period=5.0, direction=(1.0, 0.0), tau=2.0):
+def pms_sea(gain=0.3, period=5.0, direction=(1.0, 0.0), tau=2.0):
     waves = pms_components(3, 1.1, 0.4, 0.0, gain, period, direction)
-    return table(WAVE, waves), table(SEA, [{"tau": tau, "level": 0.0}])[0]
+    return sea(waves, tau=tau)
 
 
 def test_vrx_3s_waves_of_its_base_world():
-    waves, water = sea()
+    waves, water = pms_sea()
     assert waves["amplitude"] == pytest.approx([0.0363502011, 0.0392276505, 0.0385703180], rel=NINE_DIGITS)
     assert waves["frequency"] == pytest.approx([1.14239733, 1.25663706, 1.38230077], rel=NINE_DIGITS)
     assert waves["wavenumber"] == pytest.approx([0.133170577, 0.161136398, 0.194975042], rel=NINE_DIGITS)
@@ -84,7 +84,7 @@ def test_a_level_boat_floats_at_vrx_3s_draft():
 @pytest.mark.parametrize("level", [0.0, 0.1])
 def test_lift_is_that_of_the_points(level):
     """A second, slow implementation in waves; points may lie anywhere, and their floats differ."""
-    waves, water = sea(gain=0.8, period=4.0, direction=(0.5, 0.7))
+    waves, water = pms_sea(gain=0.8, period=4.0, direction=(0.5, 0.7))
     places = [*POINTS, (0.94, 0.1, 0.111301)]
     stations = points(places)
     stations["radius"][4], stations["length"][4] = 0.165, 0.7
@@ -202,7 +202,7 @@ ROW = {
 
 def test_each_element_feels_the_water_above_itself():
     body, elements = floating(LIGHT_BUOY, **ROW)
-    waves, water = sea(gain=2.0, period=2.0)
+    waves, water = pms_sea(gain=2.0, period=2.0)
     moved = moving((3.0, 4.0, -0.2), (0.2, -0.1, 0.8))
     state = np.zeros(2, ELEMENT_STATE)
     state["height"] = 0.01, -0.02

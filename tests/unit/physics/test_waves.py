@@ -7,19 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import oracle, sea_of
-from vrx_mj.physics.tables import SEA, WAVE, table
+from unit.physics.rows import oracle, sea, sea_of
+from vrx_mj.physics.tables import WAVE
 from vrx_mj.physics.waves import cwr_components, pms_components, ramp, stretched, surface_height, surface_heights
 
 TAU = 2.0
 
 
-def sea(waves, tau=TAU, level=0.0):
-    return table(WAVE, waves), table(SEA, [{"tau": tau, "level": level}])[0]
-
-
 def sydney(gain, period, scale, direction):
-    return sea(pms_components(3, scale, 0.4, 0.0, gain, period, direction))
+    return sea(pms_components(3, scale, 0.4, 0.0, gain, period, direction), tau=TAU)
 
 
 SEAS = {
@@ -28,7 +24,7 @@ SEAS = {
     "B": sydney(0.7, 6, 2.5, (0.4, 0.85)),
     "C": sydney(0.8, 5, 2.5, (-0.6, -0.32)),
     "J": sydney(0.3, 5, 1.1, (1, 0)),
-    "W": sea(cwr_components(3, 2.0, 0.4, 0.1, 0.5, 5, (1, 0))),
+    "W": sea(cwr_components(3, 2.0, 0.4, 0.1, 0.5, 5, (1, 0)), tau=TAU),
 }
 
 # Computed from VRX's formulas in double precision by other code: a, omega, k, dx, dy
@@ -138,11 +134,11 @@ def test_the_sea_rises_with_the_ramp(t, share):
 
 @pytest.mark.parametrize("tau", [0.0, -1.0])
 def test_without_a_time_constant_the_sea_is_there_at_once(tau):
-    assert ramp(sea([], tau)[1], 0.0) == 1.0
+    assert ramp(sea(tau=tau)[1], 0.0) == 1.0
 
 
 def test_no_waves_leave_the_level():
-    assert surface_height(*sea([], level=0.3), 5.0, 6.0, 7.0) == 0.3
+    assert surface_height(*sea(tau=TAU, level=0.3), 5.0, 6.0, 7.0) == 0.3
 
 
 @given(x=st.floats(-1e3, 1e3), y=st.floats(-1e3, 1e3), t=st.floats(0, 1e4))
@@ -157,7 +153,7 @@ def test_a_height_is_the_sum_of_its_cosines(x, y, t):
 @given(t=st.floats(0, 1e3), along=st.floats(-50, 50), shift=st.floats(-20, 20))
 def test_a_wave_travels_along_its_direction(t, along, shift):
     waves = cwr_components(1, 2.0, 0.4, 0.0, 0.5, 5.0, (3.0, 4.0))
-    water = sea(waves, tau=0.0)
+    water = sea(waves)
     later = shift / (waves[0]["frequency"] / waves[0]["wavenumber"])
     here, there = (0.6 * along, 0.8 * along), (0.6 * (along + shift), 0.8 * (along + shift))
     assert surface_height(*water, *there, t + later) == pytest.approx(surface_height(*water, *here, t), abs=1e-11)
@@ -209,7 +205,7 @@ def test_directions_turn_and_spread(spread, turn):
 
 def test_phases_are_those_at_the_origin_at_time_0():
     _, own = changed(phases=(0.3, 1.0, -2.0), amplitude=2.0)
-    calm = table(SEA, [{"tau": 0.0, "level": 0.0}])[0]
+    _, calm = sea()
     expected = (own["amplitude"] * np.cos([0.3, 1.0, -2.0])).sum()
     assert surface_height(own, calm, 0.0, 0.0, 0.0) == pytest.approx(expected, abs=1e-15)
     k, w, d = own["wavenumber"], own["frequency"], own["direction"]

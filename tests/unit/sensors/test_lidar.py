@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from unit.physics.rows import sea
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.physics import tables
 from vrx_mj.sensors.lidar import Lidar, Water
 
 KEY = 0xFEDC_BA98_7654_3210
@@ -279,8 +279,8 @@ def test_noise_carries_no_planar_return_out_of_the_range():
 
 
 def water(*waves, time=10.0):
-    sea = tables.table(tables.SEA, [{"tau": 0.0, "level": -1.5}])
-    return Water(tables.table(tables.WAVE, waves), sea, time)
+    rows, surface = sea(waves, level=-1.5)
+    return Water(rows, surface.reshape(1), time)
 
 
 def test_only_a_lidar_with_sea_returns_sees_the_sea():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.physics import tables
+from unit.physics.rows import sea
 from vrx_mj.physics.waves import pms_components, surface_height
 from vrx_mj.sensors.lidar import sea_distance
 
@@ -14,9 +14,10 @@ FAR = 130.0
 STEP = 0.002
 
 
-def sea(gain, *, tau=0.0, level=0.0):
+def rough_sea(gain, *, tau=0.0, level=0.0):
     rows = pms_components(3, 2.5, 0.4, 0.0, gain, 5.0, (1.0, 0.3)) if gain else []
-    return tables.table(tables.WAVE, rows), tables.table(tables.SEA, [{"tau": tau, "level": level}])
+    waves, surface = sea(rows, tau=tau, level=level)
+    return waves, surface.reshape(1)
 
 
 def unit(azimuth, elevation):
@@ -50,7 +51,7 @@ def marched(waves, rough, origin, along, begin):
 
 @pytest.mark.parametrize(("gain", "tau", "level"), [(0.3, 0.0, 0.0), (1.0, 20.0, -0.4), (2.0, 0.0, 1.0)])
 def test_rays_meet_the_waves_where_a_fine_march_does(gain, tau, level):
-    waves, rough = sea(gain, tau=tau, level=level)
+    waves, rough = rough_sea(gain, tau=tau, level=level)
     draw = np.random.default_rng(int(10 * gain))
     hits = 0
     for _ in range(60):
@@ -68,20 +69,20 @@ def test_rays_meet_the_waves_where_a_fine_march_does(gain, tau, level):
 
 @pytest.mark.parametrize("elevation", [-1.5, -0.5, -0.1])
 def test_calm_water_is_a_plane(elevation):
-    waves, calm = sea(0.0, level=0.5)
+    waves, calm = rough_sea(0.0, level=0.5)
     found = sea_distance(waves, calm[0], T, np.array([3.0, 4.0, 2.5]), unit(1.0, elevation), 0.1, FAR)
     assert found == pytest.approx(2.0 / math.sin(-elevation), rel=1e-12)
 
 
 def test_the_sea_grows_with_its_ramp():
-    waves, rough = sea(1.0, tau=1e9)
+    waves, rough = rough_sea(1.0, tau=1e9)
     found = sea_distance(waves, rough[0], T, np.array([0.0, 0.0, 2.0]), unit(0.0, -0.5), 0.1, FAR)
     assert found == pytest.approx(2.0 / math.sin(0.5), rel=1e-6)
 
 
 @pytest.mark.parametrize("gain", [0.0, 1.0])
 def test_rays_upward_beyond_the_range_or_from_under_water_do_not_return(gain):
-    waves, rough = sea(gain)
+    waves, rough = rough_sea(gain)
     for height, elevation in ((2.0, 0.5), (5.0, -0.001), (-3.0, -0.5), (-3.0, 0.5)):
         origin = np.array([0.0, 0.0, height])
         assert sea_distance(waves, rough[0], T, origin, unit(0.5, elevation), 0.1, FAR) == math.inf
