@@ -7,10 +7,8 @@ import pytest
 import vrx_mj
 from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
 from vrx_mj.rl.generators import VARIED
-from vrx_mj.rl.problems import ALONE, TEAMS
+from vrx_mj.rl.problems import ALONE, PROBLEMS, TEAMS
 
-GOALS = {"StationKeeping": "goal", "Wayfinding": "waypoints", "FollowPath": "gates", "Docking": "bay",
-         "Formation": "leader", "Rendezvous": "places", "Encounter": "goals"}  # fmt: skip
 DRAWN = {"wind_speed": (0, 6), "gusts": (0, 1), "waves": (0.5, 1), "mass": (0.9, 1.1), "thrust": (0.9, 1.1)}
 
 
@@ -61,8 +59,11 @@ def test_every_episode_has_a_sea_of_its_own_and_is_told_of_it(problem):
     np.testing.assert_array_equal([sea["phase"] for sea in seas], info["wave_phase"])
     for column in ("amplitude", "frequency", "wavenumber", "direction", "phase"):
         assert len({sea[column].tobytes() for sea in seas}) == 4, column
+    drawn = env._core.problem.drawn()
+    assert drawn
+    assert [name for name in drawn if f"`{name}`" not in PROBLEMS[problem].__doc__] == []
     again = env.reset(seed=2)[1]
-    for name in (*VARIED, GOALS[problem]):
+    for name in (*VARIED, *drawn):
         np.testing.assert_array_equal(again[name], info[name])
         assert not np.shares_memory(again[name], info[name])
     assert not np.array_equal(env.reset(seed=3)[1]["wave_phase"], info["wave_phase"])

@@ -2,59 +2,18 @@
 
 import pytest
 
+from unit.tasks.samples import SAMPLES
 from vrx_mj.config.tasks import TASKS
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 
-PINGER = {"pinger": [1, 2, -2]}
-DOCK = {"dock": "d", "bays": [{"symbol": "red_circle"}]}
-LEAST = {
-    "stationkeeping": {"goal_cart": [1, 2, 0.5]},
-    "wayfinding": {"waypoints_cart": [[1, 2, 0.5]]},
-    "perception": {"objects": [{"time": 5, "name": "red", "pose": [8, 0, 1, 0, 0, 0]}]},
-    "navigation_course": {"course": "c"},
-    "follow_path": {"course": "c"},
-    "dock": DOCK,
-    "scan_and_dock": DOCK,
-    "scan_dock_deliver": DOCK,
-    "wildlife": {},
-    "gymkhana": {"channel": {"course": "c"}, **PINGER},
-    "acoustic_perception": PINGER,
-    "acoustic_tracking": {"pinger": "beacon"},
-}
-"""What a task of each type needs at least."""
-
-VALUES = {
-    "stationkeeping": {"collision_buffer": 3.0, "heading": True},
-    "wayfinding": {"collision_buffer": 3.0},
-    "perception": {"collision_buffer": 3.0, "loop_forever": False},
-    "navigation_course": {"collision_buffer": 10.0, "obstacle_penalty": 10.0},
-    "follow_path": {"points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0, "collision_buffer": 10.0},
-    "dock": {
-        "color_bonus_points": 10.0,
-        "dock_bonus_points": 10.0,
-        "correct_dock_bonus_points": 10.0,
-        "enable_color_checker": False,
-        "min_dock_time": 10.0,
-        "light_buoy": None,
-        "collision_buffer": 3.0,
-    },
-    "scan_and_dock": {"dock_bonus_points": 10.0, "correct_dock_bonus_points": 10.0, "enable_color_checker": True},
-    "scan_dock_deliver": {"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0, "enable_color_checker": True},
-    "wildlife": {"engagement_distance": 10.0, "time_bonus": 30.0, "collision_buffer": 10.0, "publication_rate": None},
-    "gymkhana": {"obstacle_penalty": 1.0, "collision_buffer": 3.0},
-    "acoustic_perception": {"goal_tolerance": 3.0, "collision_buffer": 3.0},
-    "acoustic_tracking": {"pinger_depth": 2.0, "obstacle_penalty": 1.0},
-}
-"""VRX's, of its worlds of 2019, 2022 and 2023."""
-
 
 def task_of(kind, **more):
-    return load_world({"task": {"type": kind, **LEAST[kind], **more}}).task
+    return load_world({"task": {"type": kind, **SAMPLES[kind].file, **more}}).task
 
 
 def test_all_types_are_tried_here():
-    assert set(LEAST) == set(VALUES) == set(TASKS)
+    assert set(SAMPLES) == set(TASKS)
 
 
 @pytest.mark.parametrize("kind", TASKS)
@@ -62,7 +21,8 @@ def test_a_task_has_the_values_of_vrx(kind):
     task = task_of(kind)
     durations = (task.initial_state_duration, task.ready_state_duration, task.running_state_duration)
     assert (task.type, task.name, task.boat, durations, task.locked) == (kind, "", None, (10.0, 10.0, 300.0), True)
-    assert {key: getattr(task, key) for key in VALUES[kind]} == VALUES[kind]
+    defaults = SAMPLES[kind].defaults
+    assert {key: getattr(task, key) for key in defaults} == defaults
 
 
 @pytest.mark.parametrize("kind", TASKS)

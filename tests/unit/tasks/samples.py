@@ -1,7 +1,8 @@
-"""A small task of every type, and a restless boat in it."""
+"""A sample of every type of task, and a restless boat in it."""
 
 import math
 import random
+from dataclasses import dataclass
 
 from unit.tasks.streams import buoys, gate_names, pose, task
 from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message
@@ -56,33 +57,104 @@ ANIMALS = [
     {"name": "red_2", "model": "crocodile_buoy", "goal": "avoid"},
 ]
 CHANNEL = {"gates": gate_names(3), "obstacle_penalty": 10.0, "collision_buffer": 2.0}
-VALUES = {
-    "stationkeeping": {"goal": POINT, "heading": True},
-    "wayfinding": {"waypoints": [POINT, {**POINT, "x": -3.0}]},
-    "perception": {"objects": SHOWN, "loop_forever": False, "held": True},
-    "navigation_course": {"gates": gate_names(3), "obstacle_penalty": 10.0},
-    "follow_path": {"gates": gate_names(3), "obstacle_penalty": 3.0, "points_per_gate_crossed": 10.0, "bonus": 1.0},
-    "dock": DOCK,
-    "scan_and_dock": DOCK,
-    "scan_dock_deliver": DOCK,
-    "wildlife": {"animals": ANIMALS, "engagement_distance": 4.0, "time_bonus": 30.0, "publication_rate": 1.0},
-    "gymkhana": {"channel": CHANNEL, "pinger": POINT, "obstacle_penalty": 1.0},
-    "acoustic_perception": {"pinger": POINT, "goal_tolerance": 1.2},
-    "acoustic_tracking": {"pinger": "red_0", "pinger_depth": 2.0, "obstacle_penalty": 1.0},
+
+
+@dataclass(frozen=True)
+class TaskSample:
+    """What the tests of all types of tasks need of one."""
+
+    file: dict
+    """The least that a file gives."""
+    defaults: dict
+    """VRX's values where a file gives none, of its worlds of 2019, 2022 and 2023."""
+    parameters: dict
+    """Parameters of a small compiled task, besides those that all types have."""
+    message: tuple | None = None
+    """Topic and content of a message that the task takes."""
+
+
+FILE_PINGER = {"pinger": [1, 2, -2]}
+FILE_DOCK = {"dock": "d", "bays": [{"symbol": "red_circle"}]}
+SAMPLES = {
+    "stationkeeping": TaskSample(
+        file={"goal_cart": [1, 2, 0.5]},
+        defaults={"collision_buffer": 3.0, "heading": True},
+        parameters={"goal": POINT, "heading": True},
+    ),
+    "wayfinding": TaskSample(
+        file={"waypoints_cart": [[1, 2, 0.5]]},
+        defaults={"collision_buffer": 3.0},
+        parameters={"waypoints": [POINT, {**POINT, "x": -3.0}]},
+    ),
+    "perception": TaskSample(
+        file={"objects": [{"time": 5, "name": "red", "pose": [8, 0, 1, 0, 0, 0]}]},
+        defaults={"collision_buffer": 3.0, "loop_forever": False},
+        parameters={"objects": SHOWN, "loop_forever": False, "held": True},
+        message=("landmark", {"type": RED, "x": 0.0, "y": 0.0}),
+    ),
+    "navigation_course": TaskSample(
+        file={"course": "c"},
+        defaults={"collision_buffer": 10.0, "obstacle_penalty": 10.0},
+        parameters={"gates": gate_names(3), "obstacle_penalty": 10.0},
+    ),
+    "follow_path": TaskSample(
+        file={"course": "c"},
+        defaults={"points_per_gate_crossed": 10.0, "bonus": 1.0, "obstacle_penalty": 3.0, "collision_buffer": 10.0},
+        parameters={"gates": gate_names(3), "obstacle_penalty": 3.0, "points_per_gate_crossed": 10.0, "bonus": 1.0},
+    ),
+    "dock": TaskSample(
+        file=FILE_DOCK,
+        defaults={
+            "color_bonus_points": 10.0,
+            "dock_bonus_points": 10.0,
+            "correct_dock_bonus_points": 10.0,
+            "enable_color_checker": False,
+            "min_dock_time": 10.0,
+            "light_buoy": None,
+            "collision_buffer": 3.0,
+        },
+        parameters=DOCK,
+    ),
+    "scan_and_dock": TaskSample(
+        file=FILE_DOCK,
+        defaults={"dock_bonus_points": 10.0, "correct_dock_bonus_points": 10.0, "enable_color_checker": True},
+        parameters=DOCK,
+        message=("color_sequence", ["red", "green", "blue"]),
+    ),
+    "scan_dock_deliver": TaskSample(
+        file=FILE_DOCK,
+        defaults={"dock_bonus_points": 15.0, "correct_dock_bonus_points": 5.0, "enable_color_checker": True},
+        parameters=DOCK,
+        message=("color_sequence", ["red", "green", "yellow"]),
+    ),
+    "wildlife": TaskSample(
+        file={},
+        defaults={"engagement_distance": 10.0, "time_bonus": 30.0, "collision_buffer": 10.0, "publication_rate": None},
+        parameters={"animals": ANIMALS, "engagement_distance": 4.0, "time_bonus": 30.0, "publication_rate": 1.0},
+    ),
+    "gymkhana": TaskSample(
+        file={"channel": {"course": "c"}, **FILE_PINGER},
+        defaults={"obstacle_penalty": 1.0, "collision_buffer": 3.0},
+        parameters={"channel": CHANNEL, "pinger": POINT, "obstacle_penalty": 1.0},
+    ),
+    "acoustic_perception": TaskSample(
+        file=FILE_PINGER,
+        defaults={"goal_tolerance": 3.0, "collision_buffer": 3.0},
+        parameters={"pinger": POINT, "goal_tolerance": 1.2},
+    ),
+    "acoustic_tracking": TaskSample(
+        file={"pinger": "beacon"},
+        defaults={"pinger_depth": 2.0, "obstacle_penalty": 1.0},
+        parameters={"pinger": "red_0", "pinger_depth": 2.0, "obstacle_penalty": 1.0},
+    ),
 }
-"""Of a type, what its parameters have besides those of all."""
-MESSAGES = {
-    "perception": ("landmark", {"type": RED, "x": 0.0, "y": 0.0}),
-    "scan_and_dock": ("color_sequence", ["red", "green", "blue"]),
-    "scan_dock_deliver": ("color_sequence", ["red", "green", "yellow"]),
-}
-"""Of a type, what it takes; nothing of the others."""
+"""Of each type one; a new type needs its sample here alone."""
 
 
 def sample(kind, profile="vrx"):
     """A task of 0.5 s, 0.5 s and 10 s."""
     common = {"profile": profile, "durations": [0.5, 0.5, 10.0], "collision_buffer": 1.0}
-    return task(kind, **{**common, **VALUES[kind]})
+    return task(kind, **{**common, **SAMPLES[kind].parameters})
 
 
 def restless(kind, seed, count=260):
@@ -95,8 +167,9 @@ def restless(kind, seed, count=260):
         if rng.random() < 0.02:
             touches = {**touches, rng.choice(["red_0", "green_1", "other"]): k / FRAME_RATE}
         messages = ()
-        if kind in MESSAGES and rng.random() < 0.05:
-            messages = (Message(*MESSAGES[kind]),)
+        message = SAMPLES[kind].message
+        if message is not None and rng.random() < 0.05:
+            messages = (Message(*message),)
         ball = pose(rng.gauss(4, 3), rng.gauss(-3, 3), z=1.0)
         poses = things | {"wamv": pose(x, y, math.sin(k)), "other": pose(y, x), "ball": ball}
         frames.append(Frame(k / FRAME_RATE, poses, touches, tuple(messages)))
