@@ -113,13 +113,13 @@ class MovingChunks:
         self._angle: dict[tuple[str, str], float] = {}
         self._codes = [-1] * len(scene.displays)
         self._first = scene.layout()
-        self.company = 0
-        """Number of the company whose rows are to come: how often boats came or went."""
+        self.boat_set = 0
+        """Number of the boat set whose rows are to come: how often boats came or went."""
         self._take(scene)
 
     def go_on(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats have come or gone: rows have its columns now."""
-        self.company += 1
+        self.boat_set += 1
         self._take(scene)
 
     def _take(self, scene: RecordScene) -> None:
@@ -135,7 +135,7 @@ class MovingChunks:
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of (n, columns) rows, n > 0, the exact rows first; what is shown of them is finite."""
-        yield exact_rows(rows, self.company)
+        yield exact_rows(rows, self.boat_set)
         rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
         yield from self._poses(rows)
         yield from self._parts(rows)
@@ -225,7 +225,7 @@ class MovingChunks:
     ) -> Iterator[Chunk]:
         """Values (n, k) of series, each a boat and a thruster, if it is of one.
 
-        Those of the first company are in one entity, as a plot's entity has as many series at all times: NaN of who is
+        Those of the first boat set are in one entity, as a plot's entity has as many series at all times: NaN of who is
         not there. Who joined later has an entity of its own.
         """
         boats = [(body.name, "") for body in self._first.bodies if body.kind == "boat"]
@@ -300,9 +300,9 @@ def wake_path(boat: str) -> str:
     return f"/world/wakes/{boat}"
 
 
-def exact_rows(rows: FloatArray, company: int) -> Chunk:
-    """A block of rows as they are, to the last bit, with the number of their company."""
-    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[company])
+def exact_rows(rows: FloatArray, boat_set: int) -> Chunk:
+    """A block of rows as they are, to the last bit, with the number of their boat set."""
+    columns = rr.AnyValues.columns(block=[pack_rows(rows)], company=[boat_set])
     return Chunk.from_columns("/record/rows", [times(rows[:1, 0])], columns)
 
 

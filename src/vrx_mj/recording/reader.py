@@ -6,6 +6,7 @@ import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +15,18 @@ import numpy as np
 from vrx_mj.arguments import as_number, as_path, as_text
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import RecordError, UnknownNameError, shown
-from vrx_mj.recording.companies import (
+from vrx_mj.recording.boat_sets import (
     COMPANIES,
     HUGE,
-    Company,
+    BoatSet,
     all_rows,
-    company_numbers,
+    boat_set_numbers,
+    head_of,
     joint_layout,
-    read_companies,
+    read_boat_sets,
+    sent_messages,
     sound_rows,
 )
-from vrx_mj.recording.headers import head_of, sent_messages
 from vrx_mj.recording.packing import unpack_rows, unpacked
 from vrx_mj.recording.readings import READING_COLUMNS, RecordedReadings
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
@@ -35,7 +37,7 @@ __all__ = ["FRAMES", "Event", "Record", "RecordedFrame", "SavedState", "Track", 
 
 
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
-"""Number of the company, the frame's row, and its messages."""
+"""Number of the boat set, the frame's row, and its messages."""
 
 
 @dataclass(frozen=True)
@@ -88,22 +90,12 @@ class Record:
     """The file that was read."""
     properties: Mapping[str, Any]
     """The run: world, fleet, seed, versions, platform."""
-    companies: tuple[Company, ...]
+    companies: tuple[BoatSet, ...]
     """The boats that sailed together at first, and one more whenever one joined or left."""
     timestep: float
     """Physics step [s]."""
-    time: FloatArray
-    """Simulated times (n,) [s]."""
-    wind: FloatArray
-    """Wind speeds (n,) [m/s]."""
     wind_direction: tuple[float, float]
     """Unit vector the wind blows toward, east and north."""
-    boats: Mapping[str, Track]
-    """What each boat did, by name."""
-    objects: Mapping[str, Track]
-    """What each object did, by name."""
-    balls: Mapping[str, Track]
-    """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
     sensors: tuple[RecordedSensor, ...]
     """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
@@ -111,13 +103,13 @@ class Record:
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
     frames: tuple[RecordedFrame, ...]
-    """What the referee of the world's task looked at: company, a row of `tasks.layout`, and what was sent with it."""
+    """What the referee of the world's task looked at: boat set, a row of `tasks.layout`, and what was sent with it."""
     layout: RowLayout
     """Which column of `rows` is what."""
     rows: FloatArray
     """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
-    """(n,) numbers of the companies that the rows are of."""
+    """(n,) numbers of the boat sets that the rows are of."""
     views: bytes
     """The blueprint, as the bytes of an `.rbl` file."""
     complete: bool
@@ -126,26 +118,41 @@ class Record:
     """Whether the file opens with its views."""
 
     @property
+    def time(self) -> FloatArray:
+        """Simulated times (n,) [s]."""
+        return self.rows[:, 0]
+
+    @property
+    def wind(self) -> FloatArray:
+        """Wind speeds (n,) [m/s]."""
+        return self.rows[:, 1]
+
+    @cached_property
+    def boats(self) -> Mapping[str, Track]:
+        """What each boat did, by name."""
+        return tracks(self.rows, self.layout, "boat")
+
+    @cached_property
+    def objects(self) -> Mapping[str, Track]:
+        """What each object did, by name."""
+        return tracks(self.rows, self.layout, "object")
+
+    @cached_property
+    def balls(self) -> Mapping[str, Track]:
+        """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
+        return tracks(self.rows, self.layout, "ball")
+
+    @property
     def files(self) -> Mapping[str, bytes]:
         """The saved form of the world that the recording begins in, by relative path."""
         return self.companies[0].files
 
     def sound(self) -> Record:
         """It without rows of a state that had diverged, as the last one of a run may be."""
-        fine = sound_rows(self.rows, self.row_companies, [company.layout for company in self.companies])
+        fine = sound_rows(self.rows, self.row_companies, [boat_set.layout for boat_set in self.companies])
         if fine.all():
             return self
-        rows = self.rows[fine]
-        return replace(
-            self,
-            time=rows[:, 0],
-            wind=rows[:, 1],
-            boats=tracks(rows, self.layout, "boat"),
-            objects=tracks(rows, self.layout, "object"),
-            balls=tracks(rows, self.layout, "ball"),
-            rows=rows,
-            row_companies=self.row_companies[fine],
-        )
+        return replace(self, rows=self.rows[fine], row_companies=self.row_companies[fine])
 
     def state_at(self, time: float) -> SavedState:
         """The last state saved at or before `time` [s]."""
@@ -191,8 +198,8 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
     with damage_of(file):
         head = head_of(only(run.texts("head")))
         sha256, files = str(head.properties.get("world_sha256", "")), unpacked(only(run.blobs("files")), most)
-        companies = read_companies(Company(head.layout, sha256, files), parsed.of(COMPANIES), most)
-        layouts = [company.layout for company in companies]
+        companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
+        layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of("/record/rows"), layouts, most)
         layout = joint_layout(layouts)
         return Record(
@@ -200,12 +207,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
             properties=head.properties,
             companies=companies,
             timestep=head.timestep,
-            time=rows[:, 0],
-            wind=rows[:, 1],
             wind_direction=head.wind_direction,
-            boats=tracks(rows, layout, "boat"),
-            objects=tracks(rows, layout, "object"),
-            balls=tracks(rows, layout, "ball"),
             sensors=head.sensors,
             events=all_events(parsed.of("/events")),
             states=all_states(parsed.of("/record/states")),
@@ -282,17 +284,17 @@ def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
     return tuple(sorted(states, key=lambda state: state.time))
 
 
-def read_frames(parts: Sequence[Part], companies: int) -> tuple[RecordedFrame, ...]:
-    """Companies, of so many, rows and messages of all frames, in the order of time.
+def read_frames(parts: Sequence[Part], count: int) -> tuple[RecordedFrame, ...]:
+    """Boat sets, of so many, rows and messages of all frames, in the order of time.
 
     Raises:
         RecordError: one is damaged.
     """
     found = [
-        (company, row, messages)
+        (boat_set, row, messages)
         for part in parts
-        for company, blob, sent in zip(
-            company_numbers(part, companies), part.blobs("block"), part.texts("sent"), strict=True
+        for boat_set, blob, sent in zip(
+            boat_set_numbers(part, count), part.blobs("block"), part.texts("sent"), strict=True
         )
         for row, messages in _unpacked(blob, sent)
     ]

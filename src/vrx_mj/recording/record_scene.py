@@ -317,7 +317,7 @@ class RowLayout:
                 yield i, f"{body.name} {axis}"
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON tree, from which `heads` makes it again."""
+        """A JSON tree, from which `boat_sets` makes it again."""
         return asdict(self)
 
 

@@ -79,16 +79,16 @@ def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     Raises:
         RecordError: one is not of this task.
     """
-    layouts = [FrameLayout.of(company.parameters.task, referee.watched) for company in recorded.companies]
-    for company, row, messages in recorded.frames:
-        if len(row) != layouts[company].width:
-            problem = f"a frame of {len(row)} numbers instead of {layouts[company].width}"
+    layouts = [FrameLayout.of(boat_set.parameters.task, referee.watched) for boat_set in recorded.companies]
+    for boat_set, row, messages in recorded.frames:
+        if len(row) != layouts[boat_set].width:
+            problem = f"a frame of {len(row)} numbers instead of {layouts[boat_set].width}"
             raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: {problem}")
         try:
             sent = tuple(referee.accept(message.topic, message.content) for message in messages)
         except CommandError as error:
             raise RecordError(f"'{recorded.path}' is damaged: {FRAMES}: sent: {error}") from None
-        yield layouts[company].frame(row.tolist(), sent)
+        yield layouts[boat_set].frame(row.tolist(), sent)
 
 
 def restore_referee(referee: Referee, blob: bytes) -> None:

@@ -22,7 +22,7 @@ from vrx_mj.mjcf.shooters import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of
-from vrx_mj.recording.companies import Company
+from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
     MovingBody,
     RecordedBody,
@@ -115,13 +115,13 @@ def _to_world(parameters: Parameters, sensors: Sequence[RecordedSensor]) -> ToWo
     return to_enu
 
 
-def check_columns(company: Company, model: mujoco.MjModel) -> None:
-    """Check that the rows of a company have the columns of its world, whose model this is.
+def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
+    """Check that the rows of a boat set have the columns of its world, whose model this is.
 
     Raises:
         RecordError: they have not.
     """
-    world = company.world
+    world = boat_set.world
     bodies = tuple(
         MovingBody(body.name, body.kind, body.qpos, body.dof)
         for body in _bodies(world, {}, model, model.qpos0)
@@ -129,7 +129,7 @@ def check_columns(company: Company, model: mujoco.MjModel) -> None:
     )
     engines = tuple((world.boats[engine.hull], engine.name) for engine in world.parameters.thrusters)
     marks = sum(len(display.start) for display in displays_of(world.parameters))
-    if company.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
+    if boat_set.layout != RowLayout(int(model.nq), int(model.nv), engines, bodies, marks):
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
 

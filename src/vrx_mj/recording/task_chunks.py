@@ -84,11 +84,11 @@ WrittenFrame = tuple[float, FloatArray, list[list[Any]]]
 """Simulated time [s], the frame's row, and its messages, each as topic and content."""
 
 
-def frame_chunk(frames: Sequence[WrittenFrame], company: int = 0) -> Chunk:
+def frame_chunk(frames: Sequence[WrittenFrame], boat_set: int = 0) -> Chunk:
     """Frames of the boats that sail together as one block, and what was sent with them as JSON."""
     block = pack_rows(np.array([row for _, row, _ in frames]))
     sent = json.dumps([[number, messages] for number, (_, _, messages) in enumerate(frames) if messages])
-    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[company])
+    columns = rr.AnyValues.columns(block=[block], sent=[sent], company=[boat_set])
     return Chunk.from_columns(FRAMES, [times(np.array([frames[0][0]]))], columns)
 
 
@@ -144,8 +144,6 @@ class TaskChunks:
             restore_referee(self._referee, blob)
             self._marks.take_up(self._referee)
             self._now = self._begun
-            assert self._parameters is not None, "it has a task"
-            assert self._parameters is not None, "it has a task"
             assert self._parameters is not None, "it has a task"
             self._draw(self._begun, poses_of(self._parameters))
             self._write_status(self._begun, at_once=True)

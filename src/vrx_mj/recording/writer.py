@@ -208,7 +208,7 @@ class Work:
             raise
 
     def _all_chunks(self) -> Iterator[Any]:
-        from vrx_mj.recording.companies import company_chunk
+        from vrx_mj.recording.boat_sets import boat_set_chunk
         from vrx_mj.recording.course_chunks import course_chunks
         from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, state_chunk
         from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
@@ -234,12 +234,12 @@ class Work:
                 yield event_chunk(batch["event"])
             yield from mark_chunks(batch["mark"])
             if batch["frame"]:
-                yield frame_chunk(batch["frame"], moving.company)
+                yield frame_chunk(batch["frame"], moving.boat_set)
             yield from going(batch["state"], batch["frame"])
             for scene in batch["scene"]:
                 moving.go_on(scene)
                 going.go_on(scene.parameters)
-                yield company_chunk(scene, before, moving.company)
+                yield boat_set_chunk(scene, before, moving.boat_set)
                 yield from change_chunks(scene, before, self._scene)
                 before = scene
         yield from going.rest()

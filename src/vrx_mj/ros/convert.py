@@ -11,7 +11,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.companies import Company, columns_in
+from vrx_mj.recording.boat_sets import BoatSet, columns_in
 from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
 from vrx_mj.recording.readings import RecordedReadings
 from vrx_mj.recording.simulation_scene import check_columns
@@ -38,7 +38,7 @@ ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
 P3D = "sensors/position/p3d_wamv"
 """VRX's topic of where a boat really is, for one that has no such sensor."""
 KEPT = 2
-"""Companies whose simulation is kept: rows and states of two alternate where boats come or go."""
+"""Boat sets whose simulation is kept: rows and states of two alternate where boats come or go."""
 
 
 def convert(source: str | Path, target: str | Path, progress: Progress | None = None) -> int:
@@ -62,14 +62,14 @@ class Moment:
     What does not move is asked of a simulation of the recorded world; so is the task, of the last saved state.
     """
 
-    def __init__(self, recorded: Record, company: Company) -> None:
-        """The company's world, at no moment yet."""
-        self.layout, self.time, self.data = company.layout, 0.0, SimpleNamespace()
-        self.columns = columns_in(recorded.layout, company.layout)
+    def __init__(self, recorded: Record, boat_set: BoatSet) -> None:
+        """The boat set's world, at no moment yet."""
+        self.layout, self.time, self.data = boat_set.layout, 0.0, SimpleNamespace()
+        self.columns = columns_in(recorded.layout, boat_set.layout)
         east, north = recorded.wind_direction
         self.wind = SimpleNamespace(speed=0.0, direction=math.atan2(north, east))
-        self._sim = Simulation(company.world)
-        check_columns(company, self._sim.model)
+        self._sim = Simulation(boat_set.world)
+        check_columns(boat_set, self._sim.model)
         self._thrusters = {boat: self._sim.observe()[boat].thrusters for boat in self._sim.boats}
         self._row = self._sim.row()
         self.show(self._row)
@@ -78,7 +78,7 @@ class Moment:
         return getattr(self._sim, name)
 
     def show(self, row: FloatArray) -> None:
-        """Go to the moment of a row in the company's columns."""
+        """Go to the moment of a row in the boat set's columns."""
         self._row, self.time, self.wind.speed = row, float(row[0]), float(row[1])
         self.data = SimpleNamespace(qpos=row[self.layout.qpos], qvel=row[self.layout.qvel], time=self.time)
 
@@ -202,10 +202,10 @@ class Conversion:
 
     def _write_state(self, time: float, saved: SavedState) -> None:
         world = State.from_bytes(saved.blob).world
-        company = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
-        if company is None:
+        boat_set = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
+        if boat_set is None:
             raise RecordError(f"'{self._recorded.path}' is damaged: its state at {time:g} s is of another world")
-        segment = self._segment(company)
+        segment = self._segment(boat_set)
         segment.moment.resume(saved)
         before, segment.moment.time = segment.moment.time, time
         for output in segment.saved:
@@ -237,19 +237,19 @@ class Conversion:
         self._bag.write(topic, kind, message, time, latched=latched)
         self._count += 1
 
-    def _segment(self, company: Company) -> SegmentOutputs:
-        """The topics while this company sails."""
-        name = company.world_sha256
-        segment = self._known.pop(name, None) or outputs_of(self._recorded, company)
+    def _segment(self, boat_set: BoatSet) -> SegmentOutputs:
+        """The topics while this boat set sails."""
+        name = boat_set.world_sha256
+        segment = self._known.pop(name, None) or outputs_of(self._recorded, boat_set)
         self._known[name] = segment
         while len(self._known) > KEPT:
             del self._known[next(iter(self._known))]
         return segment
 
 
-def outputs_of(recorded: Record, company: Company) -> SegmentOutputs:
-    """The topics of a company, by where their messages come from."""
-    moment = Moment(recorded, company)
+def outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
+    """The topics of a boat set, by where their messages come from."""
+    moment = Moment(recorded, boat_set)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
     outputs = make_tables(cast("Host", RecordingHost(sim, bodies)), clock_rate=ROW_RATE)["vrx"].outputs.values()

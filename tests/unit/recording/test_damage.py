@@ -15,8 +15,8 @@ import recorded_run
 from fuzz import recordings
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.recording import rrd_file
+from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
-from vrx_mj.recording.headers import company_head, head_of, sent_messages
 from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
 from vrx_mj.recording.reader import read_readings, read_record
 from vrx_mj.recording.readings import RecordedReadings, decoded
@@ -207,7 +207,7 @@ def test_a_head_is_read():
     )
 
 
-@pytest.mark.parametrize("read", [head_of, company_head, sent_messages])
+@pytest.mark.parametrize("read", [head_of, boat_set_head, sent_messages])
 @pytest.mark.parametrize("text", ["", "[" * 100_000, '{"a":' * 100_000, "NaN", "1" * 5000, "\ud800"])
 def test_a_text_that_is_no_json_is_refused(read, text):
     assert "\n" not in refusal(read, text)
@@ -285,7 +285,7 @@ def used(file):
         lambda: [list(readings) for readings in read_readings(file, record.sensors)],
         lambda: str(compare(record, record)),
         lambda: rescore(record),
-        lambda: [company.world for company in record.companies],
+        lambda: [boat_set.world for boat_set in record.companies],
     ):
         assert "\n" not in trouble(use)
     return True

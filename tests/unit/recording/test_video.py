@@ -1,5 +1,6 @@
 """Videos without drawing: paths of cameras, moments between rows, foam, text, and what is refused."""
 
+import dataclasses
 import itertools
 import math
 from pathlib import Path
@@ -166,10 +167,10 @@ def made_up(tmp_path):
     """A recording that is read, but never drawn."""
     recorded = read_record(tmp_path / "run.rrd")
     files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
-    company = SimpleNamespace(
+    boat_set = SimpleNamespace(
         files=files, parameters=partial({"sea": {"level": 0.0}, "task": None}), layout=recorded.layout
     )
-    return SimpleNamespace(**{**vars(recorded), "companies": (company,), "files": files})
+    return dataclasses.replace(recorded, companies=(boat_set,))
 
 
 @pytest.mark.parametrize(

@@ -201,16 +201,16 @@ class Film:
         """What an eye sees, with the boats' names."""
         from PIL.Image import fromarray
 
-        shown = fromarray(self._staged(moment.company).draw(moment, eye, size))
+        shown = fromarray(self._staged(moment.boat_set).draw(moment, eye, size))
         if self._shot.captions:
             name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors)
         return shown
 
-    def _staged(self, company: int) -> Stage:
+    def _staged(self, boat_set: int) -> Stage:
         """The world of the boats that sail together, with a context for the largest picture."""
-        if self._stage is None or self._stage[0] != company:
+        if self._stage is None or self._stage[0] != boat_set:
             self.close()
-            self._stage = company, Stage(self._footage.company(company), self._paths, self.size)
+            self._stage = boat_set, Stage(self._footage.boat_set(boat_set), self._paths, self.size)
         return self._stage[1]
 
     def _write(self, shown: Image, time: float) -> None:

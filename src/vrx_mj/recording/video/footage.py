@@ -11,7 +11,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.companies import Company, columns_in
+from vrx_mj.recording.boat_sets import BoatSet, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
 from vrx_mj.tasks.registry import TASK_KINDS
@@ -25,7 +25,7 @@ class Instant:
 
     time: float
     """Simulated time [s]."""
-    company: int
+    boat_set: int
     """Number of the boats that sail together then, and of their world."""
     qpos: FloatArray
     """Positions, as the model of these boats has them."""
@@ -62,7 +62,7 @@ class Footage:
         if not len(recorded.time):
             raise RecordError(f"'{recorded.path}' has no motion to draw: it ends before its first row")
         self.recorded = recorded
-        self._columns = [columns_in(recorded.layout, company.layout) for company in recorded.companies]
+        self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
 
     @property
     def start(self) -> float:
@@ -74,7 +74,7 @@ class Footage:
         """Time of the last row [s]."""
         return float(self.recorded.time[-1])
 
-    def company(self, number: int) -> Company:
+    def boat_set(self, number: int) -> BoatSet:
         """The boats that sail together, and their world."""
         return self.recorded.companies[number]
 
@@ -84,7 +84,7 @@ class Footage:
         after = bisect_right(self.recorded.time, time)
         before = max(after - 1, 0)
         number = int(numbers[before])
-        layout, columns = self.company(number).layout, self._columns[number]
+        layout, columns = self.boat_set(number).layout, self._columns[number]
         row = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
             row = between(row, rows[after, columns], time, [layout.pose(body).start + 3 for body in layout.bodies])
@@ -94,11 +94,11 @@ class Footage:
     @cached_property
     def level(self) -> float:
         """Mean height of the water [m]."""
-        return self.company(0).parameters.sea.level
+        return self.boat_set(0).parameters.sea.level
 
     def places(self, moment: Instant) -> dict[str, FloatArray]:
         """Where the boats' origins are at a moment, (3,) [m]."""
-        boats = (body for body in self.company(moment.company).layout.bodies if body.kind == "boat")
+        boats = (body for body in self.boat_set(moment.boat_set).layout.bodies if body.kind == "boat")
         return {boat.name: moment.qpos[boat.qpos : boat.qpos + 3] for boat in boats}
 
     def path(self, boat: str) -> FloatArray:

@@ -13,7 +13,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, draw_surface
-from vrx_mj.recording.companies import Company
+from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.recording.video.eye import Eye, view_of
 from vrx_mj.recording.video.footage import Instant
@@ -43,11 +43,11 @@ TRIANGLES = 4
 class Stage:
     """The world of boats that sail together, with a drawing context."""
 
-    def __init__(self, company: Company, paths: Paths, size: tuple[int, int]) -> None:
+    def __init__(self, boat_set: BoatSet, paths: Paths, size: tuple[int, int]) -> None:
         """Compile and open what is needed.
 
         Args:
-            company: the boats and their world.
+            boat_set: the boats and their world.
             paths: by boat, times [s], places [m] and headings [rad], (n, 4), of the whole recording.
             size: of the largest picture: width, height [pixels].
 
@@ -56,10 +56,10 @@ class Stage:
             StateError: the recording holds no world.
             RecordError: its rows are not of that world.
         """
-        world = company.world
+        world = boat_set.world
         parameters = world.parameters
         self._model = drawing_model(world)
-        check_columns(company, self._model)
+        check_columns(boat_set, self._model)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters.sea)
         self._displays = displays_of(parameters)

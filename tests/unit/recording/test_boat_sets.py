@@ -1,9 +1,9 @@
-"""Rows of companies in the columns of all of them."""
+"""Rows of boat sets in the columns of all of them."""
 
 import numpy as np
 import pytest
 
-from vrx_mj.recording.companies import all_rows, joint_layout
+from vrx_mj.recording.boat_sets import all_rows, joint_layout
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.record_scene import MovingBody, RowLayout
 from vrx_mj.recording.rrd_file import Part
@@ -27,8 +27,8 @@ SECOND = RowLayout(
 MOST = 1 << 20
 
 
-def part(rows, company=None):
-    numbers = {} if company is None else {"company": [np.array([company])]}
+def part(rows, boat_set=None):
+    numbers = {} if boat_set is None else {"company": [np.array([boat_set])]}
     return Part("/record/rows", static=False, columns={"block": [pack_rows(rows)], **numbers})
 
 
@@ -39,9 +39,9 @@ def numbered(layout, start):
     return rows
 
 
-def test_one_company_has_its_own_columns():
+def test_one_boat_set_has_its_own_columns():
     rows = numbered(FIRST, 0.0)
-    assert joint_layout([FIRST]) is FIRST
+    assert joint_layout([FIRST]) == FIRST
     assert np.array_equal(all_rows([part(rows)], [FIRST], MOST)[0], rows)
 
 

@@ -1,0 +1,360 @@
+"""Headers of a recording, and the boats that come and go in it: a boat set sails together until one joins or leaves.
+
+Rows, frames and saved worlds are each of one boat set. Read back, rows have the columns of all, NaN where a boat was
+not there. Headers are JSON, each read by one schema: wrong kinds are errors that name the key.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
+
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.config.loading import fault_text
+from vrx_mj.config.sensors import sensor_config
+from vrx_mj.errors import RecordError, StateError
+from vrx_mj.mjcf.world import World, world_of
+from vrx_mj.model.world import Parameters
+from vrx_mj.recording.packing import archive, unpack_rows, unpacked
+from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
+from vrx_mj.recording.rrd_file import LONGEST
+
+if TYPE_CHECKING:
+    from rerun.chunk import Chunk
+
+    from vrx_mj.recording.rrd_file import Part
+
+__all__ = [
+    "COMPANIES",
+    "HUGE",
+    "BoatSet",
+    "all_rows",
+    "boat_set_chunk",
+    "boat_set_head",
+    "boat_set_numbers",
+    "columns_in",
+    "head_of",
+    "joint_layout",
+    "read_boat_sets",
+    "sent_messages",
+    "sound_rows",
+]
+
+COMPANIES = "/record/companies"
+HUGE = 1e9
+"""A number of a row beyond this is of a state that has diverged."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoatSet:
+    """Boats that sailed together."""
+
+    layout: RowLayout
+    """Columns of its rows."""
+    world_sha256: str
+    """Fingerprint of its world, as its states have it."""
+    files: Mapping[str, bytes]
+    """The saved form of its world, by relative path."""
+
+    @cached_property
+    def world(self) -> World:
+        """Its world, in memory: nothing of it is written to disk.
+
+        Raises:
+            StateError: the recording holds no world, or it is damaged or of another version.
+        """
+        files = self.files
+        try:
+            mjcf, parameters = files["scene.xml"], files["scene.json"]
+            return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
+        except KeyError as error:
+            raise StateError(f"no saved world in the recording: {error}") from error
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters of its world.
+
+        Raises:
+            StateError: the recording holds no world, or it is damaged or of another version.
+        """
+        return self.world.parameters
+
+
+def boat_set_chunk(scene: RecordScene, before: RecordScene, number: int) -> Chunk:
+    """The boat set of a scene, the one of this number, from its first moment on; of files those that are new."""
+    import rerun as rr
+    from rerun.chunk import Chunk
+
+    from vrx_mj.recording.motion_chunks import times
+
+    assert scene.begun is not None, "boats come and go at a time"
+    new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
+    head = {
+        "number": number,
+        "layout": scene.layout().to_json(),
+        "world_sha256": scene.properties["world_sha256"],
+        "files": sorted(scene.files),
+    }
+    columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(new)])
+    return Chunk.from_columns(COMPANIES, [times([scene.begun])], columns)
+
+
+def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
+    """All companies of a recording, by their number; `most`: bytes of all files.
+
+    Raises:
+        RecordError: one is damaged.
+    """
+    later = [
+        (boat_set_head(head), files)
+        for part in parts
+        for head, files in zip(part.texts("head"), part.blobs("files"), strict=True)
+    ]
+    found, left = [first], most - sum(map(len, first.files.values()))
+    for head, blob in sorted(later, key=lambda pair: pair[0].number):
+        new = unpacked(blob, left)
+        left -= sum(map(len, new.values()))
+        files = {**found[-1].files, **new}
+        if head.number != len(found):
+            raise RecordError(f"companies: number {head.number} instead of {len(found)}")
+        if missing := set(head.files) - files.keys():
+            raise RecordError(f"companies: files: {len(missing)} are missing")
+        found.append(BoatSet(head.layout, head.world_sha256, {name: files[name] for name in head.files}))
+    return tuple(found)
+
+
+def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> tuple[FloatArray, IntArray]:
+    """Rows of every block in the columns of the joint layout, sorted by time, and numbers (n,) of their companies.
+
+    `layouts` are those of the companies; `most`: bytes of the rows.
+
+    Raises:
+        RecordError: a block is damaged, or of no boat set.
+    """
+    joint = joint_layout(layouts)
+    blocks = [
+        (number, unpack_rows(blob))
+        for part in parts
+        for number, blob in zip(boat_set_numbers(part, len(layouts)), part.blobs("block"), strict=True)
+    ]
+    for number, block in blocks:
+        check_rows(block, layouts[number].width)
+    lengths = [len(block) for _, block in blocks]
+    needed = 8 * (joint.width * sum(lengths) + sum(layout.width for layout in layouts))
+    if needed > most:
+        raise RecordError(f"/record/rows: {needed >> 20} MiB with the columns of all boat sets: at most {most >> 20}")
+    columns = [columns_in(joint, layout) for layout in layouts]
+    numbers = np.repeat(np.array([number for number, _ in blocks], np.int64), lengths)
+    rows = np.full((len(numbers), joint.width), np.nan)
+    for (number, block), end in zip(blocks, np.cumsum(lengths).tolist(), strict=True):
+        rows[end - len(block) : end, columns[number]] = block
+    order = np.argsort(rows[:, 0], kind="stable")
+    return rows[order], numbers[order]
+
+
+def boat_set_numbers(part: Part, count: int) -> list[int]:
+    """The boat set of each block of a part, of so many; the first in a recording from before boats could come and go.
+
+    Raises:
+        RecordError: there is no such boat set.
+    """
+    numbers = part.numbers("company", "i") if "company" in part.columns else [0] * len(part.blobs("block"))
+    for number in numbers:
+        if not 0 <= number < count:
+            raise RecordError(f"{part.entity}: company: {number}, of {count}")
+    return numbers
+
+
+def check_rows(rows: FloatArray, width: int) -> None:
+    """Check that a block's rows have so many columns, and a time each.
+
+    Raises:
+        RecordError: they do not.
+    """
+    if rows.shape[1] != width:
+        raise RecordError(f"/record/rows: block: rows of {rows.shape[1]} columns instead of {width}")
+    if not ((rows[:, 0] >= 0.0) & (rows[:, 0] <= LONGEST)).all():
+        raise RecordError(f"/record/rows: block: a time from 0 to {LONGEST:g} s is needed")
+
+
+def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
+    """Of which rows (n,) every number of their boat set is one that a state can have."""
+    fine = np.zeros(len(rows), np.bool_)
+    joint = joint_layout(layouts)
+    for number, layout in enumerate(layouts):
+        own = np.flatnonzero(numbers == number)
+        fine[own] = (np.abs(rows[np.ix_(own, columns_in(joint, layout))]) < HUGE).all(axis=1)
+    return fine
+
+
+def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
+    """Columns for the rows of all boat sets: those of who joined later come last."""
+    widths: dict[ColumnGroup, int] = {}
+    for layout in layouts:
+        for group, width in column_groups(layout).items():
+            widths[group] = max(width, widths.get(group, 0))
+    starts: dict[ColumnGroup, int] = {}
+    ends = {"qpos": 0, "dof": 0}
+    for (table, name), width in widths.items():
+        if table in ends:
+            starts[table, name] = ends[table]
+            ends[table] += width
+    kinds = {body.name: body.kind for layout in layouts for body in layout.bodies}
+    return RowLayout(
+        nq=ends["qpos"],
+        nv=ends["dof"],
+        thrusters=tuple(dict.fromkeys(thruster for layout in layouts for thruster in layout.thrusters)),
+        bodies=tuple(MovingBody(name, kind, starts["qpos", name], starts["dof", name]) for name, kind in kinds.items()),
+        display_marks=widths["marks", ""],
+    )
+
+
+ColumnGroup = tuple[str, str | tuple[str, str]]
+"""A table of a row, and the body, or boat and thruster, to which the columns in it belong."""
+
+
+def column_groups(layout: RowLayout) -> dict[ColumnGroup, int]:
+    """Widths of the groups of columns, in their order; in qpos and dof, of a free joint and all that hangs on it."""
+    groups: dict[ColumnGroup, int] = {("time and wind", ""): 2}
+    groups |= {(table, thruster): 1 for table in ("thrust", "angle") for thruster in layout.thrusters}
+    for table, end in (("qpos", layout.nq), ("dof", layout.nv)):
+        bodies = sorted((getattr(body, table), body.name) for body in layout.bodies)
+        ends = [*(start for start, _ in bodies[1:]), end]
+        groups |= {(table, name): after - start for (start, name), after in zip(bodies, ends, strict=False)}
+    return groups | {("marks", ""): layout.display_marks}
+
+
+def columns_in(joint: RowLayout, layout: RowLayout) -> IntArray:
+    """Where the columns of a boat set's rows are in the joint layout."""
+    groups = column_groups(joint)
+    starts = dict(zip(groups, np.cumsum([0, *groups.values()]).tolist(), strict=False))
+    places = [starts[group] + np.arange(width) for group, width in column_groups(layout).items()]
+    return np.concatenate(places)
+
+
+Finite = Annotated[float, AllowInfNan(False)]
+
+
+@dataclass(frozen=True)
+class Version:
+    """Version of a header of any format."""
+
+    format: int
+
+
+@dataclass(frozen=True)
+class Head:
+    """Header of a recording: its run, columns and sensors."""
+
+    properties: dict[str, Any]
+    timestep: Annotated[float, Field(gt=0.0, le=1.0)]
+    """Physics step [s]."""
+    wind_direction: tuple[Finite, Finite]
+    """Unit vector the wind blows toward, east and north."""
+    layout: RowLayout
+    """Columns of the rows of the first boat set."""
+    sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()
+
+
+@dataclass(frozen=True)
+class BoatSetHead:
+    """Header of the boats that sail together from some time on."""
+
+    number: Annotated[int, Field(ge=1, le=1_000_000)]
+    layout: RowLayout
+    world_sha256: str
+    files: Annotated[tuple[str, ...], FailFast()]
+    """Names of the files of the saved world."""
+
+
+Sent = list[tuple[int, list[tuple[str, Any]]]]
+"""Numbers of frames, and topic and content of what was sent with each."""
+
+VERSION, HEAD, BOAT_SET, SENT = (TypeAdapter[Any](kind) for kind in (Version, Head, BoatSetHead, Sent))
+
+
+def head_of(text: str) -> Head:
+    """The header of a recording.
+
+    Raises:
+        RecordError: it is damaged, or of another version.
+    """
+    version: Version = checked(VERSION, "head", text)
+    if version.format != FORMAT:
+        raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
+    head: Head = checked(HEAD, "head", text)
+    check_layout("head", head.layout)
+    check_sensors(head.sensors)
+    return head
+
+
+def boat_set_head(text: str) -> BoatSetHead:
+    """The header of the boats that sail together.
+
+    Raises:
+        RecordError: it is damaged.
+    """
+    head: BoatSetHead = checked(BOAT_SET, "companies", text)
+    check_layout("companies", head.layout)
+    return head
+
+
+def sent_messages(text: str) -> Sent:
+    """What a team sent.
+
+    Raises:
+        RecordError: it is damaged.
+    """
+    sent: Sent = checked(SENT, "sent", text)
+    return sent
+
+
+def checked(schema: TypeAdapter[object], name: str, text: str) -> Any:
+    """The values in a JSON text, by its schema.
+
+    Raises:
+        RecordError: it does not fit.
+    """
+    try:
+        return schema.validate_json(text, strict=True)
+    except ValidationError as error:
+        raise RecordError(f"{name}: {fault_text(error)}") from None
+
+
+def check_layout(name: str, layout: RowLayout) -> None:
+    """Check that the bodies of a layout share its columns, one after another.
+
+    Raises:
+        RecordError: they do not.
+    """
+    for key, values in (("bodies", [body.name for body in layout.bodies]), ("thrusters", layout.thrusters)):
+        if len(set(values)) < len(values):
+            raise RecordError(f"{name}: layout.{key}: two of one name")
+    groups = column_groups(layout)
+    for table, total, least in (("qpos", layout.nq, 7), ("dof", layout.nv, 6)):
+        widths = [width for (own, _), width in groups.items() if own == table]
+        if sum(widths) != total or min(widths, default=least) < least:
+            raise RecordError(f"{name}: layout.bodies: their places in qpos and qvel are not those of free joints")
+
+
+def check_sensors(sensors: Sequence[RecordedSensor]) -> None:
+    """Check what the sensors of a recording are.
+
+    Raises:
+        RecordError: two have one name, or a sensor's configuration is invalid, or of another type.
+    """
+    if len({(one.boat, one.name) for one in sensors}) < len(sensors):
+        raise RecordError("head: sensors: two of one name")
+    for one in sensors:
+        try:
+            config = sensor_config({"config": one.config})
+        except ValidationError as error:
+            raise RecordError(f"head: sensors: {one.boat} {one.name}: {fault_text(error)}") from None
+        if config.type != one.type:
+            raise RecordError(f"head: sensors: {one.boat} {one.name}: of type {one.type}, configured as {config.type}")
