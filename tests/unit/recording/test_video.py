@@ -13,7 +13,7 @@ import recorded_run
 from trees import partial
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.packages import install_command
-from vrx_mj.recording import Record, read_record
+from vrx_mj.recording import read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
@@ -204,8 +204,7 @@ def test_what_cannot_be_filmed_is_refused(tmp_path, shot, kind, text):
 def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(tmp_path, where, reason):
     with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
         writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    fields = vars(made_up(tmp_path))
-    recorded = Record(**{name: value for name, value in fields.items() if name != "files"})
+    recorded = made_up(tmp_path)
     video = tmp_path / (where or "folder.webp")
     if not where:
         video.mkdir()
