@@ -105,14 +105,21 @@ class _Assembly:
         self._add_balls()
         self._add_task()
         pieces = self._pieces()
-        try:
-            pieces.spec().compile()
-        except ValueError as error:
-            raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
+        self._check_mjcf(pieces)
         try:
             return joined_world(pieces, checked_parameters(self._parameters(seed)))
         except ValidationError as error:
             raise CompileError(f"invalid world {self.config.name}: {fault_text(error)}") from None
+
+    def _check_mjcf(self, pieces: Pieces) -> None:
+        """Refuse what MuJoCo does not compile, with its message about the whole."""
+        try:
+            pieces.first_of_each_kind().spec().compile()
+        except ValueError:
+            try:
+                pieces.spec().compile()
+            except ValueError as error:
+                raise CompileError(f"MuJoCo cannot compile the world {self.config.name}: {error}") from error
 
     def _pieces(self) -> Pieces:
         config = self.config

@@ -5,13 +5,16 @@ their order, and MuJoCo gives them the same numbers.
 """
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
+
+import numpy as np
 
 from vrx_mj.arguments import check_name
+from vrx_mj.arrays import BoolArray
 from vrx_mj.config.fleet import BoatConfig, joining_boat
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig, WindConfig
@@ -24,16 +27,26 @@ from vrx_mj.mjcf.objects import object_piece, object_rows
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
 from vrx_mj.mjcf.scored import Touch, touch_sensor
-from vrx_mj.mjcf.shooters import ball_name, ball_names, spare_ball
+from vrx_mj.mjcf.shooters import spare_ball
 from vrx_mj.mjcf.wind import warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
-from vrx_mj.model.afloat import Block, Float
+from vrx_mj.model.afloat import Float
+from vrx_mj.model.boats import Hull
 from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
-__all__ = ["with_boat", "without_boat"]
+__all__ = ["staying", "with_boat", "without_boat"]
 
-AnyRow = TypeVar("AnyRow")
-Wet = TypeVar("Wet", Float, Block)
+OWNED = {
+    "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body",
+}  # fmt: skip
+"""Tables whose rows belong to a boat, or to nobody, and the name that begins with that of the boat."""
+REFERENCES = {
+    "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
+    "thrusters": {"hull": "hulls", "race": "thrusters"},
+    "floats": {"element_start": "elements"},
+    "blocks": {"element_start": "elements"},
+}
+"""By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
 
 
 def with_boat(world: World, said: Mapping[str, object], folder: Path | None = None) -> World:
@@ -82,9 +95,10 @@ def without_boat(world: World, name: str) -> World:
     old = world.parameters
     if old.task and old.task.boat == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")
-    balls = {ball_name(name, sensor.name) for sensor in old.sensors if sensor.boat == name}
-    balls &= ball_names(old)
-    return joined_world(world.pieces.without({name, *balls}), _rows_without(world, name, balls))
+    stay = staying(old, name)
+    task = old.task and replace(old.task, rivals=tuple(compress(old.task.rivals, stay["rivals"])))
+    lives = {**old.lives, name: old.boats[world.boats.index(name)].life + 1}
+    return joined_world(world.pieces.without(name), replace(old, **_kept(old, stay), task=task, lives=lives))
 
 
 def _check_name(world: World, name: str) -> None:
@@ -128,54 +142,35 @@ def _built(boat: BoatConfig, profile: str) -> Boat:
         raise CompileError(f"boat {boat.name}: {error}") from error
 
 
-def _rows_without(world: World, name: str, balls: AbstractSet[str]) -> Parameters:
-    """The parameters of a world without a boat and its balls."""
-    old, index = world.parameters, world.boats.index(name)
-    hull = old.hulls[index]
-    stations, thrusters = (hull.station_start, hull.station_count), (hull.thruster_start, hull.thruster_count)
-    floating = [item.name for item in old.objects if item.kind == "floating"]
-    lost = [row for item, row in zip(floating, old.floats, strict=True) if item in balls]
-    spans = [(row.element_start, row.element_count) for row in lost]
-    kept = (row for row in old.hulls if row is not hull)
-    return replace(
-        old,
-        boats=tuple(row for row in old.boats if row.name != name),
-        sensors=tuple(row for row in old.sensors if row.boat != name),
-        objects=tuple(row for row in old.objects if row.name not in balls),
-        stations=_without(old.stations, [stations]),
-        elements=_without(old.elements, spans),
-        lives={**old.lives, name: old.boats[index].life + 1},
-        hulls=tuple(
-            replace(
-                row,
-                station_start=_down(row.station_start, *stations),
-                thruster_start=_down(row.thruster_start, *thrusters),
-            )
-            for row in kept
-        ),
-        thrusters=tuple(
-            replace(row, hull=row.hull - (row.hull > index), race=_down(row.race, *thrusters))
-            for row in _without(old.thrusters, [thrusters])
-        ),
-        floats=tuple(_shifted(row, spans) for row in old.floats if row not in lost),
-        blocks=tuple(_shifted(row, spans) for row in old.blocks),
-        task=old.task and replace(old.task, rivals=tuple(rival for rival in old.task.rivals if rival != name)),
-    )
+def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
+    """Which rows of each table stay when a boat leaves with its balls, whose names start with its own."""
+    stay = {
+        table: np.array([getattr(row, name).partition("/")[0] != left for row in getattr(world, table)], np.bool_)
+        for table, name in OWNED.items()
+    }
+    stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
+    stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
+    stay["elements"] = _parts_staying(world.floats, "element", stay["floats"], len(world.elements))
+    stay["rivals"] = np.array([rival != left for rival in (world.task.rivals if world.task else ())], np.bool_)
+    return stay
 
 
-def _without(rows: Sequence[AnyRow], spans: Iterable[tuple[int, int]]) -> tuple[AnyRow, ...]:
-    """The rows but for those of spans, each a start and a count."""
-    gone = {row for start, count in spans for row in range(start, start + count)}
-    return tuple(row for number, row in enumerate(rows) if number not in gone)
+def _parts_staying(rows: Sequence[Hull | Float], part: str, stay: BoolArray, count: int) -> BoolArray:
+    """Which rows of a table stay: all but those that rows of another one have who leave."""
+    kept = np.ones(count, np.bool_)
+    for row in compress(rows, ~stay):
+        start = getattr(row, f"{part}_start")
+        kept[start : start + getattr(row, f"{part}_count")] = False
+    return kept
 
 
-def _shifted(row: Wet, spans: Sequence[tuple[int, int]]) -> Wet:
-    """A row whose elements begin earlier by as many as are gone before them."""
-    start = row.element_start
-    for span in reversed(spans):
-        start = _down(start, *span)
-    return replace(row, element_start=start)
-
-
-def _down(number: int, start: int, count: int) -> int:
-    return number - count if number >= start + count else number
+def _kept(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
+    """The rows that stay, by table, with the new numbers of the rows that they refer to."""
+    numbers = {table: [0, *np.cumsum(kept).tolist()] for table, kept in stay.items()}
+    tables = {table: tuple(compress(getattr(world, table), kept)) for table, kept in stay.items() if table != "rivals"}
+    for table, targets in REFERENCES.items():
+        tables[table] = tuple(
+            replace(row, **{key: numbers[to][at] for key, to in targets.items() if (at := getattr(row, key)) >= 0})
+            for row in tables.get(table, getattr(world, table))
+        )
+    return tables

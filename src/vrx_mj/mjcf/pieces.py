@@ -98,6 +98,11 @@ class Part:
         texts = (self.block("assets", detail).split("\n") for detail in (Detail.WHOLE, Detail.WITHOUT_VISUALS))
         return {whole.strip(): solid.strip() for whole, solid in zip(*texts, strict=True) if whole.strip()}
 
+    @property
+    def owner(self) -> str:
+        """The boat, dock or object that it is a part of: itself, or the boat whose ball it is."""
+        return self.name.partition("/")[0]
+
     @cached_property
     def is_prefixed(self) -> bool:
         """Whether the names of its bodies, joints and geoms start with its own name."""
@@ -134,18 +139,30 @@ class Pieces:
         assets = dict.fromkeys(line for part in new for line in part.assets)
         return replace(self, own=own, parts=self.parts + new, assets=tuple(dict.fromkeys((*self.assets, *assets))))
 
-    def without(self, names: Iterable[str]) -> "Pieces":
-        """Without the parts of these names, and what only they use."""
-        gone = set(names)
-        parts = tuple(part for part in self.parts if part.name not in gone)
+    def without(self, owner: str) -> "Pieces":
+        """Without a boat, its balls, and what only they use."""
+        parts = tuple(part for part in self.parts if part.owner != owner)
         kept = {line for part in parts for line in part.assets}
-        unused = {line for part in self.parts if part.name in gone for line in part.assets} - kept
+        unused = {line for part in self.parts if part.owner == owner for line in part.assets} - kept
         return Pieces(
             self.own,
             parts,
             tuple(line for line in self.assets if line not in unused),
-            {rival: sensor for rival, sensor in self.touches.items() if rival not in gone},
+            {rival: sensor for rival, sensor in self.touches.items() if rival != owner},
         )
+
+    def first_of_each_kind(self) -> "Pieces":
+        """With one boat, dock and object of each kind: if MuJoCo takes these, it takes all, as their names differ."""
+        groups: dict[str, list[Part]] = {part.name: [] for part in self.parts}
+        for part in self.parts:
+            groups[part.owner if part.owner in groups else part.name].append(part)
+        kinds: dict[object, list[Part]] = {}
+        for name, group in groups.items():
+            kinds.setdefault(tuple((id(part.piece), part.name.removeprefix(name)) for part in group), group)
+        parts = tuple(part for group in kinds.values() for part in group)
+        names = {part.name for part in parts}
+        touches = {rival: sensor for rival, sensor in self.touches.items() if rival in names}
+        return replace(self, parts=parts, touches=touches)
 
     def text(self) -> str:
         """The MJCF."""

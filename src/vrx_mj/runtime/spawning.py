@@ -1,4 +1,8 @@
-"""Boats that come and go while a simulation runs."""
+"""Boats that come and go while a simulation runs.
+
+Who joins comes last in every table and array and who leaves is cut out, so the others keep their order: of each array
+the rows that stay fill the beginning of the new one, and the rest of that is the new boat's as it starts.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,17 +10,33 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arguments import as_path
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.mjcf.joining import with_boat, without_boat
+from vrx_mj.mjcf.joining import staying, with_boat, without_boat
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.carrying import carry
 from vrx_mj.runtime.crowding import fitting
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
-from vrx_mj.runtime.loop_arrays import LoopArrays
+from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays
+from vrx_mj.runtime.views import ARRAYS, STATE
 
 __all__ = ["Spawning"]
+
+MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos"}
+"""What the rows of the model's arrays are of, by the first word of their names."""
+ROWS = {
+    "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
+    "float_state": "floats", "element_state": "elements", "touches": "rivals",
+}  # fmt: skip
+"""The same for other arrays; the rows of those that are not listed are none of a boat's."""
+DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
+"""Arrays of MuJoCo's data that are kept beside positions and velocities."""
+STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
+"""The tables that change."""
+WHOLE = ("body_subtreemass",)
+"""Arrays of the model in which the new boat counts for the others, too: for the world."""
 
 
 class Spawning:
@@ -52,10 +72,77 @@ class Spawning:
         live = self._live
         arrays = loop_arrays_of(world, live.physics_models, known=live.arrays)
         arrays.reset(live.seed)
-        carry(live.world, live.arrays, arrays, left=left)
+        _carry(live.arrays, arrays, _rows_staying(live.world, live.arrays, left) if left else {})
         with fitting(arrays.data):
             mujoco.mj_forward(arrays.model, arrays.data)
         return arrays
+
+
+def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, BoolArray]:
+    """Which rows stay when a boat leaves; of what is not listed all do."""
+    model = arrays.model
+    bodies = np.array([model.body(i).name.partition("/")[0] != left for i in range(model.nbody)])
+    joints = bodies[model.jnt_bodyid]
+    sensed = np.ones(len(arrays.sample_clocks.device_state) - len(arrays.display_marks), np.bool_)
+    for sensor in arrays.sensors:
+        sensed[sensor.marks] = sensor.boat != left
+    return {
+        **staying(world.parameters, left),
+        "bodies": bodies,
+        "joints": joints,
+        "dofs": bodies[model.dof_bodyid],
+        "qpos": np.repeat(joints, np.diff(model.jnt_qposadr, append=model.nq)),
+        "sensed": sensed,
+    }
+
+
+def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> None:
+    """Fill new arrays, which were reset, with what a user set on the old model and with what moves."""
+    for name in OPTIONS:
+        setattr(new.model.opt, name, getattr(old.model.opt, name))
+    for name in MODEL_ARRAYS:
+        if name not in WHOLE:
+            _fill(getattr(new.model, name), getattr(old.model, name), stay.get(MODEL_ROWS.get(name.split("_")[0], "")))
+    for name in DATA_ARRAYS:
+        _fill(getattr(new.data, name), getattr(old.data, name), stay.get(ROWS.get(name, "")))
+    for name in STATE_TABLES:
+        _fill(getattr(new, name), getattr(old, name), stay.get(ROWS.get(name, "")))
+    new.refresh()
+    new.data.time = old.data.time
+    _carry_moments(old, new, stay)
+
+
+def _carry_moments(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> None:
+    """The present moment and those that the clocks latched: in all of them a new boat is where it starts."""
+    before, after = old.sample_clocks, new.sample_clocks
+    latched = before.latched.reshape(-1, before.latched.shape[-1])
+    moments = np.vstack((latched, _moment(old))).T
+    moved = np.tile(_moment(new), (len(latched) + 1, 1)).T
+    kinds = "qpos", "dofs", "sensed", "displays"
+    for target, source, rows in zip(_parts(new, moved), _parts(old, moments), kinds, strict=True):
+        _fill(target, source, stay.get(rows))
+    *then, now = moved.T
+    new.data.qpos[:], new.data.qvel[:], after.device_state[:] = np.split(
+        now, [new.model.nq, new.model.nq + new.model.nv]
+    )
+    after.clocks, after.latched = before.clocks.copy(), np.reshape(then, (-1, 2, len(now)))
+
+
+def _moment(arrays: LoopArrays) -> FloatArray:
+    """All that sensors see now."""
+    return np.concatenate((arrays.data.qpos, arrays.data.qvel, arrays.sample_clocks.device_state))
+
+
+def _parts(arrays: LoopArrays, moments: FloatArray) -> list[FloatArray]:
+    """Views of the positions, velocities, sensors' devices and displays of moments, a column each."""
+    ends = arrays.model.nq, arrays.model.nq + arrays.model.nv, len(moments) - len(arrays.display_marks)
+    return np.split(moments, ends)
+
+
+def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay: BoolArray | None) -> None:
+    """Write the rows that stay, None for all, to the beginning."""
+    kept = source if stay is None else source[stay]
+    target[: len(kept)] = kept
 
 
 def _check_place(arrays: LoopArrays, world: World, name: str) -> None:

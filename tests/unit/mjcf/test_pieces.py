@@ -74,7 +74,18 @@ def test_what_only_a_removed_part_uses_goes_with_it():
     fleet = {"boats": [{"name": name, "pose": [x, 0, 0.1, 0, 0, 0], "robot": robot, "sensors": "none"}
                        for name, x, robot in (("a", 0, "wamv"), ("b", 30, "skiff"), ("c", 60, "skiff"))]}  # fmt: skip
     pieces = compile_world("ocean", fleet=fleet).pieces
-    assert pieces.without(["b"]).assets == pieces.assets
-    alone = pieces.without(["b", "c"])
+    assert pieces.without("b").assets == pieces.assets
+    alone = pieces.without("b").without("c")
     assert len(alone.assets) < len(pieces.assets)
     assert alone.files.keys() < pieces.files.keys()
+
+
+def test_the_first_of_each_kind_comes_with_its_ball():
+    kinds = {"a": ("wamv", "none"), "b": ("wamv", "vrx"), "c": ("wamv", "vrx"), "d": ("skiff", "none")}
+    fleet = {"boats": [{"name": name, "pose": [30 * x, 0, 0.1, 0, 0, 0], "robot": robot, "sensors": sensors}
+                       for x, (name, (robot, sensors)) in enumerate(kinds.items())]}  # fmt: skip
+    pieces = compile_world("ocean", fleet=fleet).pieces
+    few = pieces.first_of_each_kind()
+    assert [part.name for part in few.parts] == ["a", "b", "b/ball_shooter", "d"]
+    assert few.assets == pieces.assets
+    few.spec().compile()
