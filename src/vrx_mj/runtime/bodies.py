@@ -7,7 +7,7 @@ import numpy as np
 
 from vrx_mj.arguments import several
 from vrx_mj.arrays import FloatArray
-from vrx_mj.frames import quaternion, rotation_matrix
+from vrx_mj.frames import in_world_axes, quaternion, rotation_matrix
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.hull import Hull, hull_of
 from vrx_mj.runtime.loop import HUGE
@@ -69,8 +69,8 @@ class FreeBodies:
         if place is not None:
             write_pose(self._data.qpos, qpos, place)
         if motion is not None:
-            turn = rotation_matrix(self._data.qpos[qpos + 3 : qpos + 7])
-            self._data.qvel[dof : dof + 3] = turn @ motion[:3]
+            turn = self._data.qpos[qpos + 3 : qpos + 7]
+            self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
 
     def set_afloat(self, name: str, height: Callable[[float, float], float]) -> None:
