@@ -46,7 +46,7 @@ def served(world, *, wanted=(), **options):
     """A server, its network, its inbox, and what it told."""
     sim = world if isinstance(world, vrx_mj.Simulation) else vrx_mj.Simulation(world)
     network, inbox, told = Fake(wanted), Inbox(), []
-    server = RosServer(sim, [network], inbox, tell=lambda _level, text: told.append(text), **options)
+    server = RosServer(sim, [network], inbox, report=lambda _level, text: told.append(text), **options)
     SERVERS.append(server)
     return SimpleNamespace(sim=sim, server=server, network=network, inbox=inbox, told=told)
 

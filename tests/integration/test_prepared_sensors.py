@@ -29,7 +29,7 @@ SERVED = """
 at_start = []
 def ready(_transports):
     at_start.append((sim.time, compiled(), sim.get_state().to_bytes() == before))
-serve(sim, Wanted(rosbridge=0, duration=0.05), tell=lambda *_: None, ready=ready)
+serve(sim, Wanted(rosbridge=0, duration=0.05), report=lambda *_: None, ready=ready)
 print(at_start[0][0], sorted(at_start[0][1]), at_start[0][2])
 counts = {name: len(kernel.signatures) for name, kernel in KERNELS.items() if kernel.signatures}
 sim.sense("wamv")["lidar_wamv"]

@@ -65,7 +65,7 @@ def sail_by_program(
         pilot = _Pilot(cell.controller, sim, duration, wall, tracks, stopwatch)
         wanted = Wanted(ros1=True, rosbridge=rosbridge, rate=serving.rate, lockstep=serving.lockstep)
         try:
-            serve(sim, wanted, tell=_write_line, status=pilot.note, ready=pilot.start, over=pilot.is_over)
+            serve(sim, wanted, report=_write_line, status=pilot.note, ready=pilot.start, over=pilot.is_over)
         finally:
             pilot.end()
     steps = round(sim.time / sim.timestep)

@@ -165,7 +165,7 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     from vrx_mj.ros.ros_server import RosServer
 
     messages: list[str] = []
-    server = RosServer(sim, [], Inbox(), tell=lambda _level, text: messages.append(text))
+    server = RosServer(sim, [], Inbox(), report=lambda _level, text: messages.append(text))
     try:
         messages.clear()  # those about the world have rows of their own
         for topic, nodes in publishers:

@@ -114,7 +114,7 @@ def _run(world: str, fleet: str | None, options: dict[str, Any], record: Path | 
     services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
     sim = Simulation(compile_world(world, fleet=fleet, **options))
     with recording(sim, record, ()):
-        run(sim, services, tell=_log_line, status=_status())
+        run(sim, services, report=_log_line, status=_status())
 
 
 def parse_rate(text: str) -> float | None:

@@ -41,7 +41,7 @@ def host_of(field: str) -> str:
     """The host of a `Host` field, in lower case and without port and brackets; empty for anything else."""
     try:
         parts = urllib.parse.urlsplit(f"//{field.strip()}")
-        parts.port  # noqa: B018 -- raises where it is none
+        parts.port  # noqa: B018 -- raises for an invalid one
     except ValueError:
         return ""
     plain = parts.netloc == field.strip() and "@" not in field
@@ -165,11 +165,11 @@ def bound(host: str) -> list[str]:
 def announced(host: str, master: str) -> str:
     """The address announced to other nodes: ROS_HOSTNAME or ROS_IP, or the host, or that towards the master.
 
-    Without a route to the master it is that of an interface that is up, and 127.0.0.1 if there is none.
+    Without a route to the master it is that of an interface that is up, or else 127.0.0.1.
     """
-    told = os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")
-    if told:
-        return told
+    given = os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")
+    if given:
+        return given
     if not is_wildcard(host):
         return bound(host)[0]
     targets = addresses(master)
@@ -230,10 +230,10 @@ def _interface(name: str) -> tuple[bool, str] | None:
 
 
 def own_names(host: str, master_uri: str) -> Names:
-    """How others may call this machine: as it listens, as nodes are told, and as the URI of the master has it."""
+    """This machine's names for others: where it listens, what it announces to nodes, and the master URI's host."""
     master = host_of(master_uri.partition("://")[2].partition("/")[0])
-    said = [os.environ.get(name, "") for name in ("ROS_HOSTNAME", "ROS_IP")]
-    return Names([*said, master, *([] if is_wildcard(host) else [host])])
+    announced_names = [os.environ.get(name, "") for name in ("ROS_HOSTNAME", "ROS_IP")]
+    return Names([*announced_names, master, *([] if is_wildcard(host) else [host])])
 
 
 def addresses(host: str) -> list[str]:

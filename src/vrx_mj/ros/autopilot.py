@@ -32,8 +32,8 @@ class _VelocityOrder(NamedTuple):
 class Autopilot:
     """Closed loops around boats, by ground truth for velocities and by the boats' sensors for formations."""
 
-    def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
-        self._sim, self._tell = sim, tell
+    def __init__(self, sim: Simulation, report: Callable[[str, str], None]) -> None:
+        self._sim, self._report = sim, report
         self._orders: dict[str, _VelocityOrder] = {}
         self._keepers: dict[str, VelocityKeeper] = {}
         self._formation: Formation | None = None
@@ -58,10 +58,10 @@ class Autopilot:
         self._orders.pop(boat, None)
 
     def form(self, text: str) -> str:
-        """Keep a formation, or go to another one; tells what is done.
+        """Keep a formation, or go to another one; returns what is done, in words.
 
         Raises:
-            CommandError: the text says no formation.
+            CommandError: the text is not a formation.
             VrxError: the boats cannot keep it.
         """
         wanted = parse_formation(text)
@@ -101,23 +101,23 @@ class Autopilot:
             commands = formation(seen, time)
         except VrxError as error:
             self._formation = None
-            self._tell("WARN", f"formation: off: {error}")
+            self._report("WARN", f"formation: off: {error}")
             return
         self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
 def parse_formation(text: str) -> dict[str, Any] | None:
-    """What a message on `/swarm/formation` says, as `Formation`'s arguments; None: no formation any more.
+    """The arguments of `Formation` in a message on `/swarm/formation`; None ends the formation.
 
     Either a shape and its parameters, `wedge spacing=12`, or a JSON object with the same names.
 
     Raises:
         CommandError: it is neither.
     """
-    said = text.strip()
-    if said.lower() in OFF:
+    words = text.strip()
+    if words.lower() in OFF:
         return None
-    given = _from_json(said) if said.startswith("{") else _from_words(said)
+    given = _from_json(words) if words.startswith("{") else _from_words(words)
     for key in given:
         if key not in KEYS:
             raise UnknownNameError("parameter of a formation", str(key), KEYS)
@@ -180,7 +180,7 @@ class _ThrustOrder(NamedTuple):
 
 
 class HeldThrust:
-    """The last command of each thruster that was told to go on."""
+    """The last command of each thruster that goes on by it."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim

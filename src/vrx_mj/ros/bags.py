@@ -33,7 +33,7 @@ from vrx_mj.runtime.simulation import Simulation
 __all__ = ["HEAVY", "Bag", "BagFile", "bagged", "open_bag"]
 
 CALLER = "/vrx_mj"
-"""The node by which a ROS 1 bag says that its messages were sent."""
+"""The node that a ROS 1 bag names as the sender of its messages."""
 CHUNK = 1 << 20
 """Size of a chunk of a ROS 1 bag [bytes]; those of MCAP are as large."""
 NEVER = 1 << 62
@@ -66,7 +66,7 @@ class BagFile(Protocol):
 
 
 def open_bag(path: Path) -> BagFile:
-    """A new bag in place of an earlier one, of the kind that its name says.
+    """A new bag in place of an earlier one, of the kind that its name ends in.
 
     Raises:
         RecordError: the name has another ending, or something other than a bag of this kind is there.
@@ -321,7 +321,7 @@ class Bag:
         """Write these topics from now on.
 
         Raises:
-            UnknownNameError: there is no topic like one that was named.
+            UnknownNameError: no topic matches one that was named.
         """
         names = set(table.outputs)
         named = {pattern: set(fnmatch.filter(names, pattern)) for pattern in self._topics}
@@ -416,13 +416,13 @@ def bagged(
 
     Raises:
         RecordError: the bag cannot be written.
-        UnknownNameError: there is no topic like one that was named.
+        UnknownNameError: no topic matches one that was named.
     """
     bag = Bag(path, topics=topics)
     bag.start()
     try:
         rate = min(CLOCK_RATE, 1.0 / sim.timestep)
-        server = RosServer(sim, [bag], Inbox(), tell=bag.log, truth=True, clock_rate=rate)
+        server = RosServer(sim, [bag], Inbox(), report=bag.log, truth=True, clock_rate=rate)
         try:
             server.announce()
             yield server.advance, None if controller is None else heard(bag, sim, controller)

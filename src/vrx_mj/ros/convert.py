@@ -45,7 +45,7 @@ def convert(source: str | Path, target: str | Path, progress: Progress | None = 
     """Write a recording into a bag; the number of its messages. `progress` is called at every row of the recording.
 
     Raises:
-        RecordError: the source is no recording, or the bag cannot be written.
+        RecordError: the source is not a recording, or the bag cannot be written.
     """
     recorded = read_record(source).sound()
     bag = Bag(target)

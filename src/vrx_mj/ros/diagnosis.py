@@ -97,9 +97,9 @@ def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats
     return best
 
 
-def _is_near(said: tuple[str, ...], end: str) -> bool:
+def _is_near(given: tuple[str, ...], end: str) -> bool:
     """Whether some segment may be the last one of a topic."""
-    return any(_unlike(segment, end, False) <= MOST_COST for segment in said)
+    return any(_unlike(segment, end, False) <= MOST_COST for segment in given)
 
 
 @lru_cache(maxsize=8192)
@@ -107,11 +107,11 @@ def _segments(topic: str) -> tuple[str, ...]:
     return tuple(filter(None, topic.split("/")))
 
 
-def _distance(said: tuple[str, ...], meant: tuple[str, ...], boats: Collection[str], *, exact: bool) -> float:
+def _distance(given: tuple[str, ...], meant: tuple[str, ...], boats: Collection[str], *, exact: bool) -> float:
     """The least cost to make one name of the other; the last segment, which says what a topic is, is never missing."""
     missing = [SEGMENT] * (len(meant) - 1) + [NEVER]
     row = list(accumulate(missing, initial=0.0))
-    for i, segment in enumerate(said):
+    for i, segment in enumerate(given):
         above, row = row, [SEGMENT * (i + 1)]
         for j, other in enumerate(meant):
             space = other in boats and j == 0
@@ -120,18 +120,18 @@ def _distance(said: tuple[str, ...], meant: tuple[str, ...], boats: Collection[s
     return row[-1]
 
 
-def _namespace(said: str, boat: str, boats: Collection[str]) -> float:
-    if said == boat:
+def _namespace(given: str, boat: str, boats: Collection[str]) -> float:
+    if given == boat:
         return 0.0
-    return OTHER_BOAT if said in boats else min(_edits(said.lower(), boat.lower()), NAMESPACE)
+    return OTHER_BOAT if given in boats else min(_edits(given.lower(), boat.lower()), NAMESPACE)
 
 
 @lru_cache(maxsize=8192)
-def _unlike(said: str, meant: str, exact: bool) -> float:
+def _unlike(given: str, meant: str, exact: bool) -> float:
     """The cost of one segment for another; `exact` takes no segment that has only some of the words."""
-    if said == meant:
+    if given == meant:
         return 0.0
-    low, high = said.lower(), meant.lower()
+    low, high = given.lower(), meant.lower()
     words, all_words = sorted(filter(None, low.split("_"))), sorted(high.split("_"))
     share = _edits(low, high)
     if words == all_words:
@@ -156,15 +156,15 @@ if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
 
 
 DEEP = 0.05
-"""How far two models may stand in each other [m]."""
+"""How far two models may overlap [m]."""
 ALIKE = 4
-"""So many commands in a row tell how often they come."""
+"""Commands in a row from which their rate is taken."""
 LOOK_RATE = 1.0
 """How often boats are looked at, per simulated second."""
 AGROUND = 2
-"""So many looks at which a boat touches land, in a row, tell that it is aground."""
+"""Looks in a row at which a boat that is aground touches land."""
 AFLOAT = 10
-"""And so many at which it does not, that it is no longer: in waves a boat on the shore comes free now and then."""
+"""Looks in a row at which a boat that is afloat again does not: in waves a boat ashore comes free now and then."""
 THRUST = "_thrust_cmd"
 SHOWN = 8
 """Names of boats that a message shows, at most."""
@@ -173,8 +173,8 @@ SHOWN = 8
 class Diagnosis:
     """Looks at what comes and at how the boats are, and reports what is odd about it."""
 
-    def __init__(self, sim: Simulation, tell: Callable[[str, str], None]) -> None:
-        self._sim, self._tell = sim, tell
+    def __init__(self, sim: Simulation, report: Callable[[str, str], None]) -> None:
+        self._sim, self._report = sim, report
         self._reported: set[str] = set()
         self._times: dict[tuple[str, str], deque[float]] = {}
         self._ashore: dict[str, int] = {}
@@ -197,12 +197,12 @@ class Diagnosis:
             self._once("georeference", f"{text}; add `georeference` to the world's file")
 
     def moved(self) -> None:
-        """Something was put somewhere: see whether it stands in something else."""
+        """Something was put somewhere: report what overlaps."""
         for line in overlaps(self._sim):
             self._once(line.partition(" by ")[0], line)
 
     def unknown_publisher(self, unknown_publisher: "UnknownTopicPublisher", table: "RosInterface") -> None:
-        """Somebody publishes where nobody listens."""
+        """Somebody publishes on a topic without subscribers."""
         topic, key = unknown_publisher.topic, f"{unknown_publisher.topic} {unknown_publisher.sender}"
         if topic in table.inputs or key in self._reported:
             return
@@ -255,8 +255,8 @@ class Diagnosis:
         """See whether a thruster can give a force [N]."""
         least, most = -thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
-            said = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
-            self._once(f"{boat} {thruster.name} N", f"{said}: it is clamped to this range")
+            force_text = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
+            self._once(f"{boat} {thruster.name} N", f"{force_text}: it is clamped to this range")
 
     def look(self) -> None:
         """See whether boats are aground, capsized or spinning, if it is time."""
@@ -277,7 +277,7 @@ class Diagnosis:
                 self._reported.discard(f"{boat} aground")
 
     def _state(self, key: str, holds: bool, text: str) -> None:
-        """Tell of something once for as long as it holds."""
+        """Report something once for as long as it holds."""
         if holds:
             self._once(key, f"t = {self._sim.time:.1f} s: {text}")
         else:
@@ -286,7 +286,7 @@ class Diagnosis:
     def _once(self, key: str, text: str) -> None:
         if key not in self._reported and len(self._reported) < 10_000:
             self._reported.add(key)
-            self._tell("WARN", text)
+            self._report("WARN", text)
 
     def _timeout(self, boat: str, thruster: str) -> float:
         if boat not in self._sim.boats:
@@ -312,17 +312,17 @@ def _clipped(value: float, thruster: model.Thruster, *, angle: bool) -> str:
 
 
 def overlaps(sim: Simulation) -> Iterator[str]:
-    """Models that stand in each other now."""
-    model, told = sim.model, set()
+    """Models that overlap now, a line for each pair."""
+    model, found = sim.model, set()
     for contact in sim.data.contact:
         pair = [_owner(model, int(geom), sim.boats) for geom in contact.geom]
-        if contact.dist < -DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in told:
-            told.add(tuple(sorted(pair)))
+        if contact.dist < -DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
+            found.add(tuple(sorted(pair)))
             yield f"{pair[0]} and {pair[1]} overlap by {-contact.dist:.2f} m: move one of them"
 
 
 def shared_frames(sim: Simulation) -> Iterator[str]:
-    """Frames of sensors that two boats have; ground truth is in the world's frame, which is nobody's."""
+    """Frames of sensors that two boats share, a line for each; ground truth is in the world's frame."""
     owners: dict[str, str] = {}
     for boat in sim.boats:
         for sensor in (sensor for sensor in sim.mounted(boat) if sensor.config.type != "p3d"):

@@ -172,7 +172,7 @@ class Graph:
         self.local = {node}
         """Nodes of this process."""
         self.types: dict[str, str] = {}
-        """Of topics, as they were registered last; `*` where nobody has said it."""
+        """Types of topics, as they were registered last; `*` where the type is unknown."""
         self.services: dict[str, Service] = {}
         """Those of nodes of this process."""
         self.parameters, self._own_parameters = Parameters(), Parameters()
@@ -373,7 +373,7 @@ class Graph:
         """Delete a parameter; what the simulation has set is as it had set it then.
 
         Raises:
-            KeyError: there is none.
+            KeyError: the parameter is not set.
             CommandError: it is the simulation's alone.
         """
         now = self.parameters.get(key)
@@ -445,7 +445,7 @@ class Graph:
         self._notify(kind, name)
 
     def _note_type(self, kind: str, name: str, type_name: str) -> None:
-        """As ROS's master does: the last publisher says it, and a subscriber where nobody has."""
+        """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one."""
         known = self.types.get(name) if self._is_topic(name) else None
         is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
         if is_new and (name in self.types or len(self.types) < MOST_TYPES):
@@ -540,7 +540,7 @@ class Wires:
             self.graph.network.soon(self._send, self._queue)
 
     def log(self, level: str, text: str) -> None:
-        """Tell people on the networks a line: `INFO`, `WARN` or `ERROR`."""
+        """Show people on the networks a line: `INFO`, `WARN` or `ERROR`."""
         self.graph.network.soon(self.graph.log, level, text)
 
     @property

@@ -48,7 +48,7 @@ class Output:
     type: str
     """As ROS 1 names it, `sensor_msgs/JointState`."""
     make: Callable[..., Message | None]
-    """Gives the present message, or None where there is none to publish; of a sensor it takes the reading."""
+    """Gives the present message, or None where nothing is to be published; of a sensor it takes the reading."""
     rate: float = 0.0
     """Messages per simulated second; 0: whenever there is a new one."""
     sensor: tuple[str, str] | None = None
@@ -65,7 +65,7 @@ class Output:
 
 @dataclass(frozen=True, eq=False)
 class Input:
-    """A topic that the simulation listens to."""
+    """A topic to which the simulation subscribes."""
 
     name: str
     type: str
@@ -142,7 +142,7 @@ class Transport(Protocol):
         """Send messages of one moment to who listens. One that is latched is kept, and sent whoever listens."""
 
     def log(self, level: str, text: str) -> None:
-        """Tell people on the network a line: `INFO`, `WARN` or `ERROR`."""
+        """Show people on the network a line: `INFO`, `WARN` or `ERROR`."""
 
     @property
     def traffic(self) -> Traffic:
@@ -153,7 +153,7 @@ class Transport(Protocol):
 
 
 def dialect_of(transport: Transport) -> Dialect:
-    """Of the table that is offered on a transport: what its attribute `dialect` says, else VRX's."""
+    """The dialect of the table that is offered on a transport: its attribute `dialect`, else VRX's."""
     dialect: Dialect = getattr(transport, "dialect", "vrx")
     return dialect
 
@@ -167,7 +167,7 @@ MOST_TOPICS = 4096
 MOST_UNKNOWN_PUBLISHERS = 256
 
 Answer = Callable[[Message | None, str], None]
-"""Takes the response, or None and why there is none. It is called by the simulation's thread."""
+"""Takes the response, or None and the reason. It is called by the simulation's thread."""
 
 
 class Command(NamedTuple):
@@ -191,7 +191,7 @@ class Call(NamedTuple):
 
 
 class UnknownTopicPublisher(NamedTuple):
-    """Somebody publishes on a topic that the simulation does not listen to."""
+    """Somebody who publishes on a topic to which the simulation does not subscribe."""
 
     topic: str
     type: str
@@ -234,7 +234,7 @@ class Inbox:
         self._arrived.set()
 
     def unknown_publisher(self, topic: str, type_name: str, sender: str, dialect: Dialect = "vrx") -> None:
-        """Somebody publishes, or tries to, on a topic that nobody here listens to."""
+        """Somebody publishes, or tries to, on a topic to which nothing here subscribes."""
         with self._lock:
             if len(self._unknown_publishers) < MOST_UNKNOWN_PUBLISHERS:
                 self._unknown_publishers[topic, sender] = UnknownTopicPublisher(topic, type_name, sender, dialect)

@@ -98,8 +98,8 @@ SPARE_FILES = 200
 class ConnectionLimit:
     """How many connections there may be, in all and per host.
 
-    Those that wait for their peers make room for new ones, the longest waiting first: a peer that connects and says
-    nothing, or says it slowly, keeps nobody out. Those in use stay, but never have all places, so that somebody new
+    Those that wait for their peers make room for new ones, the longest waiting first: a peer that connects and sends
+    nothing, or sends slowly, keeps nobody out. Those in use stay, but never have all places, so that somebody new
     can always ask. Hosts other than this one share half of the places, a quarter each.
     """
 
@@ -410,7 +410,7 @@ class Outgoing:
         self._messages.forget(source)
 
     async def run(self, send: Callable[[bytes, bool], Awaitable[None]], trouble: Callable[[Exception], None]) -> None:
-        """Send for ever: each frame, and whether it is binary; `trouble` is told of messages that cannot be written."""
+        """Send for ever: each frame, and whether it is binary; `trouble` takes errors of unwritable messages."""
         while True:
             await self._filled.wait()
             while (following := self._next()) is not None:

@@ -90,7 +90,7 @@ def kind(type_name: str) -> Any:
 def new(type_name: str, **fields: object) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
-    A mapping may stand for a message in it, as `position={"x": 1.0}`.
+    A mapping may take the place of a message in it, as `position={"x": 1.0}`.
     """
     known = _fields(type_name)
     values = {name: _filled(known[name], value) for name, value in fields.items()}
@@ -234,7 +234,7 @@ def known_type(type_name: str) -> str:
     """A message type's name as ROS 1 has it.
 
     Raises:
-        UnknownNameError: there is none of this name.
+        UnknownNameError: the type is unknown.
     """
     name = ros1_name(type_name)
     if name not in known_types():

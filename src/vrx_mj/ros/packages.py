@@ -34,7 +34,7 @@ import genmsg, genpy.generator, genpy.generate_initpy
 found = {name: importlib.util.find_spec(name) for name in sys.argv[1:]}
 json.dump({name: one.origin for name, one in found.items() if one and one.origin}, sys.stdout)
 """
-"""Tells which packages an interpreter has, and where."""
+"""A script that prints which packages an interpreter has, and where."""
 GENERATE = """
 import glob, json, os, sys
 from genpy.generate_initpy import write_module, write_modules
@@ -127,7 +127,7 @@ def _interpreter(packages: Sequence[str], top: Path) -> tuple[str, dict[str, str
 
 
 def _run(python: str, script: str, words: Sequence[str], top: Path) -> subprocess.CompletedProcess[str] | None:
-    """Run a script; None where there is no such interpreter. What `top` holds is not imported."""
+    """Run a script; None where the interpreter is missing. What `top` holds is not imported."""
     inherited = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     path = os.pathsep.join(part for part in inherited if part and not Path(part).absolute().is_relative_to(top))
     command = [python, "-B", "-c", script, *words]
@@ -244,7 +244,7 @@ def _is_inside(name: str) -> bool:
 
 
 def _sha256(file: Path) -> str | None:
-    """Of a file; None where there is none."""
+    """Digest of a file; None where the file is missing."""
     try:
         return hashlib.sha256(file.read_bytes()).hexdigest()
     except FileNotFoundError:

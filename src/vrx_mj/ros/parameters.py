@@ -36,7 +36,7 @@ def is_legal(name: object) -> bool:
 
 
 def is_type(name: object) -> bool:
-    """Whether something can name a type; `*` stands for any."""
+    """Whether something can name a type; `*` is any type."""
     return isinstance(name, str) and len(name) <= LONGEST and _TYPE.match(name) is not None
 
 
@@ -66,7 +66,7 @@ DEEPEST = 32
 
 
 class Update(NamedTuple):
-    """What one who has subscribed to a parameter is told."""
+    """What a subscriber of a parameter gets."""
 
     subscribed: str
     """Absolute name of the parameter or namespace."""
@@ -84,7 +84,7 @@ class Parameters:
         self._bytes = value_size(self.tree)
 
     def get(self, key: str) -> Any:
-        """The value, or the tree under a namespace; KeyError if there is none."""
+        """The value, or the tree under a namespace; KeyError for an unknown key."""
         value: Any = self.tree
         for part in _parts(key):
             if not isinstance(value, dict):
@@ -124,7 +124,7 @@ class Parameters:
         self._put(place, parts[-1], value)
 
     def delete(self, key: str) -> None:
-        """Take it away; KeyError if there is none, or it is the root."""
+        """Take it away; KeyError for an unknown key, or the root."""
         parts = _parts(key)
         if not parts:
             raise KeyError(key)

@@ -30,7 +30,7 @@ from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Level", "Lockstep", "Publisher", "RosServer", "Tell"]
+__all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Level", "Lockstep", "Publisher", "Report", "RosServer"]
 
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
@@ -39,8 +39,8 @@ NEWS_RATE = 10.0
 class Publisher:
     """Outputs of a table on their way to transports."""
 
-    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Callable[[str, str], None]) -> None:
-        self._sim, self._transports, self._tell = sim, transports, tell
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], report: Callable[[str, str], None]) -> None:
+        self._sim, self._transports, self._report = sim, transports, report
         self._table, self._wanted = RosInterface(), frozenset[str]()
         self._read: dict[tuple[str, str], Subscription] = {}
         self._failed: set[tuple[str, str]] = set()
@@ -52,7 +52,7 @@ class Publisher:
         """Make messages of this table from now on."""
         self._table = table
         self._schedule.keep(table.outputs)
-        self._last = {name: told for name, told in self._last.items() if name in table.outputs}
+        self._last = {name: last for name, last in self._last.items() if name in table.outputs}
         for key in [key for key in self._read if key[0] not in self._sim.boats]:
             del self._read[key]  # the simulation ended these itself
         self._wanted = frozenset()
@@ -99,13 +99,13 @@ class Publisher:
             self._subscribe(key)
 
     def _subscribe(self, key: tuple[str, str]) -> None:
-        """Try a reading first: a sensor that cannot measure here says so once, and is silent."""
+        """Try a reading first: a sensor that cannot measure here is reported once, and left out."""
         boat, sensor = key
         try:
             self._sim.sense(boat)[sensor]
         except SensorError as error:
             self._failed.add(key)
-            self._tell("ERROR", str(error))
+            self._report("ERROR", str(error))
             return
         outputs = [output for output in self._table.outputs.values() if output.sensor == key]
 
@@ -120,12 +120,12 @@ class Publisher:
 
     def _is_new(self, output: Output, message: Message) -> bool:
         """Whether the message differs from the last one of an output that has no rate."""
-        last, told = self._last.get(output.name, (None, b""))
+        last, written = self._last.get(output.name, (None, b""))
         if message is last:
             return False
         now = encode(message, output.type)
         self._last[output.name] = message, now
-        return now != told
+        return now != written
 
     def _is_due(self, output: Output, time: float) -> bool:
         due = self._schedule.take(output.name, output.rate or NEWS_RATE, time)
@@ -229,7 +229,7 @@ def _pose(seen: BoatObservation) -> FloatArray:
 
 
 Level = Literal["INFO", "WARN", "ERROR"]
-Tell = Callable[[str, str], None]
+Report = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is published, and commands are taken."""
@@ -250,7 +250,7 @@ class RosServer:
         transports: Sequence[Transport],
         inbox: Inbox,
         *,
-        tell: Tell,
+        report: Report,
         cmd_vel: CmdVel = "thrust",
         truth: bool = False,
         clock_rate: float = CLOCK_RATE,
@@ -262,11 +262,11 @@ class RosServer:
             sim: the simulation; nothing else may touch it from now on.
             transports: the networks, opened.
             inbox: what they fill.
-            tell: is given lines for people.
+            report: is given lines for people.
             cmd_vel: what `cmd_vel` commands.
             truth: whether `/tf` has the true poses of boats.
             clock_rate: of `/clock`, per simulated second.
-            lockstep: which topics time waits for; None: it waits for nobody.
+            lockstep: which topics time waits for; None: it does not wait.
 
         Raises:
             CommandError: the clock's rate is not above 0, or above that of the physics.
@@ -279,16 +279,16 @@ class RosServer:
         self.sensor_load: Mapping[tuple[str, str], float] = {}
         self.lockstep = lockstep
         self.bodies = Bodies(sim)
-        self.diagnosis = Diagnosis(sim, tell)
-        self._transports, self._inbox, self._tell, self._clock_rate = transports, inbox, tell, clock_rate
-        self._autopilot, self._initial_poses, self._held = Autopilot(sim, tell), InitialPoses(sim), HeldThrust(sim)
+        self.diagnosis = Diagnosis(sim, report)
+        self._transports, self._inbox, self._report, self._clock_rate = transports, inbox, report, clock_rate
+        self._autopilot, self._initial_poses, self._held = Autopilot(sim, report), InitialPoses(sim), HeldThrust(sim)
         self._joined: dict[str, tuple[str, Sequence[float]]] = {}
         self._left: set[str] = set()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._seen: tuple[float, Observation] | None = None
         dialects = dict.fromkeys(dialect_of(transport) for transport in transports) or {"vrx": None}
         self._publishers: dict[Dialect, Publisher] = {
-            dialect: Publisher(sim, [one for one in transports if dialect_of(one) == dialect], tell)
+            dialect: Publisher(sim, [one for one in transports if dialect_of(one) == dialect], report)
             for dialect in dialects
         }
         self._offer()
@@ -351,7 +351,7 @@ class RosServer:
         return steps
 
     def step(self, duration: float) -> None:
-        """Advance by a duration [s] under the commands that stand; 0: to the clock's next moment.
+        """Advance by a duration [s] under the present commands; 0: to the clock's next moment.
 
         Raises:
             CommandError: it is negative, no multiple of the physics' step, or an hour and more.
@@ -390,7 +390,7 @@ class RosServer:
         try:
             response = service.answer(call.request)
         except VrxError as error:
-            self._tell("WARN", f"{call.service}, called by {call.caller}: {error}")
+            self._report("WARN", f"{call.service}, called by {call.caller}: {error}")
             call.answer(None, str(error))
         else:
             call.answer(response, "")
@@ -404,7 +404,7 @@ class RosServer:
         self.diagnosis.commanded(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
-        """Have a thruster push with a force [N] until it is told otherwise, or as near to it as it can.
+        """Have a thruster push with a force [N] until its next command, or as near to it as it can.
 
         Raises:
             CommandError: the force is not a finite number.
@@ -425,7 +425,7 @@ class RosServer:
 
     def form(self, text: str) -> None:
         """Have the fleet keep a formation, or go to another one; errors are `Autopilot.form`'s."""
-        self._tell("INFO", self._autopilot.form(text))
+        self._report("INFO", self._autopilot.form(text))
         self._held.begin()
 
     # Who is there
@@ -449,7 +449,7 @@ class RosServer:
         self._spawn(name, urdf, pose)
         self._left.discard(name)
         self._changed()
-        self._tell("INFO", f"{name} joins at ({pose[0]:g}, {pose[1]:g}): /{name}/...")
+        self._report("INFO", f"{name} joins at ({pose[0]:g}, {pose[1]:g}): /{name}/...")
 
     def remove(self, name: str) -> None:
         """Take a boat out of the world; errors are those of `Simulation.remove`."""
@@ -457,7 +457,7 @@ class RosServer:
         if self._joined.pop(name, None) is None:
             self._left.add(name)
         self._changed()
-        self._tell("INFO", f"{name} leaves")
+        self._report("INFO", f"{name} leaves")
 
     def moved(self) -> None:
         """Something was put somewhere."""
@@ -468,7 +468,7 @@ class RosServer:
         """Put boats and floating objects back where they started; time goes on."""
         self._initial_poses.put_back()
         self._seen = None
-        self._tell("INFO", "the simulation is reset")
+        self._report("INFO", "the simulation is reset")
 
     def reset_simulation(self) -> None:
         """Begin again at time 0 with the same seed, and with the boats that there are now.
@@ -488,7 +488,7 @@ class RosServer:
         if self.lockstep is not None:
             self.lockstep.begin()
             self.announce()  # the clock that is to be answered now
-        self._tell("INFO", "time restarts at 0")
+        self._report("INFO", "time restarts at 0")
 
     def _spawn(self, name: str, urdf: str, pose: Sequence[float]) -> None:
         self._folder = self._folder or tempfile.TemporaryDirectory(prefix="vrx_mj_urdf_")
@@ -506,7 +506,7 @@ class RosServer:
         self._initial_poses.bind()
         self.diagnosis.changed()
         self._offer()
-        self.announce()  # what is latched, even while time stands still
+        self.announce()  # what is latched, even while time does not advance
 
     def _offer(self) -> None:
         tables = make_tables(self, clock_rate=self._clock_rate, waits=self.lockstep is not None)

@@ -14,7 +14,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Server, Wires
 from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
-from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, RosServer, Tell
+from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
 from vrx_mj.ros.table.host import CmdVel
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
@@ -88,7 +88,7 @@ class Meter:
 
 
 def memory() -> float:
-    """Resident memory of this process [bytes]; where the system does not tell of now, the most that it was."""
+    """Resident memory of this process [bytes]; where the system does not give the present size, the largest so far."""
     try:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
         return float(pages * os.sysconf("SC_PAGE_SIZE"))
@@ -125,7 +125,7 @@ class Wanted:
     duration: float | None = None
     """Simulated time after which it ends [s]."""
     lockstep: Sequence[str] | None = None
-    """Topics that time waits for; None: it waits for nobody."""
+    """Topics that time waits for; None: it does not wait."""
     cmd_vel: CmdVel = "thrust"
     truth: bool = False
     clock_rate: float = CLOCK_RATE
@@ -137,7 +137,7 @@ def serve(
     sim: Simulation,
     wanted: Wanted,
     *,
-    tell: Tell,
+    report: Report,
     status: Callable[[str], None] = lambda _line: None,
     extra: Sequence[Transport] = (),
     ready: Callable[[Sequence[Transport]], None] = lambda _transports: None,
@@ -148,12 +148,12 @@ def serve(
     Args:
         sim: the simulation, at its start; nothing else may touch it meanwhile.
         wanted: on which networks, and how fast.
-        tell: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
+        report: is given a level (INFO, WARN or ERROR) and a line for people, by this thread.
         status: is given the line of status, once a second.
         extra: transports that are open already, as a bag.
-        ready: is called before time begins, when all is offered; what the transports still have to tell a master may
-            be under way.
-        over: is asked at every tick of the clock, and again and again while time stands, whether this is the end.
+        ready: is called before time begins, when all is offered; what the transports still have to register with a
+            master may be under way.
+        over: is asked whether this is the end: at every tick of the clock, and again and again between them.
 
     Raises:
         NetworkError: a network cannot be opened.
@@ -167,37 +167,37 @@ def serve(
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
         with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
-            loud = _Loud(sim, transports, tell)
+            announcer = _Announcer(sim, transports, report)
             server = RosServer(
                 sim,
                 transports,
                 inbox,
-                tell=loud,
+                report=announcer,
                 cmd_vel=wanted.cmd_vel,
                 truth=wanted.truth,
                 clock_rate=wanted.clock_rate,
                 lockstep=None if wanted.lockstep is None else Lockstep(wanted.lockstep),
             )
             for line in lines:
-                tell("INFO", line)
-            _greet(server, wanted, tell)
+                report("INFO", line)
+            _greet(server, wanted, report)
             try:
                 ready(transports)
-                _Loop(server, inbox, wanted, transports, over).run(ending, status, loud)
+                _Loop(server, inbox, wanted, transports, over).run(ending, status, announcer)
             finally:
                 server.close()
     finally:
         network.close()
 
 
-class _Loud:
-    """Tells people here, those on the networks, and who looks at the recording."""
+class _Announcer:
+    """Shows lines to people here, to those on the networks, and in the recording."""
 
-    def __init__(self, sim: Simulation, transports: Sequence[Transport], tell: Tell) -> None:
-        self._sim, self._transports, self._tell = sim, transports, tell
+    def __init__(self, sim: Simulation, transports: Sequence[Transport], report: Report) -> None:
+        self._sim, self._transports, self._report = sim, transports, report
 
     def __call__(self, level: str, text: str) -> None:
-        self._tell(level, text)
+        self._report(level, text)
         self._sim.event(text, level)
         for transport in self._transports:
             transport.log(level, text)
@@ -221,7 +221,7 @@ class _Loop:
         self._meter = Meter(server, transports, now)
         self._owed = 0
 
-    def run(self, ending: threading.Event, status: Callable[[str], None], tell: Tell) -> None:
+    def run(self, ending: threading.Event, status: Callable[[str], None], report: Report) -> None:
         """Until the end."""
         server = self._server
         server.announce()
@@ -237,7 +237,7 @@ class _Loop:
                 due += STATUS_PERIOD
                 status(self._meter.line())
                 server.pace, server.sensor_load = self._meter.pace, self._meter.load
-        tell("INFO", self._meter.summary())
+        report("INFO", self._meter.summary())
 
     def _go(self) -> None:
         begun = time.perf_counter()
@@ -297,43 +297,43 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-def _greet(server: RosServer, wanted: Wanted, tell: Tell) -> None:
+def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
     sim, tables = server.sim, server.tables
     boats = ", ".join(sim.boats) if len(sim.boats) <= 8 else f"{sim.boats[0]} ... {sim.boats[-1]}"
-    tell("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
+    report("INFO", f"{sim.world.name}: {len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}, {boats}")
     for dialect, table in tables.items():
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
-        tell("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
+        report("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
     if wanted.cmd_vel == "thrust":
-        tell("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
+        report("INFO", "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold")
     else:
-        tell("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
+        report("INFO", "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust")
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
-        tell("INFO", f"lockstep: time waits for {topics}")
+        report("INFO", f"lockstep: time waits for {topics}")
     for topic in wanted.lockstep or ():
         if not any(topic in table.inputs for table in tables.values()):
-            tell("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
+            report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.host not in LOOPBACK:
-        tell("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
-        _tell_others(wanted, tell)
+        report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
+        _show_addresses(wanted, report)
     if os.environ.get("VRX_DEBUG") == "false":
-        tell("INFO", "VRX_DEBUG=false: no wind and contact topics")
+        report("INFO", "VRX_DEBUG=false: no wind and contact topics")
 
 
-def _tell_others(wanted: Wanted, tell: Tell) -> None:
-    """Tell what to type on other machines, or why they cannot reach this one."""
+def _show_addresses(wanted: Wanted, report: Report) -> None:
+    """Show what to type on other machines, or why they cannot reach this one."""
     from vrx_mj.ros.access import announced, unreachable
 
     if not wanted.ros1 and wanted.rosbridge is None:
         return
     why = unreachable(wanted.host, "localhost")
     if why is not None:
-        tell("WARN", why)
+        report("WARN", why)
         return
     for line in _to_paste(wanted, announced(wanted.host, "localhost")):
-        tell("INFO", line)
+        report("INFO", line)
 
 
 def _to_paste(wanted: Wanted, here: str) -> Iterator[str]:

@@ -88,7 +88,7 @@ def test_the_same_bits_however_late_the_answers_come(bay, loop):
         sim, inbox = Simulation(bay), Inbox()
         nodes = Nodes(inbox, (LEFT, RIGHT, OTHER), seed)
         server = RosServer(
-            sim, [nodes], inbox, tell=lambda *_: None, clock_rate=CLOCK_RATE, lockstep=Lockstep((LEFT, RIGHT, OTHER))
+            sim, [nodes], inbox, report=lambda *_: None, clock_rate=CLOCK_RATE, lockstep=Lockstep((LEFT, RIGHT, OTHER))
         )
         try:
             loop(server, nodes, inbox, lambda _: False, duration=5.0)

@@ -81,7 +81,7 @@ def server(sim, *transports):
         command(given)
 
     sim.command_all = spied
-    made = RosServer(sim, transports, inbox, tell=lambda level, text: lines.append(text))
+    made = RosServer(sim, transports, inbox, report=lambda level, text: lines.append(text))
     return SimpleNamespace(server=made, inbox=inbox, lines=lines, sim=sim, transport=transports[0], commands=commands)
 
 

@@ -44,7 +44,7 @@ class Lane:
 
     @contextlib.asynccontextmanager
     async def turn(self, is_gone: Callable[[], bool]) -> AsyncIterator[None]:
-        """Wait until it is one's turn; ConnectionError: nobody waits for the answer any more."""
+        """Wait until it is one's turn; ConnectionError: the caller has left."""
         async with self._lock:
             await asyncio.sleep(self._next - time.monotonic())
             if is_gone():
@@ -60,7 +60,7 @@ class HttpServer:
     """Answers calls of programs, those of a connection one after the other.
 
     Calls are answered in the order in which they are whole; those that are large, or have large answers, in a lane of
-    their own. Who sends or takes slowly holds up nobody, and who calls often waits for as many as others do.
+    their own. A slow peer holds up no other, and one who calls often waits for as many as others do.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class HttpServer:
         return body
 
     async def _answered(self, body: bytearray, place: Place, is_gone: Callable[[], bool]) -> bytes:
-        """The answer to a call, when it is its turn; ConnectionError: nobody waits for it any more."""
+        """The answer to a call, when it is its turn; ConnectionError: the caller has left."""
         lane = self._lane if len(body) <= SMALL else self._lane_of_large
         try:
             async with lane.turn(is_gone):

@@ -17,7 +17,7 @@ __all__ = ["Master", "Reply"]
 NODE_TIMEOUT = 5.0
 """Wall time that a node may take for an answer [s]."""
 MOST_NODES = 512
-"""Nodes that are being told something, at most; beyond that the one that takes longest is told no more."""
+"""Nodes with calls under way, at most; beyond that the calls to the slowest one are dropped."""
 
 MOST_CALLS = 2000
 """Of one node that wait, at most."""
@@ -60,7 +60,7 @@ class Notifier:
         except ConnectionRefusedError:
             self._unreachable(api)
         except (*BROKEN, Fault, TypeError, OverflowError):
-            pass  # it does not listen; what else it was to be told is of no use either
+            pass  # it does not listen: its other calls are of no use either
         finally:
             proxy.close()
             if self._waiting.get(api) is calls:  # else another task is there in its place, or none
@@ -73,7 +73,7 @@ REGISTERING = frozenset(
     for verb in ("register", "unregister", "subscribe", "unsubscribe")
     for what in ("Publisher", "Subscriber", "Service", "Param")
 )
-"""Methods by which a node says what it has, and where it is."""
+"""Methods by which a node registers itself."""
 SWEEP = 10.0
 """Wall time for a look at all nodes, about [s]."""
 
@@ -121,7 +121,7 @@ class Master:
         """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue."""
 
     async def answer(self, method: str, values: Sequence[object], _host: str) -> Any:
-        """What a call gives; Fault if there is no such method."""
+        """What a call gives; Fault for an unknown method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
         if method not in self._methods:
@@ -148,7 +148,7 @@ class Master:
         self._sweeper = asyncio.get_running_loop().create_task(self._sweep())
 
     async def close(self) -> None:
-        """Stop telling nodes of changes."""
+        """Stop calling nodes."""
         if self._sweeper is not None:
             self._sweeper.cancel()
             await asyncio.gather(self._sweeper, return_exceptions=True)
@@ -168,7 +168,7 @@ class Master:
         self._notifier.notify(uri, "shutdown", f"[{node}] Reason: new node registered with same name")
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
-        """Tell those who have subscribed to a parameter, but not who has set it."""
+        """Call the subscribers of a parameter, except the node that has set it."""
         known = self.graph.registrations
         for update in updates(known.names("parameter"), key, value):
             for node, api in known.holders("parameter", update.subscribed):

@@ -59,7 +59,7 @@ class Node:
         self._task: asyncio.Task[None] | None = None
 
     async def start(self, hosts: Sequence[str], announced: str) -> None:
-        """Listen at addresses, and tell others of one. OSError: that cannot be done."""
+        """Listen at addresses, and announce one of them. OSError: that cannot be done."""
         self.slave.stream = announced, await self.tcpros_listener.start(hosts)
         self.slave.uri = f"http://{announced}:{await self.api.start(hosts, 0)}/"
         self.watch.announced = announced
@@ -94,7 +94,7 @@ class Node:
             for source in list(topic.sources.values())
         )
 
-    # What the graph tells
+    # Changes of the graph
 
     def registered(self, kind: str, name: str) -> None:
         """A publisher, a subscriber or a service of a name has come or gone."""
@@ -124,7 +124,7 @@ class Node:
             return
         try:
             topic.send(message)
-        except Exception as error:  # whatever rosbags raises of a message that is none
+        except Exception as error:  # whatever rosbags raises of an invalid message
             self.graph.notices.write("ERROR", "encode", name, f"{name}: a message cannot be written: {error}")
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
@@ -135,7 +135,7 @@ class Node:
             self.registrar.wake.set()
 
     def _join(self) -> None:
-        """Have all that is in the graph, and be told of what comes."""
+        """Take over all that is in the graph, and follow its changes."""
         graph, (host, port) = self.graph, self.slave.stream
         graph.open(self.slave.uri, f"rosrpc://{host}:{port}")
         graph.wires.append(self)

@@ -42,7 +42,7 @@ HIGH_WATER = 1 << 18
 PIECE = 1 << 18
 """Bytes that are given to asyncio at one time: it copies what it cannot send."""
 MOST_IDLE_TALK = 1 << 16
-"""Bytes that a subscriber may say after its header; it has nothing to say."""
+"""Bytes that a subscriber may send after its header, of which nothing is used."""
 MOST_MET = 1000
 """Names of subscribers that are remembered."""
 _LENGTH = struct.Struct("<I")
@@ -118,14 +118,14 @@ class Publication:
         """Add a subscriber, to whom our header has been sent."""
         self.readers.add(reader)
         for message in self._latest():
-            with contextlib.suppress(Exception):  # whatever rosbags raises of one that is none of this type
+            with contextlib.suppress(Exception):  # whatever rosbags raises of one of another type
                 reader.send(self._frame(message))
 
     def send(self, message: Message) -> None:
         """Send a message to all who are there.
 
         Raises:
-            Exception: whatever rosbags raises of a message that is none of this type.
+            Exception: whatever rosbags raises of a message of another type.
         """
         frame = self._frame(message) if self.readers else bytearray()
         for reader in self.readers:
@@ -186,7 +186,7 @@ class Reader:
             self.transport.write(frame)
 
     def received(self, data: bytes) -> None:
-        """It says something; nothing is expected."""
+        """It sends something; nothing is expected."""
         self._talk += len(data)
         if self._talk > MOST_IDLE_TALK:
             self.transport.abort()
@@ -342,7 +342,7 @@ class Caller:
         self.service.call(request, self.node, self._answer)
 
     def _answer(self, response: Message | None, why: str) -> None:
-        """The response, or why there is none, from any thread."""
+        """The response, or the reason for its absence, from any thread."""
         self._network.soon(self._answered, response, why)
 
     def _answered(self, response: Message | None, why: str) -> None:
@@ -368,7 +368,7 @@ class Caller:
         if response is not None:
             try:
                 return b"\x01" + framed(encode(response, f"{self.service.type}Response"))
-            except Exception as error:  # whatever rosbags raises of a response that is none
+            except Exception as error:  # whatever rosbags raises of an invalid response
                 why = f"{self.service.name}: the response cannot be written: {error}"
         return b"\x00" + framed(why[:LONGEST_ERROR].encode("utf-8", "replace"))
 
@@ -449,7 +449,7 @@ class Incoming(asyncio.Protocol):
         self._timer = asyncio.get_running_loop().call_later(HEADER_TIMEOUT, transport.abort)
 
     def data_received(self, data: bytes) -> None:
-        """A piece of what it says."""
+        """A piece of what it sends."""
         if self._over or self.transport is None:
             return
         try:

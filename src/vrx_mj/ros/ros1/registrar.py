@@ -46,7 +46,7 @@ class NearLink:
         return [_value(list(self._master.call(method, values))) for method, values in requests]
 
     def close(self) -> None:
-        """There is no connection."""
+        """No connection is left to close."""
 
 
 class FarLink:
@@ -122,10 +122,10 @@ class MasterAccess:
 async def open_master(
     graph: Graph, uri: str, host: str, connection_limit: ConnectionLimit, names: Names
 ) -> MasterAccess:  # fmt: skip
-    """Find the master at a URI; be it if there is none, and the URI is on this machine.
+    """Find the master at a URI, or be the master if nothing answers there and the URI is on this machine.
 
     Raises:
-        NetworkError: there is no master and cannot be one, something else answers there, or a node of our name is
+        NetworkError: no master answers and none can be started, something else answers there, or a node of our name is
             alive on it.
     """
     try:
@@ -154,7 +154,7 @@ async def open_master(
 
 
 def is_ours(host: str, listening: Sequence[str]) -> bool:
-    """Whether one who is told a host gets to where we listen."""
+    """Whether a host, as others resolve it, leads to where we listen."""
     targets = addresses(host)
     return not targets or listening == ["0.0.0.0"] or any(target in listening for target in targets)
 
@@ -194,7 +194,7 @@ async def _refuse_second(uri: str, node: str) -> None:
     try:
         api = await proxy.ros("lookupNode", node, node, timeout=MASTER_TIMEOUT)
     except (*BROKEN, Fault):
-        return  # there is none
+        return  # nothing answers
     finally:
         proxy.close()
     other = Proxy(str(api), LARGEST_REPLY)
@@ -210,7 +210,7 @@ async def _refuse_second(uri: str, node: str) -> None:
 
 
 def _who(where: str, port: int) -> str:
-    """Which process is in the way, as far as it can be told."""
+    """Which process holds the port, as far as it can be found."""
     holder = who_listens(port) if is_local(where) else None
     return "" if holder is None else f"; port {port} is held by {holder}"
 

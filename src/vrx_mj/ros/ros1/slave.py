@@ -1,4 +1,4 @@
-"""What our node tells others: its slave API, and what other nodes do wrong."""
+"""The slave API of our nodes, and what other nodes do wrong."""
 
 import asyncio
 import os
@@ -42,11 +42,11 @@ class Slave:
         self.stream: tuple[str, int] = ("", 0)
         """Host and port of TCPROS."""
         self.trusted: Callable[[str], bool] = lambda host: False
-        """Whether one at such an address may tell us what to do."""
+        """Whether a caller at such an address may command the node."""
         self.is_masters_own = False
         """Whether the master is this process's own, which never ends its node; others may have it call us."""
         self.on_shutdown: Callable[[str], None] | None = None
-        """Called with the reason when we are told to end."""
+        """Called with the reason when somebody shuts the node down."""
         self._methods: dict[str, tuple[int, Callable[..., Reply]]] = {
             "getBusStats": (0, self._bus_stats),
             "getBusInfo": (0, self._bus_info),
@@ -64,7 +64,7 @@ class Slave:
         """How many values each takes after the caller; -1: any number."""
 
     async def answer(self, method: str, values: Sequence[object], host: str) -> Any:
-        """What a call of somebody at an address gives; Fault if there is no such method."""
+        """What a call from an address gives; Fault for an unknown method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
         if method not in self._methods:
@@ -127,7 +127,7 @@ class Slave:
         return 1, "shutdown", 0
 
     def end(self, reason: str) -> None:
-        """Tell whoever serves that it is over."""
+        """Shut down: report the reason, and call `on_shutdown`."""
         self.notices.write("WARN", "shutdown", reason, f"node {self.node}: {reason}")
         if self.on_shutdown is not None:
             self.on_shutdown(reason)

@@ -29,7 +29,7 @@ MOST_AT_ONCE = 64
 MOST_PER_SECOND = 5000
 """Messages of one publisher; if there are more, it has to wait."""
 HANDSHAKE = 10.0
-"""Wall time in which a connection must stand [s]."""
+"""Wall time in which a connection must be made [s]."""
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
 """Wall time until a connection is tried again [s]."""
 

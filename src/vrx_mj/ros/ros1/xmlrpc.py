@@ -60,8 +60,8 @@ async def read(body: bytes | bytearray) -> tuple[tuple[Any, ...], str | None]:
     """Values and method of a call; of an answer its value and None.
 
     Raises:
-        CommandError: it is no XML-RPC, or beyond the bounds.
-        Fault: it is an answer that says so.
+        CommandError: it is not XML-RPC, or beyond the bounds.
+        Fault: it is the answer of a call that failed.
     """
     target = _Unmarshaller()
     parser: Any = xmlrpc.client.ExpatParser(target)
@@ -118,7 +118,7 @@ async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[l
     """First line, in words, and fields by lower-case name; `first` is what was read of it already.
 
     Raises:
-        EOFError: there is none any more.
+        EOFError: the body has ended.
         CommandError: it is invalid.
     """
     try:
@@ -139,7 +139,7 @@ async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[l
 
 
 def body_size(fields: Mapping[str, str], most: int = LARGEST_BODY) -> int | None:
-    """Bytes of the body; None where it is not said.
+    """Bytes of the body; None where the length is not given.
 
     Raises:
         CommandError: it is sent in a way that is not read here, or too large.
@@ -186,7 +186,7 @@ class Proxy:
         Raises:
             OSError, EOFError, TimeoutError: it does not.
             CommandError: no XML-RPC, or no URI.
-            Fault: it says so.
+            Fault: the call failed there.
         """
         request = call_bytes(method, values)
         async with self._lock, asyncio.timeout(timeout):
@@ -200,7 +200,7 @@ class Proxy:
             return await self._exchange(request)  # the other end had closed it while it was idle
 
     async def ros(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> Any:
-        """The value of an answer as ROS has it, of code, text and value; CommandError where the code is no success."""
+        """The value of an answer as ROS has it, of code, text and value; CommandError where the code is a failure's."""
         answer = await self.call(method, *values, timeout=timeout)
         if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):
             raise CommandError(f"{self.uri} does not answer {method} as ROS does")
@@ -251,7 +251,7 @@ async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
 
 
 BROWSERS_OWN = ("origin", "sec-fetch-", "access-control-request-")
-"""Beginnings of fields that browsers add, and nobody else."""
+"""Beginnings of fields that browsers alone add."""
 CONTENT_TYPE = "text/xml"
 
 
@@ -267,10 +267,10 @@ class RequestError(CommandError):
 
 
 def checked_size(words: Sequence[str], fields: Mapping[str, str], is_ours: Callable[[str], bool]) -> int:
-    """Bytes of a request's body; `is_ours` says whether a host in lower case is this machine.
+    """Bytes of a request's body; `is_ours` returns whether a host in lower case is this machine.
 
     Raises:
-        RequestError: it is no call, or a page's.
+        RequestError: it is not a call, or a web page sent it.
         CommandError: its body is sent in a way that is not read here, or too large.
     """
     if len(words) != 3 or words[2] not in {"HTTP/1.0", "HTTP/1.1"}:

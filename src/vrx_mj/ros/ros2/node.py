@@ -66,7 +66,7 @@ def has_package(package: str) -> bool:
 
 @cache
 def message_class(type_name: str) -> Any | None:
-    """The user's class of a type, `sensor_msgs/Imu`; None where there is none, or one with other fields than ours."""
+    """The user's class of a type, `sensor_msgs/Imu`; None where it is missing, or has other fields than ours."""
     package, _, name = type_name.partition("/")
     try:
         found = getattr(importlib.import_module(f"{package}.msg"), name, None)
@@ -135,7 +135,7 @@ class Node:
         self.clients = self.sent = 0
 
     def offer(self, table: RosInterface) -> None:
-        """Publish and listen to what the table says, as far as ROS 2 here has its messages."""
+        """Publish and subscribe to the table's topics, as far as ROS 2 here has its messages."""
         for name in [name for name, out in self._out.items() if not _alike(out.output, table.outputs.get(name))]:
             self._node.destroy_publisher(self._out.pop(name).publisher)
         for name in [name for name, one in self._in.items() if not _alike(one.entry, table.inputs.get(name))]:
@@ -302,7 +302,7 @@ class Ros2:
         """Open the node; returns lines that say where it is, and what this ROS 2 lacks.
 
         Raises:
-            NetworkError: there is no rclpy, or it does not start.
+            NetworkError: rclpy is missing, or does not start.
         """
         rclpy = load_rclpy()
         if self._host in LOOPBACK:
@@ -314,9 +314,11 @@ class Ros2:
         lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE}={reach}"]
         for package in PACKAGES:
             if not has_package(package):
-                told = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
+                shown = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
                 debian = f"ros-{distro}-{package.replace('_', '-')}"
-                lines.append(f"ROS 2: no {package} here (apt-get install {debian}): its topics{told} are not published")
+                lines.append(
+                    f"ROS 2: no {package} here (apt-get install {debian}): its topics{shown} are not published"
+                )
         return lines
 
     def offer(self, table: RosInterface) -> None:
@@ -336,7 +338,7 @@ class Ros2:
         self._woken.set()
 
     def log(self, level: str, text: str) -> None:
-        """Tell a line on /rosout."""
+        """Write a line on /rosout."""
         with self._lock:
             self._lines.append((level, text))
 

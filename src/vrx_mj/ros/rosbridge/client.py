@@ -43,7 +43,7 @@ class Ending(Protocol):
     host: str
     """The peer's address."""
     is_silent: bool
-    """Whether it has said nothing yet."""
+    """Whether it has sent nothing yet."""
 
     def abort(self) -> None:
         """End its connection at once."""
@@ -69,8 +69,8 @@ class Hub:
         self.graph.wires.append(self.topics)
         self._rosapi.provide()
 
-    def tell_once(self, peer: str, kind: str, text: str) -> None:
-        """Warn people, once for a peer and kind of mistake."""
+    def report_once(self, peer: str, kind: str, text: str) -> None:
+        """Log a warning, once for a peer and kind of mistake."""
         self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
 
 
@@ -142,8 +142,8 @@ class Advertised:
 
     type: str
     latch: bool
-    told: bool = False
-    """Whether the simulation knows that nobody listens."""
+    reported: bool = False
+    """Whether it was reported that nothing subscribes to it."""
     kept: int = 0
     """Characters of the message that is kept."""
 
@@ -178,15 +178,15 @@ class Publishing:
         self._hub.topics.unadvertise(name, self._number)
 
     def publish(self, name: str, value: object) -> None:
-        """A message, to the simulation and to who listens; CommandError: it is no message of the topic's type."""
+        """A message, to the simulation and to who listens; CommandError: it is not a message of the topic's type."""
         graph, advertised = self._hub.graph, self._topics[name]
         entry = graph.table.inputs.get(name)
         type_name = entry.type if entry else advertised.type
         message = taken(value, type_name, graph.time, name)
         is_kept = advertised.latch and self._keep(name, len(json.dumps(value)))
         graph.publish(name, type_name, message, node_name(self._number), latched=is_kept, sender=self._sender)
-        if not advertised.told and not graph.registrations.apis("subscriber", name):
-            advertised.told = True
+        if not advertised.reported and not graph.registrations.apis("subscriber", name):
+            advertised.reported = True
             graph.inbox.unknown_publisher(name, type_name, self._sender)
         if advertised.latch and not is_kept:
             raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
@@ -268,10 +268,10 @@ class Client:
             self._forget()
 
     def send(self, message: dict[str, Any], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
-        """Send an operation that is no topic's message; a client that takes none has to go."""
+        """Send an operation other than a topic's message; a client that does not read them is disconnected."""
         frames, binary = reply_frames(message, options.compression, options.fragment_size)
         if not self._outgoing.reply(frames, binary):
-            self._hub.tell_once(self.host, "slow", f"{self.sender} does not read its answers, and was disconnected")
+            self._hub.report_once(self.host, "slow", f"{self.sender} does not read its answers, and was disconnected")
             self.abort()
 
     def abort(self) -> None:
@@ -279,7 +279,7 @@ class Client:
         self._connection.transport.abort()
 
     def status(self, level: str, what: str, identity: object = None) -> None:
-        """Tell it what is wrong, if it wants to know of that level."""
+        """Send it what is wrong, if it wants lines of that level."""
         if LEVELS.index(level) <= LEVELS.index(self._level):
             message = {"op": "status", "level": level, "msg": what}
             self.send(message | {"id": identity} if isinstance(identity, str) else message)
@@ -289,11 +289,11 @@ class Client:
 
     def _stopped(self, writing: asyncio.Task[None]) -> None:
         if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
-            self._hub.tell_once(self.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
+            self._hub.report_once(self.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
             self.abort()
 
     def _unwritten(self, error: Exception) -> None:
-        self._hub.tell_once("", str(error), f"a message cannot be written: {type(error).__name__}: {error}")
+        self._hub.report_once("", str(error), f"a message cannot be written: {type(error).__name__}: {error}")
 
     def _incoming(self, data: str | bytes) -> None:
         message: Operation = {}
@@ -307,7 +307,7 @@ class Client:
 
     def _refuse(self, message: Operation, why: str) -> None:
         kind = message.get("op", "")
-        self._hub.tell_once(self.host, kind if kind in self._operations else "", why)
+        self._hub.report_once(self.host, kind if kind in self._operations else "", why)
         self.status("error", why, message.get("id"))
 
     def _handle(self, message: Operation, depth: int) -> None:

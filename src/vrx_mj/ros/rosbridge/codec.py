@@ -40,7 +40,7 @@ def from_png(data: str, largest: int) -> str:
     """The text in a PNG of at most so many bytes of pixels.
 
     Raises:
-        CommandError: it is no such thing.
+        CommandError: the data are not such a PNG.
     """
     try:
         raw = base64.b64decode(data, validate=True)
@@ -66,7 +66,7 @@ _short.maxstring = _short.maxlong = _short.maxother = SHOWN
 
 
 def taken(value: object, type_name: str, now: float, place: str) -> Message:
-    """The message that a JSON object describes, at a moment [s]; `place` says where it came for errors.
+    """The message that a JSON object describes, at a moment [s]; errors name its `place`.
 
     Raises:
         CommandError: a field is unknown or has a wrong value; it names the field, the value and what is allowed.
@@ -254,7 +254,7 @@ TYPED_ARRAYS = {
 MOST_FRAGMENTS = 1000
 """Fragments of a message, at most: a smaller fragment_size is raised."""
 MARK = secrets.token_hex(16)
-"""Stands for bytes in JSON until they are put there: nobody can send it."""
+"""Placeholder of bytes in JSON until they are put there: no client can send it."""
 _names = itertools.count()
 
 
@@ -312,7 +312,7 @@ class Parcel:
 
 
 def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[bytes], bool]:
-    """What to send of an operation that is no topic's message, and whether it is binary."""
+    """What to send of an operation other than a topic's message, and whether it is binary."""
     if compression in {"cbor", "cbor-raw"}:
         return [cbor2.dumps(message, default=_cbor_number)], True
     whole = json_bytes(message)

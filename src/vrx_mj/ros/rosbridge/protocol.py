@@ -1,4 +1,4 @@
-"""What stands in a client's messages, checked: names, texts and numbers of the protocol's operations."""
+"""The fields of a client's messages, checked: names, texts and numbers of the protocol's operations."""
 
 import json
 import re
@@ -50,7 +50,7 @@ def operation(data: str | bytes) -> Operation:
     """A message from its text.
 
     Raises:
-        CommandError: it is no JSON object with an operation.
+        CommandError: it is not a JSON object with an operation.
     """
     try:
         made = json.loads(data)

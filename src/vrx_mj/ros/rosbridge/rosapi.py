@@ -38,7 +38,7 @@ MOMENTS = {
 
 
 def typedefs(type_name: str) -> list[dict[str, Any]]:
-    """A message type, then those that it uses; UnknownNameError: there is none of this name."""
+    """A message type, then those that it uses; UnknownNameError: the type is unknown."""
     waiting, definitions = [known_type(type_name)], {}
     while waiting:
         name = waiting.pop(0)
@@ -268,7 +268,7 @@ class ClientParameters:
         self._set = kept | sizes
 
     async def delete(self, name: str) -> None:
-        """Delete one; CommandError: there is none, or it is the simulation's."""
+        """Delete one; CommandError: it is unknown, or the simulation's."""
         try:
             if self._graph.remote_master is None:
                 self._graph.delete_parameter(name)
@@ -279,7 +279,7 @@ class ClientParameters:
         self._set = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
 
     async def search(self, name: str) -> str:
-        """The absolute name of one as seen from the simulation's node; empty where there is none."""
+        """The absolute name of one as seen from the simulation's node; empty for an invalid one."""
         if self._graph.remote_master is None:
             return self._graph.parameters.search(self._graph.node, name.strip("/")) or ""
         return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
@@ -295,7 +295,7 @@ def _finished(answer: Coroutine[Any, Any, Values]) -> Values:
 
 
 def _leaves(name: str, value: object) -> Iterator[tuple[str, Any]]:
-    """Every value that is no namespace, by its whole name."""
+    """Every value that is not a namespace, by its whole name."""
     if isinstance(value, dict) and value:
         for key, part in value.items():
             yield from _leaves(joined(name, key), part)

@@ -163,11 +163,11 @@ class Rosbridge:
     def _refusal(
         self, connection: ServerConnection, status: http.HTTPStatus, kind: str, text: str
     ) -> Response:  # fmt: skip
-        self._hub.tell_once(str(connection.remote_address[0]), kind, text)
+        self._hub.report_once(str(connection.remote_address[0]), kind, text)
         return connection.respond(status, f"{text}\n")
 
     def _crowd(self, peer: str) -> str:
-        """Why there is no room for one more client; nothing where there is, or one that says nothing makes room."""
+        """Why one more client is refused; empty if it is not, as where a client that sends nothing makes room."""
         clients = self._hub.clients.values()
         if not is_loopback(peer) and sum(client.host == peer for client in clients) >= MOST_OF_A_HOST:
             return f"{MOST_OF_A_HOST} clients of {peer} are connected; no more are accepted"

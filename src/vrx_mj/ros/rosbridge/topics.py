@@ -215,7 +215,7 @@ class Topics:
 
 
 LONGEST_CALL = 600.0
-"""Wall time after which a call has failed, unless it says otherwise, and at most [s]."""
+"""Wall time after which a call has failed, unless it gives another time, and at most [s]."""
 MOST_CALLS = 256
 """Calls of one client that wait, at most."""
 MOST_ELSEWHERE = 64
@@ -270,7 +270,7 @@ class Elsewhere:
         self.sender, self._type, self._answer = sender, type_name, answer
 
     def send(self, message: dict[str, Any], options: Options = Options()) -> None:  # noqa: B008  # a Caller's
-        """Give the response, or why there is none."""
+        """Give the response, or the reason for its absence."""
         if not message["result"]:
             self._answer(None, str(message["values"]))
             return
@@ -358,7 +358,7 @@ class Services:
             self._wait_for(self._call_elsewhere(name, arguments), key)
 
     def respond(self, key: str, server: Caller, values: object, result: bool) -> None:
-        """A client's answer to a call; CommandError: no call of this id waits for it, or it is no such response."""
+        """A client's answer to a call; CommandError: no call of this id waits for it, or the response is invalid."""
         call = self._calls.get(key)
         if call is None or call.server is not server:
             raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")

@@ -131,7 +131,7 @@ class Bone(NamedTuple):
 
 @lru_cache(maxsize=256)
 def bones(text: str, boat: str) -> tuple[Bone, ...]:
-    """The joints of a URDF, parents first; none for a text that is no robot."""
+    """The joints of a URDF, parents first; none for a text that is not a robot."""
     findings = Findings("robot_description")
     try:
         root = Node(parse_robot(text, findings.file), "", findings)

@@ -66,7 +66,7 @@ def gazebo_services(host: Host) -> Iterator[Service]:
         ("get_world_properties", "GetWorldProperties", _world_properties),
         ("get_model_properties", "GetModelProperties", _model_properties),
     ):
-        yield _told(host, name, kind, answer)
+        yield _service(host, name, kind, answer)
 
 
 def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
@@ -104,8 +104,8 @@ def _emptily(do: Callable[[], None]) -> Callable[[Message], Message]:
     return answer
 
 
-def _told(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, object] | None]) -> Service:
-    """A service that says in its response whether it went well, and why not."""
+def _service(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, object] | None]) -> Service:
+    """A service whose response has whether it went well, and why not."""
 
     def answer(request: Message) -> Message:
         response = f"gazebo_msgs/{kind}Response"

@@ -83,7 +83,7 @@ class Bodies:
         """A model's name as this world has it; models in models are also known by Gazebo's names, `buoys::red_0`.
 
         Raises:
-            UnknownNameError: there is none of that name.
+            UnknownNameError: the name is unknown.
             CommandError: it is made of models alone, so that it has no place of its own.
         """
         own = name.replace("::", "/")
@@ -100,7 +100,7 @@ class Bodies:
         return [model for model in self._models if model.startswith(f"{name.replace('::', '/')}/")]
 
     def link(self, name: str) -> Placed:
-        """Where a link is; UnknownNameError if there is none of that name."""
+        """Where a link is; UnknownNameError for an unknown name."""
         if name not in self._links:
             raise UnknownNameError("link", name, self._links)
         self._refresh()
@@ -124,7 +124,7 @@ class Bodies:
         return self.model(name) if is_model else self.link(name)
 
     def model_of_link(self, name: str) -> str:
-        """The model whose own frame is this link; UnknownNameError or CommandError if there is none."""
+        """The model whose own frame is this link; UnknownNameError or CommandError if it is none's."""
         index = self._links.get(name)
         if index is None:
             raise UnknownNameError("link", name, self._links)
@@ -223,7 +223,7 @@ class Host(Protocol):
         """Command thrusters, as `Simulation.command`."""
 
     def push(self, boat: str, thruster: str, force: float) -> None:
-        """Have a thruster push with a force [N] until it is told otherwise, as VRX 3's do."""
+        """Have a thruster push with a force [N] until its next command, as VRX 3's do."""
 
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""

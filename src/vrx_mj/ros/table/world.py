@@ -31,7 +31,7 @@ _grounds: WeakKeyDictionary[Simulation, Row] = WeakKeyDictionary()
 
 
 def chart_output(host: Host) -> Output:
-    """The topic: std_msgs/String with a JSON object, told again when boats come or go and when the task shows its goal.
+    """The topic: std_msgs/String with a JSON object; published again when boats come or go or the task shows its goal.
 
     Lengths in m, angles in rad, world frame: `name`, `cmd_vel` (what it commands: thrust or velocity), `shore` (rings,
     the land on their left), `docks`, `objects`, `course` (places that the task names, x, y and heading) and `boats`,
@@ -39,17 +39,17 @@ def chart_output(host: Host) -> Output:
     """
 
     @lru_cache(maxsize=1)
-    def told(course: tuple[Place, ...]) -> Message:
+    def chart(course: tuple[Place, ...]) -> Message:
         world = host.sim.world
         boats = {boat: {"engines": [asdict(engine) for engine in engines_of(world, boat)]} for boat in host.sim.boats}
         text = json.dumps({**_ground(host), "course": course, "boats": boats}, separators=(",", ":"))
         return new("std_msgs/String", data=text)
 
-    return Output(WORLD, "std_msgs/String", lambda: told(_course(host)), latched=True)
+    return Output(WORLD, "std_msgs/String", lambda: chart(_course(host)), latched=True)
 
 
 def _course(host: Host) -> tuple[Place, ...]:
-    """What the task tells a team now of where it is to go."""
+    """Where the task now asks a team to go."""
     task = host.sim.task or {}
     if task.get("type") == "acoustic_tracking":
         return ()  # its goal is the beacon, which is to be found
@@ -150,7 +150,7 @@ def _contacts(host: Host) -> Message:
 
 
 def world_inputs(host: Host) -> Iterator[Input]:
-    """What shuffles placards and lights, and what the fleet is told to form."""
+    """What shuffles placards and lights, and the formation of the fleet."""
     for name in (*host.sim.placards, *host.sim.lights):
 
         def shuffle(_message: Message, name: str = name) -> None:

@@ -139,9 +139,9 @@ SEEN_PERIOD = 0.2
 ASKED_PERIOD = 1.0
 """Wall time between two questions which boats there are [s]."""
 STILL = 0.6
-"""Wall time after which a clock that says nothing stands [s]."""
+"""Wall time without `/clock` after which time counts as paused [s]."""
 SETTLES = 1.0
-"""Wall time after which the clock has told of a pause, or of its end [s]."""
+"""Wall time after which the clock shows a pause, or its end [s]."""
 
 Clock = Callable[[], float]
 
@@ -185,17 +185,17 @@ class Scene:
 
     @property
     def is_known(self) -> bool:
-        """Whether the world has told of itself, and which boats it has."""
+        """Whether the world's chart has come, and which boats it has."""
         return self.boats is not None and self._engines is not None
 
     @property
     def is_paused(self) -> bool:
-        """Whether time stands."""
+        """Whether time is paused."""
         now = self._clock()
         return self._meant if now - self._asked_pause < SETTLES else now - self._ticked > STILL
 
     def note_pause(self, *, paused: bool) -> None:
-        """Time was stopped, or goes on: the clock will tell, but what it told before may still be on its way."""
+        """Time was stopped, or goes on: clocks from before may still be on their way."""
         self._meant, self._asked_pause = paused, self._clock()
 
     @property
@@ -205,7 +205,7 @@ class Scene:
         return {boat: known.get(boat, ()) for boat in self.boats or ()}
 
     def follow(self) -> None:
-        """Ask which boats there are, if it is time; a world that is paused tells too."""
+        """Ask which boats there are, if it is time; a world that is paused answers too."""
         if self._clock() - self._asked > ASKED_PERIOD:
             self._asked = self._clock()
             self._bridge.call("/rosapi/topics_for_type", {"type": TWIST}, self._count)
@@ -216,12 +216,12 @@ class Scene:
             self.boats = tuple(sorted((match.group(1) for match in found if match), key=_by_number))
 
     def _world(self, message: Mapping[str, Any]) -> None:
-        told = json.loads(message["data"])
-        self.name, self.keeps_velocity = told["name"], told["cmd_vel"] == "velocity"
+        chart = json.loads(message["data"])
+        self.name, self.keeps_velocity = chart["name"], chart["cmd_vel"] == "velocity"
         if self._engines is None:
             self.boats = None  # those of a world that had not offered its topics yet
         self._engines = {
-            boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in told["boats"].items()
+            boat: tuple(Engine(**engine) for engine in row["engines"]) for boat, row in chart["boats"].items()
         }
         self._asked = -math.inf  # boats may have come or gone
 
@@ -259,7 +259,7 @@ LOOK = 0.03
 RETRY = 1.0
 """Wall time between two tries to connect again [s]."""
 GREETING = 5.0
-"""Wall time in which a world tells of itself [s]."""
+"""Wall time in which a world's chart must come [s]."""
 REST = Wheel()
 ANGLE = "_angle"
 TIME = ("time", "p: pause or resume; backspace: reset")
@@ -298,11 +298,11 @@ class Helmsman:
     """Takes keys and drives, over a connection that may be lost and come again."""
 
     def __init__(self, url: str, boat: str | None, *, say: Say, clock: Callable[[], float] = time.monotonic) -> None:
-        """Connect, and wait for the world to tell of itself; errors are those of `drive`."""
+        """Connect, and wait for the world's chart; errors are those of `drive`."""
         self._url, self._say, self._clock = url, say, clock
         self._bridge = Bridge(url)
         self._scene = Scene(self._bridge, clock)
-        self._told: dict[str, Wheel] = {}
+        self._sent: dict[str, Wheel] = {}
         self._pause, self._retry = Pause(), -math.inf
         try:
             self._greet()
@@ -357,7 +357,7 @@ class Helmsman:
 
     def close(self) -> None:
         """Stop the boats that were driven, and end the connection."""
-        for boat, wheel in self._told.items():
+        for boat, wheel in self._sent.items():
             if wheel != REST:
                 self._command(boat, REST)
         self._bridge.close()
@@ -373,7 +373,7 @@ class Helmsman:
             for boat in self.pilot.wheels:
                 self._command(boat, REST)
             self.pilot.reset()
-            self._told.clear()
+            self._sent.clear()
             self._call("reset_world", "the simulation is reset")
         else:
             return self.pilot.press(key)
@@ -390,9 +390,9 @@ class Helmsman:
     def _send(self) -> None:
         """What is asked for, as long as it is; and once that nothing is asked for any more."""
         for boat, wheel in self.pilot.wheels.items():
-            if wheel != REST or self._told.get(boat) != REST:
+            if wheel != REST or self._sent.get(boat) != REST:
                 self._command(boat, wheel)
-                self._told[boat] = wheel
+                self._sent[boat] = wheel
 
     def _command(self, boat: str, wheel: Wheel) -> None:
         if self._scene.keeps_velocity:
@@ -406,7 +406,7 @@ class Helmsman:
         """Boats may have come or gone."""
         before = self.pilot.boat
         self.pilot.change_boats(self._scene.engines)
-        self._told = {boat: wheel for boat, wheel in self._told.items() if boat in self.pilot.wheels}
+        self._sent = {boat: wheel for boat, wheel in self._sent.items() if boat in self.pilot.wheels}
         if before and before != self.pilot.boat:
             self._say(f"{before} was removed; the keys drive {self.pilot.boat or 'no boat'} now")
 
@@ -435,7 +435,7 @@ class Helmsman:
         except NetworkError:
             return
         self.pilot.reset()
-        self._told.clear()
+        self._sent.clear()
         self._scene = Scene(self._bridge, self._clock)
         try:
             self._greet()

@@ -30,7 +30,7 @@ FILES = {
 }
 """What there is, by path: the file and its type."""
 SETTINGS = "/settings.json"
-"""Path of what the page is told: `url` of the rosbridge, and `boat`."""
+"""Path of the page's settings: `url` of the rosbridge, and `boat`."""
 SILENCE = 10.0
 """Wall time after which a browser that says nothing is let go [s]."""
 MOST_CONNECTIONS = 64

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from vrx_mj.ros import access
-from vrx_mj.ros.serve import Wanted, _tell_others
+from vrx_mj.ros.serve import Wanted, _show_addresses
 
 FAR = "203.0.113.7"
 
@@ -24,7 +24,7 @@ def without_route(monkeypatch):
 
 def told(**wanted):
     lines = []
-    _tell_others(Wanted(**wanted), lambda level, text: lines.append((level, text)))
+    _show_addresses(Wanted(**wanted), lambda level, text: lines.append((level, text)))
     return lines
 
 

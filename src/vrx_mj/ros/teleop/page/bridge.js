@@ -4,9 +4,9 @@ const RETRY = 1500; // [ms]
 const ANSWER_TIMEOUT = 20000; // for an answer [ms]
 
 export class Bridge {
-  constructor(url, { opened, closed, told }) {
+  constructor(url, { opened, closed, failed }) {
     this.url = url;
-    this.handlers = { opened, closed, told };
+    this.handlers = { opened, closed, failed };
     this.listeners = new Map();
     this.calls = new Map();
     this.number = 0;
@@ -82,6 +82,6 @@ export class Bridge {
       if (!message.result) fail(new Error(String(message.values)));
       else if (message.values?.success === false) fail(new Error(message.values.status_message));
       else done(message.values);
-    } else if (message.op === "status" && message.level === "error") this.handlers.told(message.msg);
+    } else if (message.op === "status" && message.level === "error") this.handlers.failed(message.msg);
   }
 }

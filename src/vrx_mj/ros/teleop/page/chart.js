@@ -11,7 +11,7 @@ export class Chart {
   constructor(canvas, { chosen, changed }) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
-    this.tell = { chosen, changed };
+    this.on = { chosen, changed };
     this.ground = { shore: [], docks: [], objects: [], course: [] };
     this.boats = new Map(); // name: {x, y, yaw, speed, track}
     this.things = new Map(); // floating objects: name: [x, y]
@@ -78,7 +78,7 @@ export class Chart {
 
   follow(follows) {
     this.follows = follows;
-    this.tell.changed();
+    this.on.changed();
     this.redraw();
   }
 
@@ -90,7 +90,7 @@ export class Chart {
     this.view.y = y + (this.view.y - y) * kept;
     if (this.follows) this.center();
     this.view.zoom = zoom;
-    this.tell.changed();
+    this.on.changed();
     this.redraw();
   }
 
@@ -109,7 +109,7 @@ export class Chart {
     const { width, height } = this.canvas.getBoundingClientRect();
     this.view.zoom = Math.min(width, height) / ROOM;
     this.isPlaced = true;
-    this.tell.changed();
+    this.on.changed();
   }
 
   listen() {
@@ -153,7 +153,7 @@ export class Chart {
   choose(event) {
     const { x, y } = this.toWorld(event.clientX, event.clientY);
     const near = [...this.boats].map(([name, boat]) => [Math.hypot(boat.x - x, boat.y - y), name]).sort((a, b) => a[0] - b[0]);
-    if (near.length && near[0][0] * this.view.zoom < SHORTEST) this.tell.chosen(near[0][1]);
+    if (near.length && near[0][0] * this.view.zoom < SHORTEST) this.on.chosen(near[0][1]);
   }
 
   redraw() {

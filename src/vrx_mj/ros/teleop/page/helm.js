@@ -40,7 +40,7 @@ export function engineCommands(engines, wheel) {
   return commands;
 }
 
-// Drives one boat at a time; boats that were driven once keep what they were told last.
+// Drives one boat at a time; boats that were driven once keep their last command.
 export class Pilot {
   constructor() {
     this.engines = {};

@@ -1,4 +1,4 @@
-// The page: what the rosbridge tells goes to the map and the cards, what people do goes back.
+// The page: what comes from the rosbridge goes to the map and the cards, what people do goes back.
 
 import { Bridge } from "/bridge.js";
 import { Chart } from "/chart.js";
@@ -7,7 +7,7 @@ import { compass, notice, signed } from "/words.js";
 
 const PERIOD = 100; // between two commands of a boat: VRX forgets them after a second [ms]
 const STILL = 700; // after which a clock that says nothing stands [ms]
-const SETTLES = 1000; // after which the clock has told of a pause, or of its end [ms]
+const SETTLES = 1000; // after which the clock shows a pause, or its end [ms]
 const TWIST = "geometry_msgs/Twist";
 const FULL = { power: 3, turn: 0.6 }; // of the joystick where cmd_vel is a velocity [m/s, rad/s]
 const APART = 7; // of a boat that joins from everything else, at least [m]
@@ -17,7 +17,7 @@ const show = (id, text) => { if ($(id).textContent !== text) $(id).textContent =
 const degrees = (angle) => (angle * 180) / Math.PI;
 
 const pilot = new Pilot();
-const told = {}; // what boats were told last
+const sent = {}; // the last command of each boat
 const wind = { speed: null, direction: null };
 let asked = -Infinity; // when this page paused or resumed last [ms]
 let last = null; // the boat that was removed last
@@ -25,7 +25,7 @@ let world = null, boats = [], paused = false, ticked = 0, time = null, looked = 
 
 const chart = new Chart($("map"), { chosen: choose, changed: showView });
 
-// What the world tells
+// What comes from the world
 
 function listen() {
   bridge.subscribe("/vrx_mj/world", "std_msgs/String", 0, ({ data }) => {
@@ -92,7 +92,7 @@ function meet(names) {
   const isNew = names.join() !== boats.join();
   boats = names;
   pilot.meet(Object.fromEntries(names.map((name) => [name, world?.boats[name]?.engines ?? []])));
-  for (const name of Object.keys(told)) if (!names.includes(name)) delete told[name];
+  for (const name of Object.keys(sent)) if (!names.includes(name)) delete sent[name];
   chart.keepOnly(names);
   if (isNew) listBoats();
   if (before !== pilot.boat || isNew) choose(pilot.boat);
@@ -116,16 +116,16 @@ function command(boat, wheel) {
 // What is asked for, as long as it is; and once that nothing is asked for any more.
 function send() {
   for (const [boat, wheel] of Object.entries(pilot.wheels)) {
-    if (isRest(wheel) && told[boat] && isRest(told[boat])) continue;
+    if (isRest(wheel) && sent[boat] && isRest(sent[boat])) continue;
     command(boat, wheel);
-    told[boat] = wheel;
+    sent[boat] = wheel;
   }
 }
 
 function letGo() {
   for (const boat of Object.keys(pilot.wheels)) command(boat, REST);
   pilot.reset();
-  for (const boat of Object.keys(told)) delete told[boat];
+  for (const boat of Object.keys(sent)) delete sent[boat];
 }
 
 function choose(name) {
@@ -348,7 +348,7 @@ function showFigures() {
   show("heading", boat ? compass(degrees(boat.yaw)) : "–");
   show("power", signed(power) + unit[0]);
   show("turn", signed(turn) + unit[1]);
-  show("angle-told", `${signed(degrees(angle), 0)}°`);
+  show("angle-shown", `${signed(degrees(angle), 0)}°`);
   if (document.activeElement !== $("angle") || angle === 0) $("angle").value = degrees(angle);
   for (const button of $("boats").children) {
     const speed = chart.boats.get(button.dataset.boat)?.speed;
@@ -389,7 +389,7 @@ bridge = new Bridge(url, {
     pilot.reset();
     setConnected(false, url);
   },
-  told: (text) => notice(text),
+  failed: (text) => notice(text),
 });
 listen();
 setInterval(send, PERIOD);

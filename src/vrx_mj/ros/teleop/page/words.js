@@ -1,4 +1,4 @@
-// Numbers for people, and what is told in words over the map.
+// Numbers for people, and the words over the map.
 
 const COMPASS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
 const notices = document.querySelector("#notices");
