@@ -8,7 +8,7 @@ from integration.sailing import boats, water
 from trees import typed
 from vrx_mj.config.sensors import BallShooterConfig, GpsConfig, ImuConfig, P3dConfig, PingerConfig
 from vrx_mj.frames import rotation
-from vrx_mj.mjcf.shooters import BALL, ball_name, parked_balls
+from vrx_mj.mjcf.objects import BALL, ball_name, parked_balls
 from vrx_mj.mjcf.world import make_world
 from vrx_mj.model.world import tree_of
 

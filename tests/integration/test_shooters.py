@@ -9,7 +9,7 @@ import vrx_mj
 from integration.sailing import AFLOAT, CALM, GUSTY, boats, same_bits
 from integration.sensing import GUN, GUN_AT, P3D, equipped, sailing
 from vrx_mj.errors import SensorError
-from vrx_mj.mjcf.shooters import SPACING, parked_balls
+from vrx_mj.mjcf.objects import SPACING, parked_balls
 
 SPEED = 0.3 / 0.04
 """Of a ball at the muzzle [m/s]: 300 N for 1 ms on 40 g."""

@@ -97,7 +97,7 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.urdf.reader import read_urdf
     from vrx_mj.config.urdf.xacro_files import own_packages
     from vrx_mj.mjcf.boats import assembled
-    from vrx_mj.mjcf.robot_files import save_robot
+    from vrx_mj.mjcf.robots import save_robot
 
     robot = read_urdf(urdf, file, packages=own_packages())
     boat = assembled(robot, read_gazebo(robot), RobotConfig(urdf="wamv.urdf"))

@@ -11,7 +11,7 @@ import numpy as np
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import Course, course_of, symbols_of
-from vrx_mj.mjcf.shooters import BALL
+from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object

@@ -1,12 +1,13 @@
-"""Boats that would start on land, on docks or on one another: told with the distance, or moved to free water.
+"""Boats that would start on land, on docks or on one another: refused with the distance, or moved to free water.
 
-Seen from above a boat is the rectangle around what its base link carries.
+Seen from above a boat is the rectangle around what its base link carries. Where a fleet's origin puts boats ashore,
+another one at which all are in free water is suggested.
 """
 
 import functools
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,15 +23,94 @@ from vrx_mj.frames import Pose
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import boat_box
 from vrx_mj.mjcf.docks import block_corners
-from vrx_mj.mjcf.free_origin import Frame, Place, free_origin
-from vrx_mj.mjcf.land import area_of
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
-from vrx_mj.mjcf.terrain import shoreline
+from vrx_mj.mjcf.terrain import area_of, shoreline
 
-__all__ = ["boats_afloat", "depth_in_land", "outline"]
+__all__ = ["FARTHEST_ORIGIN", "Frame", "Place", "boats_afloat", "depth_in_land", "free_origin", "outline"]
+
 
 Area = Any
 """A shapely polygon in the world [m]."""
+Frame = tuple[float, float, float]
+"""x, y [m] and yaw [rad] in the world."""
+Place = tuple[float, float]
+"""x, y [m] in the world."""
+
+FARTHEST_ORIGIN = 300.0
+"""How far from where it is asked for an origin is looked for [m]."""
+ORIGIN_STEP = 2
+"""Between the places tried [m]; their coordinates are whole numbers."""
+TURNS = (0, 1, -1, 2, -2, 3, -3, 4)
+"""Eighths of a turn that are tried, the fleet's own heading first."""
+FLEET_MARGIN = 1.0
+"""Water left around each boat and around all of them [m]."""
+ORIGINS_TOGETHER = 500
+"""Places tried in one call of shapely's."""
+AROUND = 2000.0
+"""How far from the place the water is looked at [m]."""
+
+
+def free_origin(
+    corners: FloatArray, frame: Frame, land: Area, taken: Area, *, water: Place, middle: Place | None = None
+) -> Frame | None:
+    """The frame that has all boats in one free water, their middle as near as can be to where it is to be.
+
+    None where nothing within `FARTHEST_ORIGIN` is free.
+
+    Args:
+        corners: outlines of the boats in the world (n, 4, 2) [m], as their present frame places them.
+        frame: that present frame.
+        land: what no boat may be on, and what may not be between them.
+        taken: what else no boat may be on, as docks and buoys.
+        water: a place [m] in the water that is meant, or near it.
+        middle: where the middle of the boats is to be [m]; None: where it is.
+    """
+    outlines = shapely.buffer(shapely.polygons(corners), FLEET_MARGIN, join_style="mitre")
+    pairs = shapely.STRtree(shapely.polygons(corners)).query(shapely.polygons(corners), predicate="intersects")
+    if pairs.shape[1] > len(corners):
+        return None  # boats are on one another wherever they are
+    inside = _water(water, land)
+    shapely.prepare(inside)
+    shapely.prepare(taken)
+    own = _turned(shapely.get_coordinates(outlines) - frame[:2], -frame[2])
+    centre = _turned(corners.reshape(-1, 2) - frame[:2], -frame[2]).mean(axis=0)
+    goal = np.array(frame[:2]) + _turned(centre, frame[2]) if middle is None else np.array(middle)
+    around = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(own)))
+    for turn in TURNS:
+        yaw = round(math.remainder(frame[2] + turn * math.pi / 4, 2 * math.pi), 2)
+        boats, hull = _turned(own, yaw).reshape(len(corners), -1, 2), _turned(around, yaw)
+        for places in _places(goal - _turned(centre, yaw)):
+            roomy = places[shapely.contains(inside, shapely.polygons(hull + places[:, None]))]
+            for place in roomy:
+                if not shapely.intersects(taken, shapely.polygons(boats + place)).any():
+                    return float(place[0]), float(place[1]), yaw
+    return None
+
+
+def _water(near: Place, land: Area) -> Area:
+    """The connected water at a place, or nearest to it."""
+    x, y = near
+    waters = shapely.get_parts(shapely.difference(shapely.box(x - AROUND, y - AROUND, x + AROUND, y + AROUND), land))
+    if len(waters) == 0:
+        return shapely.Polygon()
+    return waters[int(np.argmin(shapely.distance(waters, shapely.Point(near))))]
+
+
+def _turned(points: FloatArray, angle: float) -> FloatArray:
+    cos, sin = math.cos(angle), math.sin(angle)
+    turned: FloatArray = points @ np.array([[cos, sin], [-sin, cos]])
+    return turned
+
+
+def _places(near: FloatArray) -> Iterator[FloatArray]:
+    """Places (n, 2) [m] around one, the nearest first."""
+    reach = np.arange(-FARTHEST_ORIGIN, FARTHEST_ORIGIN + ORIGIN_STEP / 2, ORIGIN_STEP)
+    grid = np.stack(np.meshgrid(np.round(near[0]) + reach, np.round(near[1]) + reach), axis=-1).reshape(-1, 2)
+    distance = np.hypot(*(grid - near).T)
+    order = np.argsort(distance, kind="stable")
+    grid = grid[order[: int(np.count_nonzero(distance <= FARTHEST_ORIGIN))]]
+    return iter(np.array_split(grid, math.ceil(len(grid) / ORIGINS_TOGETHER)))
+
 
 LEAST = 0.5
 """Least length and beam that a boat counts with [m]: two of them never have one origin."""
@@ -113,7 +193,7 @@ def _better_origin(
     water: Place,
     middle: Place | None = None,
 ) -> str:
-    """The origin that `free_origin` finds, as advice; empty if there is none."""
+    """The origin that `free_origin` finds, as advice; empty without one."""
     land = next((thing.area for thing in things if thing.on == LAND), shapely.Polygon())
     taken = shapely.union_all([*(thing.area for thing in things if thing.on != LAND), *buoys])
     corners = np.array([shapely.get_coordinates(area)[:4] for area in areas])
@@ -125,7 +205,7 @@ def _better_origin(
 
 
 def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
-    """How far [m] from the shore, rings of points (x, y), a boat of an outline would stand on land; 0 in free water."""
+    """How far [m] from the shore, rings of points (x, y), a boat of an outline would be on land; 0 in free water."""
     area, land = shapely.Polygon(_placed(corners, pose)), area_of(shore)
     return _depth(area, land) if shapely.intersects(area, land) else 0.0
 
@@ -202,7 +282,7 @@ def _depth(area: Area, thing: Area) -> float:
 def _free_places(
     areas: FloatArray, found: Mapping[int, str], things: Sequence[_Thing], buoys: Sequence[Area]
 ) -> dict[int, tuple[float, float] | None]:  # fmt: skip
-    """By how much (x, y) [m] each boat at fault is moved, in their order; None: there is no room."""
+    """By how much (x, y) [m] each boat at fault is moved, in their order; None without room for it."""
     taken = [*(area for i, area in enumerate(areas) if i not in found), *buoys]
     moves: dict[int, tuple[float, float] | None] = {}
     for i in sorted(found):

@@ -21,7 +21,7 @@ __all__ = ["AssembledThruster", "Boat", "Part", "Rudder", "assembled"]
 
 Vector = tuple[float, float, float]
 YIELDING = ContactConfig()
-"""What a robot's file does not say of contacts."""
+"""Contact parameters of a robot whose file gives none."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Part:
     collisions: tuple[Shape, ...]
     visuals: tuple[Visual, ...]
     lumped: bool
-    """Held to the base link: water and wind push at the centre of mass of what is. Where VRX's plugin says how the hull
-    floats, fixed joints alone hold, as Gazebo makes one link of these; else all that do not turn a propeller."""
+    """Held to the base link: water and wind push at the centre of mass of what is. Where VRX's plugin gives how the
+    hull floats, fixed joints alone hold, as Gazebo makes one link of these; else all that do not turn a propeller."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Rudder:
     """[m2]"""
     aspect_ratio: float
     propeller: str | None
-    """Thruster in whose race it stands."""
+    """Thruster in whose race it is."""
     propeller_diameter: float
     """[m]; 0 without a propeller."""
     race_share: float
@@ -100,7 +100,7 @@ def assembled(
 ) -> Boat:  # fmt: skip
     """The boat of a URDF, of its Gazebo tags and of the YAML beside it, which has the last word.
 
-    `drive` is what all its thrusters have in common, whatever the files say: fields of `ThrusterConfig`.
+    `drive` is what all its thrusters have in common, whatever the files give: fields of `ThrusterConfig`.
 
     Raises:
         ConfigError: the YAML names a link or joint that the URDF does not have; two links, or two sensors, have one
@@ -138,7 +138,7 @@ def assembled(
 
 
 def _check_links(urdf: Urdf) -> None:
-    """Links are told apart without the namespace."""
+    """Links are distinguished without the namespace."""
     seen: dict[str, str] = {}
     for name, link in urdf.links.items():
         other = seen.setdefault(urdf.local(name), name)
@@ -180,18 +180,18 @@ def _engines(
 ) -> Iterator[AssembledThruster]:  # fmt: skip
     for name, item in thrusters.items():
         entry = config.thrusters.get(name)
-        said = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
+        given = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
         if name in hinges:
-            yield _steered(tree, name, item, hinges[name], said)
+            yield _steered(tree, name, item, hinges[name], given)
             continue
-        servo = said or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
+        servo = given or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
         where = tree.pose(item.propeller_link, tree.urdf.root)
         link = tree.urdf.local(item.propeller_link)
         fixed = item.drive.model_copy(update={"max_angle": 0.0})
         yield AssembledThruster(name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, ())
 
 
-def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: ServoConfig | None) -> AssembledThruster:
+def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None) -> AssembledThruster:
     turn = facing(hinge.axis)
     propeller = _part(tree, item.propeller_link, hinge.child, turn).pose
     return AssembledThruster(
@@ -202,7 +202,7 @@ def _steered(tree: Tree, name: str, item: UrdfThruster, hinge: Joint, said: Serv
         center=propeller[:3],
         direction=apply(rotation(*propeller[3:]), item.axis),
         drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
-        servo=said or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
+        servo=given or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
         parts=tuple(_part(tree, link, hinge.child, turn) for link in tree.below(hinge.child)),
     )
 
@@ -237,7 +237,7 @@ def _hinge_pose(tree: Tree, hinge: Joint) -> Pose:
 
 
 def _effort(hinge: Joint) -> float:
-    """Largest torque [N m]; a URDF's zero means that it does not say."""
+    """Largest torque [N m]; a URDF's zero means that it gives none."""
     return hinge.limits.effort if hinge.limits and hinge.limits.effort > 0 else 10.0
 
 

@@ -34,7 +34,7 @@ __all__ = ["boat_urdf", "build_boat", "robot_urdf"]
 SHOWN_NOTES = 12
 """Greatest number of faults of a robot that a warning lists."""
 XACRO_MARKS = ("<xacro:", "${", "$(")
-"""What tells that a URDF has something to expand."""
+"""Text by which a URDF with something to expand is recognized."""
 VRX, NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
 
@@ -72,9 +72,9 @@ def _built(order: Order) -> Boat:
         raise located(error, robot_section(order.robot, order.folder)) from None
     boat, derived = _in_water(boat, config, profile)
     sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    odd = (*boat.warnings, *derived, _unassembled(boat, order, config))
+    remarks = (*boat.warnings, *derived, _unassembled(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, name=order.robot)
-    if notes := [note for note in (*odd, *_names_for_ros(boat)) if note]:
+    if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
         warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
 
@@ -86,7 +86,7 @@ def _names_for_ros(boat: Boat) -> list[str]:
 
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:
-    """What the profile says of all thrusters: VRX 3's take newtons, which hold until the next command."""
+    """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
     return {} if order.profile == CLASSIC else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 
 
@@ -148,7 +148,7 @@ def _plain_urdf(file: Path) -> str | None:
     try:
         text = read_bytes(file).decode("utf-8")
     except (ExpressionError, UnicodeDecodeError):
-        return None  # `expand` says what is wrong
+        return None  # `expand` reports what is wrong
     first, *rest = text.split("<!--")  # VRX's macros leave comments with expressions in them
     bare = first + "".join(piece.partition("-->")[2] for piece in rest)
     return None if any(mark in bare for mark in XACRO_MARKS) else text
@@ -185,7 +185,7 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
 
 
 def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
-    """A note where VRX's sensors are asked for, and the boat's own files say which it carries."""
+    """A note where VRX's sensors are asked for, and the boat's own files list which it carries."""
     if order.sensors != (VRX,) or (config.suites and not order.components):
         return ""
     carried = ", ".join(sensor.name for sensor in boat.sensors) or "none"
@@ -193,21 +193,21 @@ def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
 
 
 def _in_water(boat: Boat, config: RobotConfig, profile: ProfileEntry) -> tuple[Boat, tuple[str, ...]]:
-    """The boat with what the YAML says, then the plugin, then the shapes; with notes about what was derived."""
-    said = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
+    """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived."""
+    given = {**config.hydrodynamics.said, **profile.hydrodynamics.said}
     if boat.hydrodynamics is not None:
-        return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=said)), ()
-    in_lines = bool(LINES & said.keys())
-    guess = derived_lines(boat) if in_lines else derived_floats(boat, said.get("water_density", DENSITY),
-                                                                said.get("length_n", 2))  # fmt: skip
-    values = HydrodynamicsConfig.model_validate({**guess.values, **said})
+        return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=given)), ()
+    in_lines = bool(LINES & given.keys())
+    guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
+                                                                given.get("length_n", 2))  # fmt: skip
+    values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
-    return boat, (*guess.notes, *_derived(guess, said))
+    return boat, (*guess.notes, *_derived(guess, given))
 
 
-def _derived(guess: Derived, said: Collection[str]) -> list[str]:
-    """Text of a warning about what was derived; the waterline and the draft stand for the floats."""
-    missing = [f"{key} {_short(value)}" for key, value in guess.values.items() if key not in said and key != "hulls"]
+def _derived(guess: Derived, given: Collection[str]) -> list[str]:
+    """Text of a warning about what was derived; the waterline and the draft represent the floats."""
+    missing = [f"{key} {_short(value)}" for key, value in guess.values.items() if key not in given and key != "hulls"]
     rest = [guess.rest] if guess.rest else []
     if not missing:
         return []
@@ -215,7 +215,7 @@ def _derived(guess: Derived, said: Collection[str]) -> list[str]:
 
 
 def _listed(robot: str, notes: Sequence[str]) -> str:
-    """What is odd about a robot: in the same line if it is one thing, else one a line."""
+    """Text of the remarks about a robot: in the same line if it is one thing, else one a line."""
     if len(notes) == 1:
         return f"robot {robot}: {notes[0]}"
     rest = len(notes) - SHOWN_NOTES

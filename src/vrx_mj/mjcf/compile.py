@@ -20,20 +20,16 @@ from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.dock_checks import check_docks
 from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
-from vrx_mj.mjcf.fields import place_fields
-from vrx_mj.mjcf.fitting import boat_rows, fitted
+from vrx_mj.mjcf.docks import check_docks
 from vrx_mj.mjcf.markers import marker_rows
-from vrx_mj.mjcf.objects import object_piece, object_rows
+from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
 from vrx_mj.mjcf.parameters import Rows, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.mjcf.robots import stiffness
+from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_fields, place_objects
+from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.scored import Touch, lock_of, touch_sensor, touches_of
-from vrx_mj.mjcf.shooters import parked_balls
-from vrx_mj.mjcf.tasks import task_parameters, waypoints
+from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of, waypoints
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import newcomer_wind, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world

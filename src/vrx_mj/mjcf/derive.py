@@ -1,4 +1,7 @@
-"""A hull's hydrodynamics from its shapes and mass, where nobody has said better."""
+"""A hull's hydrodynamics from its shapes and mass, where no file gives them.
+
+What a body displaces that floats upright at some level follows from Archimedes' principle over flat faces, exactly.
+"""
 
 import itertools
 import math
@@ -7,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
@@ -15,10 +18,86 @@ from vrx_mj.config.urdf.meshes import read_mesh
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
-from vrx_mj.mjcf.displacement import Displaced, displaced, floating_level
 from vrx_mj.mjcf.masses import MassProperties, boat_mass
 
-__all__ = ["LINES", "Derived", "boat_box", "derived_floats", "derived_lines"]
+__all__ = [
+    "LINES",
+    "Derived",
+    "Displaced",
+    "boat_box",
+    "derived_floats",
+    "derived_lines",
+    "displaced",
+    "floating_level",
+]
+
+
+@dataclass(frozen=True)
+class Displaced:
+    """What is under a level, and the waterplane that the level cuts."""
+
+    volume: float
+    """[m3]"""
+    center: FloatArray
+    """(3,): centre of buoyancy [m]"""
+    area: float
+    """Of the waterplane [m2]."""
+    spread: FloatArray
+    """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+
+
+def displaced(corners: FloatArray, level: float) -> Displaced:
+    """What closed triangles (n, 3, 3) displace below z = `level` [m].
+
+    Gauss's theorem with fields that vanish at the level, so that only wet faces count: V is the integral of
+    (z - level) n_z over them, and the waterplane's area that of -n_z. Midpoints of edges integrate quadratics exactly.
+    """
+    wet = _below(corners, level)
+    along, across = wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]
+    weight = ((along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / 6.0)[:, None]  # a third of the area on z = 0
+    x, y, z = np.moveaxis((wet + np.roll(wet, -1, axis=1)) / 2.0, 2, 0)
+    volume, area = float((weight * (z - level)).sum()), -3.0 * float(weight.sum())
+    if volume <= 0.0:
+        return Displaced(0.0, np.zeros(3), 0.0, np.zeros(2))
+    moments = [float((weight * value).sum()) for value in (x * (z - level), y * (z - level), (z * z - level**2) / 2.0)]
+    spread = [-float((weight * v * v).sum()) - float((weight * v).sum()) ** 2 / area if area > 0.0 else 0.0
+              for v in (x, y)]  # fmt: skip
+    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0))
+
+
+def floating_level(corners: FloatArray, volume: float) -> float:
+    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs."""
+    from scipy.optimize import brentq
+
+    heights = corners[:, :, 2]
+    low, high = float(heights.min()), float(heights.max())
+    found: Any = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=1e-5 * (high - low))
+    return float(found)
+
+
+def _below(corners: FloatArray, level: float) -> FloatArray:
+    """The parts of triangles below a level, as triangles that turn the same way."""
+    wet = corners[:, :, 2] < level
+    count = wet.sum(axis=1)
+    a, b, c = _starting(corners[count == 1], wet[count == 1])
+    tip = np.stack([a, _cut(a, b, level), _cut(a, c, level)], axis=1)
+    a, b, c = _starting(corners[count == 2], ~wet[count == 2])
+    left, right = _cut(b, a, level), _cut(c, a, level)
+    first, second = np.stack([left, b, c], axis=1), np.stack([left, c, right], axis=1)
+    return np.concatenate([corners[count == 3], tip, first, second])
+
+
+def _starting(corners: FloatArray, marked: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The three corners of triangles in their order, from the one that is marked."""
+    rows, start = np.arange(len(corners)), marked.argmax(axis=1) if len(corners) else np.empty(0, dtype=np.int64)
+    return corners[rows, start], corners[rows, (start + 1) % 3], corners[rows, (start + 2) % 3]
+
+
+def _cut(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
+    """Where lines from wet points to dry ones pass the level."""
+    share = (level - wet[:, 2]) / (dry[:, 2] - wet[:, 2])
+    return wet + share[:, None] * (dry - wet)
+
 
 DENSITY = 997.8
 """Of VRX's water [kg/m3]."""
@@ -33,13 +112,13 @@ MODEL_LENGTH = 4.9
 MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
 MODEL_SURGE_QUADRATIC = 72.4
 LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
-"""Fields that say where floats are: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
+"""Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
 HIGHEST_LIFT = 0.1
 """Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
 ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest beyond which a boat's masses are hardly meant so."""
 LEAST_SHARE = 0.1
-"""Share of a boat's displacement below which its shapes are no hull, and say no more than its length and beam."""
+"""Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
 AWASH = 0.95
 """Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
@@ -48,13 +127,13 @@ Corner = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Derived:
-    """Fields of `HydrodynamicsConfig`, and what is to be said about them."""
+    """Fields of `HydrodynamicsConfig`, and remarks about them."""
 
     values: dict[str, Any]
     rest: str = ""
     """How the boat floats at rest."""
     notes: tuple[str, ...] = ()
-    """What is odd about the shapes or the masses."""
+    """Remarks about unusual shapes or masses."""
     pushed: tuple[float, float, float] | None = None
     """Where the water pushes [m], as `Boat.pushed` has it."""
 
@@ -148,7 +227,7 @@ def _section(share: float) -> float:
 
 
 def _stability(wet: Displaced, body: MassProperties) -> list[str]:
-    """What is odd about how it floats at rest: the metacentric heights say how far it heels and trims."""
+    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims."""
     ahead, left, up = (float(value) for value in body.center - wet.center)
     trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)
     if min(trim, heel) <= 0.0:

@@ -10,12 +10,12 @@ from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, load_object
 from vrx_mj.config.shapes import Visual
 from vrx_mj.config.world import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.mjcf.docks import BlockTree, block_tree
 from vrx_mj.mjcf.objects import element_row
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
-from vrx_mj.mjcf.trees import BlockTree, block_tree
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Element, Mooring
 from vrx_mj.model.site import Dock, Placard

@@ -1,18 +1,26 @@
-"""Docks of a world: their bays, placards and holes, and where they are."""
+"""Docks of a world: their bays, placards and holes, where they are, and how the blocks of floating ones hang together.
+
+A floating dock is one tree of hinges; constraints close its loops.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.bays import Box
-from vrx_mj.errors import UnknownNameError
+from vrx_mj.config.bays import Box, Cell
+from vrx_mj.config.docks import neighbours
+from vrx_mj.config.loading import problem_at
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import ConfigError, UnknownNameError
 from vrx_mj.frames import apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.model import tasks
 
-__all__ = ["block_corners", "dock_zones", "docks_overlap", "find_dock"]
+__all__ = ["BlockTree", "block_corners", "block_tree", "check_docks", "dock_zones", "docks_overlap", "find_dock"]
+
 
 Row = dict[str, Any]
 
@@ -21,7 +29,7 @@ def find_dock(docks: Sequence[PlacedDock], name: str) -> PlacedDock:
     """The dock of a name: that of an entry of `docks`, or of the one object that has a dock in it.
 
     Raises:
-        UnknownNameError: there is none, or the object has several docks and none is meant.
+        UnknownNameError: no dock has that name, or the object has several docks.
     """
     known = {dock.name: dock for dock in docks}
     if name in known:
@@ -37,8 +45,8 @@ def dock_zones(dock: PlacedDock) -> Row:
     """Everything about a dock that a task wants to know, as plain data; places in the dock's frame, m and rad.
 
     The dock's frame has its origin on the water in the middle of the drawing's first cell, x down the page, y to the
-    right. It is where `anchor` stands: a static dock stays at `pose`, a dynamic one carries its frame with it, fixed to
-    its root block (`vrx_mj.mjcf.trees`).
+    right. It is the frame of `anchor`: a static dock stays at `pose`, a dynamic one carries its frame with it, fixed to
+    its root block (`vrx_mj.mjcf.docks`).
 
     - anchor: name of the dock, under which its frame is found while it floats; pose: where it is at the start;
       dynamic: whether it floats
@@ -116,3 +124,69 @@ def _squares_meet(apart: FloatArray, axes: Sequence[FloatArray], half: Sequence[
         if abs(float(apart @ axis)) >= reach - 1e-9:
             return False
     return True
+
+
+def check_docks(config: WorldConfig, docks: Sequence[PlacedDock]) -> None:
+    """Tell of docks whose blocks lie on one another at the start, drawn ones and those of objects.
+
+    Raises:
+        ConfigError: some do; with the place in the file of each that lies on one before it.
+    """
+    found = [
+        problem_at(config.section, _place_of(dock, config), f"the dock '{dock.name}' overlaps the dock '{other.name}'")
+        for index, dock in enumerate(docks)
+        for other in docks[:index]
+        if docks_overlap(other, dock)
+    ]
+    if found:
+        raise ConfigError(found)
+
+
+def _place_of(dock: PlacedDock, config: WorldConfig) -> tuple[str | int, ...]:
+    """Path of the pose of a dock, or of the object that it came with, in its world."""
+    name = dock.name.partition("/")[0]
+    groups = {"docks": config.docks, "objects": config.objects}
+    return next((key, i, "pose") for key, group in groups.items() for i, item in enumerate(group) if item.name == name)
+
+
+@dataclass(frozen=True)
+class BlockTree:
+    """Blocks from the root outward, each after the one that it hangs on."""
+
+    cells: tuple[Cell, ...]
+    parents: tuple[int, ...]
+    """Of each block the number of the one that it hangs on, in the order of `cells`; -1: it is the root."""
+    closures: tuple[tuple[Cell, Cell], ...]
+    """Neighbours of which none hangs on the other: their shared edge closes a loop."""
+
+    @property
+    def depths(self) -> tuple[int, ...]:
+        """Hinges between each block and the root."""
+        depths: list[int] = []
+        for parent in self.parents:
+            depths.append(0 if parent < 0 else depths[parent] + 1)
+        return tuple(depths)
+
+
+def block_tree(cells: Sequence[Cell]) -> BlockTree:
+    """The shallowest tree of blocks that are in one piece; among equal roots the one with the nearest blocks."""
+    blocks = frozenset(cells)
+    trees = [_tree_from(root, blocks) for root in sorted(blocks)]
+    best = min(trees, key=lambda tree: (max(tree.depths), sum(tree.depths)))
+    assert len(best.cells) == len(blocks), "a dock that floats is in one piece"
+    hangs = {(cell, best.cells[parent]) for cell, parent in zip(best.cells, best.parents, strict=True) if parent >= 0}
+    pairs = ((cell, near) for cell in sorted(blocks) for near in neighbours(cell) if near in blocks and cell < near)
+    loose = tuple(pair for pair in pairs if pair not in hangs and pair[::-1] not in hangs)
+    return BlockTree(best.cells, best.parents, loose)
+
+
+def _tree_from(root: Cell, blocks: frozenset[Cell]) -> BlockTree:
+    """Breadth first, so that every block is as near to the root as it can be."""
+    order, parents, place = [root], [-1], {root: 0}
+    for cell in order:
+        for near in neighbours(cell):
+            if near in blocks and near not in place:
+                place[near] = len(order)
+                order.append(near)
+                parents.append(place[cell])
+    return BlockTree(tuple(order), tuple(parents), ())

@@ -22,12 +22,11 @@ from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarni
 from vrx_mj.mjcf.afloat import depth_in_land
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.fitting import Fitted, boat_rows, fitted
-from vrx_mj.mjcf.objects import object_piece, object_rows
+from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
-from vrx_mj.mjcf.scored import Touch, touch_sensor
-from vrx_mj.mjcf.shooters import spare_ball
+from vrx_mj.mjcf.robots import Fitted, boat_rows, fitted
+from vrx_mj.mjcf.tasks import Touch, touch_sensor
 from vrx_mj.mjcf.wind import warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.afloat import Float
@@ -49,21 +48,21 @@ REFERENCES = {
 """By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
 
 
-def with_boat(world: World, said: Mapping[str, object], folder: Path | None = None) -> World:
-    """The world with another boat; `said` is an entry of a fleet's `boats`, its pose in world axes [m, rad].
+def with_boat(world: World, entry: Mapping[str, object], folder: Path | None = None) -> World:
+    """The world with another boat; `entry` is one of a fleet's `boats`, its pose in world axes [m, rad].
 
     Paths in it start in `folder`, by default the current one.
 
     A name that was there before begins its next life: `life` of its entry counts them.
 
     Raises:
-        ConfigError: what is said of the boat is wrong.
-        CommandError: something has the name already, or the boat would stand on land.
+        ConfigError: the entry is wrong.
+        CommandError: something has the name already, or the boat would be on land.
         CompileError: the boat cannot be built.
     """
     spawn = {key: getattr(world.parameters.spawn, key) for key in ("robot", "thrusters", "sensors")}
     own = {key: value for key, value in spawn.items() if value is not None}
-    boat = joining_boat(said, SpawnConfig.model_validate(own), folder)
+    boat = joining_boat(entry, SpawnConfig.model_validate(own), folder)
     _check_name(world, boat.name)
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)

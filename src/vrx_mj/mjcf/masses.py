@@ -47,7 +47,7 @@ def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> Mas
 
 
 def posed(part: MassProperties, pose: Pose) -> MassProperties:
-    """The part in a frame in which its own stands at `pose`."""
+    """The part in a frame in which its own is at `pose`."""
     turn = np.array(rotation(*pose[3:]))
     return MassProperties(part.mass, turn @ part.center + np.array(pose[:3]), turn @ part.inertia @ turn.T)
 

@@ -1,11 +1,24 @@
-"""From the entries of a world file to single things with a name and a pose in the world."""
+"""From the entries of a world file to single things with a name and a pose in the world.
+
+The objects of a field are at points drawn from a seed, one by one, each where there is room for it. VRX's
+generate_avoid_obstacles_buoys.py means to keep its points 5 m apart and does not; its field is kept as it is, in the
+catalogue, and a new one is made here.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.docks import Berths, DockLayout, DockPlacement, berths, load_dock
-from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement, load_object
+from vrx_mj.config.objects import FieldConfig, ObjectConfig, PathConfig, Placement, load_object
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import CompileError
 from vrx_mj.frames import Pose, compose
+from vrx_mj.mjcf.terrain import on_land, shoreline
+from vrx_mj.physics.noise import stream_key, uniform
 
 ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -77,3 +90,99 @@ def _shown(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> list[DockP
         own, symbols = symbols[:count], symbols[count:]
         shown.append(dock.model_copy(update={"symbols": (*own, *dock.symbols[len(own) :])}) if own else dock)
     return shown
+
+
+TRIES = 1000
+"""Places that are tried for an object before the field is full."""
+
+
+def place_fields(
+    config: WorldConfig,
+    boats: Sequence[tuple[float, float]],
+    objects: Sequence[PlacedObject],
+    docks: Sequence[PlacedDock],
+) -> Iterator[PlacedObject]:
+    """The objects of a world's fields, among boats at (x, y) [m], other objects and docks.
+
+    Raises:
+        CompileError: a field is full before all its objects have a place.
+    """
+    taken = np.array([*boats, *(item.pose[:2] for item in objects)], np.float64).reshape(-1, 2)
+    ground = _Ground(config, docks)
+    for field in config.fields:
+        placed = list(_field(field, config, taken, ground))
+        taken = np.concatenate([taken, [item.pose[:2] for item in placed]])
+        yield from placed
+
+
+def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "_Ground") -> Iterator[PlacedObject]:
+    key = np.uint64(stream_key(config.seed if field.seed is None else field.seed, "field", field.name))
+    wanted = [(kind, index) for kind in field.objects for index in range(kind.count)]
+    counter = 0
+    for done, (kind, index) in enumerate(wanted):
+        for _ in range(TRIES):
+            x, y = (c + field.size * (uniform(key, np.uint64(counter + i)) - 0.5) for i, c in enumerate(field.center))
+            counter += 2
+            if _clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
+                break
+        else:
+            raise CompileError(_full(field, config.name, done, len(wanted)))
+        taken = np.concatenate([taken, [(x, y)]])
+        model = load_object(kind.model, kind.folder)
+        name = f"{field.name}/{kind.stem}_{index}"
+        yield PlacedObject(name, kind.model, model, (x, y, 0.0, 0.0, 0.0, 0.0), model.path)
+
+
+def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:
+    square = f"{field.size:g} m x {field.size:g} m around ({field.center[0]:g}, {field.center[1]:g})"
+    return (
+        f"world {world}: the field {field.name} is full: {done} of its {wanted} objects fit in {square}, "
+        f"{field.min_distance:g} m from each other, boats, other objects, docks and the shore ({TRIES} places were "
+        "tried for the next one)"
+    )
+
+
+def _clear(taken: FloatArray, x: float, y: float, distance: float) -> bool:
+    """Whether no point (n, 2) is nearer to (x, y) than a distance [m]."""
+    dx, dy = taken[:, 0] - x, taken[:, 1] - y
+    return not np.any(dx * dx + dy * dy < distance * distance)
+
+
+class _Ground:
+    """Docks and land: what does not float away."""
+
+    def __init__(self, config: WorldConfig, docks: Sequence[PlacedDock]) -> None:
+        self._terrain: tuple[str, Path | None] | None = (config.terrain, config.folder) if config.terrain else None
+        self._shore = _segments(shoreline(*self._terrain)) if self._terrain else np.zeros((0, 2, 2))
+        self._blocks = [(dock.config.block / 2.0, _middles(dock)) for dock in docks]
+
+    def clear(self, x: float, y: float, distance: float) -> bool:
+        """Whether (x, y) is in the water and so far [m] from the shore and from docks, whose blocks count as discs."""
+        if not all(_clear(middles, x, y, distance + 2.0**0.5 * half) for half, middles in self._blocks):
+            return False
+        if self._terrain is None:
+            return True
+        return not on_land(self._terrain[0], x, y, self._terrain[1]) and not _near(self._shore, x, y, distance)
+
+
+def _middles(dock: PlacedDock) -> FloatArray:
+    """Middles of a dock's blocks (n, 2) [m, world]."""
+    edge = dock.config.block
+    local = [(edge * i, edge * j, 0.0, 0.0, 0.0, 0.0) for i, j in dock.layout.cells]
+    return np.array([compose(dock.pose, pose)[:2] for pose in local], np.float64).reshape(-1, 2)
+
+
+def _segments(rings: Sequence[Sequence[Sequence[float]]]) -> FloatArray:
+    """The shore's edges (n, 2, 2) [m]."""
+    closed = [np.array([*ring, ring[0]], np.float64) for ring in rings]
+    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in closed])
+
+
+def _near(segments: FloatArray, x: float, y: float, distance: float) -> bool:
+    """Whether any segment (n, 2, 2) is nearer to (x, y) than a distance [m]."""
+    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+    dx, dy = x - start[:, 0], y - start[:, 1]
+    length = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1]
+    share = np.clip((dx * along[:, 0] + dy * along[:, 1]) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    dx, dy = dx - share * along[:, 0], dy - share * along[:, 1]
+    return bool(np.any(dx * dx + dy * dy < distance * distance))

@@ -2,23 +2,30 @@
 
 A boat is one body, its base link, whose frame is that of the URDF. With fixed engines everything is part of it;
 with hinged engines each thing that steers is a child body on a hinge. Propellers have no joint: their spin is only
-looks. There are no actuators: the runtime's kernels thrust and steer.
+looks. There are no actuators: the runtime's kernels thrust and steer. Boats of one kind are made once.
 """
 
 import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from itertools import chain
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig
+from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.config.world import PhysicsConfig, WindConfig
+from vrx_mj.constants import HULL_GRAVITY
 from vrx_mj.frames import Pose, rotation
+from vrx_mj.mjcf.afloat import outline
 from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part, Rudder
 from vrx_mj.mjcf.masses import (
     LIGHTEST,
@@ -30,20 +37,28 @@ from vrx_mj.mjcf.masses import (
     push_center,
     turning_mass,
 )
-from vrx_mj.mjcf.pieces import Piece
+from vrx_mj.mjcf.parameters import PROFILES, Rows
+from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
+from vrx_mj.mjcf.wind import boat_wind
+from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
 from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
 
 __all__ = [
+    "Fitted",
+    "boat_rows",
+    "fitted",
     "hull_row",
     "robot_piece",
+    "save_robot",
     "sensor_rows",
     "station_rows",
     "stiffness",
     "thruster_rows",
 ]
+
 
 Color = tuple[float, float, float, float]
 Vector = tuple[float, float, float]
@@ -87,7 +102,7 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
 
 
 def _doubles(parts: Iterable[Part]) -> frozenset[str]:
-    """Names that several shapes of the boat have: these are told apart by their links'."""
+    """Names that several shapes of the boat have: these are distinguished by their links'."""
     names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
     return frozenset(name for name, count in names.items() if count > 1)
 
@@ -296,3 +311,99 @@ def _painted(frames: list[_Frame], color: Color | None) -> list[_Frame]:
                 items = (*frame.geoms[:number], replace(item, rgba=color), *frame.geoms[number + 1 :])
                 return [*frames[:index], _Frame(frame.pose, items), *frames[index + 1 :]]
     return frames
+
+
+def save_robot(boat: Boat, target: Path, *, name: str) -> None:
+    """Write a boat's MJCF to `target`, with its meshes in `assets` beside it, for plain MuJoCo.
+
+    It is the rigid boat on a free joint, with engines that turn on their hinges; water, wind and thrust are what a
+    world adds. `name` is the model's: names inside have no prefix, and MuJoCo's `attach` gives them one.
+    """
+    robot = robot_piece(boat, "hinged")
+    text = robot.document(name)
+    folder = target.parent / "assets"
+    folder.mkdir(exist_ok=True)
+    for file, content in robot.files.items():
+        (folder / file).write_bytes(content)
+        text = text.replace(f'file="{file}"', f'file="assets/{file}"')
+    target.write_text(text, encoding="utf-8", newline="\n")
+
+
+Named = TypeVar("Named", Hull, Thruster, Sensor)
+
+SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
+"""Fields of a boat that a fleet gives and a compiled world has as they are."""
+KEPT = 32
+"""Kinds of boats that are kept: making one takes 0.1 s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What all boats of a kind have in common; names start with `PREFIX`."""
+
+    boat: Boat
+    piece: Piece
+    hull: Hull
+    stations: Sequence[Station]
+    thrusters: Sequence[Thruster]
+    sensors: Sequence[Sensor]
+
+    @cached_property
+    def outline(self) -> FloatArray:
+        """Corners (4, 2) seen from above, in its own axes [m]."""
+        return outline(self.boat)
+
+
+_FITTED: dict[tuple[int, Engines, Color | None], Fitted] = {}
+"""By the boat itself, which is held as long as its entry is, and what else makes the kind."""
+
+
+def fitted(boat: Boat, engines: Engines, color: Color | None) -> Fitted:
+    """A kind of boat as a piece and rows; the same object for the same boat."""
+    kind = (id(boat), engines, color)
+    if kind not in _FITTED:
+        while len(_FITTED) >= KEPT:
+            del _FITTED[next(iter(_FITTED))]
+        _FITTED[kind] = Fitted(
+            boat,
+            robot_piece(boat, engines, color),
+            hull_row(boat, engines, PREFIX),
+            station_rows(boat),
+            thruster_rows(boat, engines, PREFIX),
+            sensor_rows(boat, PREFIX),
+        )
+    return _FITTED[kind]
+
+
+def boat_rows(
+    fit: Fitted, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, life: int = 0
+) -> Rows:
+    """The rows that a boat adds at the ends of a world's tables; `life` is the number of boats of its name before."""
+    hull, start = len(tables.hulls), len(tables.thrusters)
+    row = replace(
+        _named(fit.hull, boat.name),
+        wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
+        profile=PROFILES[physics.profile],
+        # VRX 3's water weighs what the world's gravity makes it weigh
+        gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,
+        station_start=len(tables.stations),
+        station_count=len(fit.stations),
+        thruster_start=start,
+    )
+    return Rows(
+        hulls=[row],
+        stations=[*fit.stations],
+        thrusters=[
+            replace(_named(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
+            for item in fit.thrusters
+        ],
+        sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
+        boats=[Entry(life=life, **{key: getattr(boat, key) for key in SAME})],
+    )
+
+
+def _named(row: Named, boat: str) -> Named:
+    """A row in which names begin with the boat's."""
+    texts = ((key, value) for key, value in vars(row).items() if isinstance(value, str))
+    named: dict[str, Any] = {key: value.replace(PREFIX, f"{boat}/") for key, value in texts}
+    return replace(row, **named)

@@ -1,14 +1,89 @@
-"""What a world looks like: SDF's scene vocabulary in MuJoCo's terms."""
+"""What a world looks like: SDF's scene vocabulary in MuJoCo's terms, and the light of the sky by the hour."""
 
 import math
 import warnings
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from vrx_mj.config.scene import FogConfig, SkyConfig
 from vrx_mj.config.world import SceneConfig, WorldConfig
 from vrx_mj.errors import VrxWarning
-from vrx_mj.mjcf.daylight import DAY, Daylight, daylight
 from vrx_mj.model.site import Scene
+
+RGB = tuple[float, float, float]
+
+NOON = math.radians(60.0)
+"""How high the sun is half way between sunrise and sunset [rad]."""
+LOWEST = math.radians(5.0)
+"""The light never comes from lower: when the sun is down, it is that of the bright part of the sky, or the moon."""
+
+_SKIES = (
+    (-20.0, (0.015, 0.022, 0.055), (0.05, 0.06, 0.11), (0.12, 0.14, 0.20), 0.28),
+    (-8.0, (0.03, 0.05, 0.13), (0.12, 0.12, 0.22), (0.13, 0.13, 0.18), 0.34),
+    (-2.0, (0.10, 0.15, 0.32), (0.62, 0.40, 0.32), (0.25, 0.16, 0.14), 0.50),
+    (3.0, (0.20, 0.31, 0.54), (0.92, 0.63, 0.42), (0.72, 0.45, 0.27), 0.70),
+    (10.0, (0.30, 0.50, 0.76), (0.90, 0.82, 0.74), (0.82, 0.70, 0.56), 0.90),
+    (22.0, (0.36, 0.58, 0.82), (0.80, 0.88, 0.94), (0.80, 0.80, 0.80), 1.00),
+)
+"""Elevation of the sun [degrees], colours of zenith, horizon and light, share of ambient light; mixed in between."""
+_HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
+
+
+@dataclass(frozen=True)
+class Daylight:
+    """What the hour makes of a clear sky."""
+
+    zenith: RGB
+    horizon: RGB
+    light: RGB
+    """Of the sun, or of what shines in its place."""
+    sun: RGB
+    """Direction to it, east, north, up."""
+    ambient: float
+    """Share of the day's ambient light and of the light from the camera."""
+
+
+DAY = Daylight(_ZENITH[-1], _HORIZON[-1], _LIGHT[-1], (0.5, -0.1, 0.9), 1.0)
+"""Daylight of a world without an hour: a clear morning."""
+
+
+def daylight(sky: SkyConfig, latitude: float) -> Daylight:
+    """Light at the sky's `time`, at a latitude [degrees] whose sign gives the side on which the sun is at noon.
+
+    The sun rises in the east and sets in the west; its height is a sine of the share of the day, and of the night,
+    that has passed. Season and true solar geometry are left out: the file gives the times of sunrise and sunset.
+    """
+    elevation, course = _sun(sky, latitude)
+    shown = max(elevation, LOWEST)
+    degrees = math.degrees(elevation)
+    return Daylight(
+        zenith=_mix(degrees, _ZENITH),
+        horizon=_mix(degrees, _HORIZON),
+        light=_mix(degrees, _LIGHT),
+        sun=(math.cos(shown) * math.cos(course), math.cos(shown) * math.sin(course), math.sin(shown)),
+        ambient=float(np.interp(degrees, _HEIGHTS, _AMBIENT)),
+    )
+
+
+def _sun(sky: SkyConfig, latitude: float) -> tuple[float, float]:
+    """Elevation and direction [rad, counter-clockwise from east]; under the horizon at night."""
+    day = sky.sunset - sky.sunrise
+    passed = sky.time - sky.sunrise
+    if 0.0 <= passed <= day:
+        turn = math.pi * passed / day
+    else:
+        night = 24.0 - day
+        turn = math.pi * (1.0 + ((sky.time - sky.sunset) % 24.0) / night)
+    side = 1.0 if latitude < 0.0 else -1.0  # in the south the sun passes through the north
+    return NOON * math.sin(turn), side * turn
+
+
+def _mix(degrees: float, colors: tuple[RGB, ...]) -> RGB:
+    red, green, blue = (float(np.interp(degrees, _HEIGHTS, channel)) for channel in zip(*colors, strict=True))
+    return red, green, blue
+
 
 EXTENT = 20.0
 """`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
@@ -64,7 +139,7 @@ def fog_range(fog: FogConfig) -> tuple[float, float]:
 
 
 def _daylight(config: WorldConfig) -> Daylight:
-    """Light at the sky's hour; a day's where none is said."""
+    """Light at the sky's hour; a day's without one."""
     sky = config.scene.sky
     if not isinstance(sky, SkyConfig):
         return DAY

@@ -17,7 +17,7 @@ HERE: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
 YAML_OF = "the YAML of"
-"""How a problem's file begins while nobody has told which file it is."""
+"""Prefix of a problem's file until the file is known."""
 FREE = "free"
 """Name of the joint on which a boat floats."""
 
@@ -71,7 +71,7 @@ class Hinges:
     turning: Mapping[str, tuple[str, ...]]
     """Links that turn with each thruster or rudder that steers."""
     notes: tuple[str, ...] = ()
-    """What is legal and odd about them."""
+    """Remarks about what is legal and unusual."""
 
 
 def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: RobotConfig) -> Hinges:
@@ -79,7 +79,7 @@ def read_hinges(tree: Tree, thrusters: Mapping[str, UrdfThruster], config: Robot
 
     Raises:
         ConfigError: a joint cannot steer, or steers two things, or hangs on another that steers; a rudder has the
-            name of a thruster, or stands in the race of one that is not there.
+            name of a thruster, or is in the race of one that does not exist.
     """
     urdf = tree.urdf
     wanted = {name: item.engine_joint for name, item in thrusters.items()}
@@ -119,7 +119,7 @@ def known(urdf: Urdf, kind: str, name: str, path: str) -> str:
 
 
 def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
-    """A problem with the YAML beside a URDF, at a key of it; who knows that file can tell the line."""
+    """A problem with the YAML beside a URDF, at a key of it; the reader of that file adds the line."""
     return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
 
 

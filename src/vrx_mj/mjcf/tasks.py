@@ -1,23 +1,221 @@
-"""What a task's section says, resolved in its world: `World.parameters.task`."""
+"""A task's section, resolved in its world: `World.parameters.task`, what its boat may touch, and what holds the boat.
+
+Names and places are looked up in the world; what is wrong is an error with its place in the file. Contact sensors find
+what the base link touches, as in VRX, where engines on hinges do not count. A lock is a weld to a carrier that may
+heave, roll and pitch; whoever lets the boat go switches the weld off (VRX's riser and pivot joints).
+"""
 
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject
+from vrx_mj.config.loading import problem_at
+from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject, TaskConfig
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import UnknownNameError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.frames import Pose
-from vrx_mj.mjcf.docks import dock_zones
+from vrx_mj.mjcf.dock_pieces import dock_entry
+from vrx_mj.mjcf.docks import dock_zones, find_dock
+from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
-from vrx_mj.mjcf.shooters import ball_name
-from vrx_mj.mjcf.site import Loc, Row, Site, listed, model_of
+from vrx_mj.mjcf.templates import render
+from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model
+from vrx_mj.model.tasks import Goal, Pinger, TaskBase
 
-__all__ = ["Shooter", "task_parameters", "waypoints"]
+__all__ = [
+    "Loc",
+    "Lock",
+    "Row",
+    "Shooter",
+    "Site",
+    "Touch",
+    "listed",
+    "lock_of",
+    "model_of",
+    "task_parameters",
+    "touch_sensor",
+    "touches_of",
+    "waypoints",
+]
+
+
+Row = dict[str, Any]
+Loc = tuple[str | int, ...]
+
+
+class Site:
+    """A world with its boats, objects and docks, as its task sees them. What is wrong is kept until `check`."""
+
+    def __init__(
+        self,
+        config: WorldConfig,
+        boats: Sequence[BoatConfig],
+        objects: Sequence[PlacedObject],
+        docks: Sequence[PlacedDock],
+    ) -> None:
+        assert config.task is not None, "a world without a task"
+        self.config = config
+        self.task: TaskConfig = config.task
+        self.boats = [boat.name for boat in boats]
+        self.objects = {item.name: item for item in objects}
+        self.docks = docks
+        self._found: list[Problem] = []
+
+    def fault(self, loc: Loc, message: str) -> None:
+        """Keep what is wrong with the task at `loc`."""
+        problem = problem_at(self.task.section, loc, message)
+        self._found.append(replace(problem, key=f"task.{problem.key}" if problem.key else "task"))
+
+    def check(self) -> None:
+        """Raise all that is wrong.
+
+        Raises:
+            ConfigError: something is.
+        """
+        if self._found:
+            raise ConfigError(dict.fromkeys(self._found))
+
+    def boat(self) -> str:
+        """Name of the boat that is scored: the named one, or the fleet's first."""
+        name = self.task.boat
+        if name is not None and name not in self.boats:
+            self.fault(("boat",), str(UnknownNameError("boat", name, self.boats)))
+        return name or self.boats[0]
+
+    def object(self, loc: Loc, name: str, *, floating: bool = False) -> PlacedObject | None:
+        """The single object of a name, which may have to float; None if it is not there."""
+        item = self.objects.get(name)
+        if item is None:
+            self.fault(loc, str(UnknownNameError("object", name, self.objects)))
+        elif floating and item.config.kind != "floating":
+            self.fault(loc, f"'{name}' is static; a floating object is needed")
+        return item
+
+    def dock(self, loc: Loc, name: str) -> PlacedDock | None:
+        """The dock of a name, which has bays; None if it is not there."""
+        try:
+            dock = find_dock(self.docks, name)
+        except UnknownNameError as error:
+            self.fault(loc, str(error))
+            return None
+        if not dock.berths.bays:
+            self.fault(loc, f"'{name}' has no bays")
+            return None
+        return dock
+
+    def place(self, loc: Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
+        """A place on the water from [latitude, longitude, yaw] or [x, y, yaw], both ways; m, degrees and rad."""
+        first, second, yaw = value
+        earth = self.config.georeference
+        if geodetic:
+            assert earth is not None, "checked with the world"
+            x, y, _ = earth.to_enu(first, second)
+            place = Goal(x=x, y=y, yaw=yaw, latitude=first, longitude=second)
+        else:
+            place = Goal(x=first, y=second, yaw=yaw, **self._geodetic(first, second, 0.0))
+        self._on_water(loc, place.x, place.y)
+        return place
+
+    def point(self, loc: Loc, value: tuple[float, float, float]) -> Pinger:
+        """A point x, y, z [m] in or over the water, with its latitude and longitude [degrees]."""
+        x, y, z = value
+        self._on_water(loc, x, y)
+        return Pinger(x=x, y=y, z=z, **self._geodetic(x, y, z))
+
+    def parts(self, course: str | None) -> list[str]:
+        """Names of the single objects of a course, without its own; of the whole world if it is None."""
+        prefix = f"{course}/" if course else ""
+        return [name.removeprefix(prefix) for name in self.objects if name.startswith(prefix)]
+
+    def courses(self) -> list[str]:
+        """Names of the objects that are made of others."""
+        return list(dict.fromkeys(name.rpartition("/")[0] for name in self.objects if "/" in name))
+
+    def _geodetic(self, x: float, y: float, z: float) -> Row:
+        earth = self.config.georeference
+        latitude, longitude = earth.to_geodetic(x, y, z)[:2] if earth else (None, None)
+        return {"latitude": latitude, "longitude": longitude}
+
+    def _on_water(self, loc: Loc, x: float, y: float) -> None:
+        terrain = self.config.terrain
+        if terrain and on_land(terrain, x, y, self.config.folder):
+            self.fault(loc, f"on land: x {x:.2f} m, y {y:.2f} m is inside the shore of {terrain}")
+
+
+def model_of(item: PlacedObject) -> str:
+    """Name of an object's model, without the folder of its file."""
+    return Path(item.model).stem
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a message."""
+    return ", ".join(names) or "none"
+
+
+WORLD_BODY = "world"
+"""The body of all that is fixed without one of its own, as MuJoCo calls it."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Something that the scored boat may touch: its name among the task's rivals, and its body."""
+
+    name: str
+    body: str
+    tree: bool = False
+    """Whether the bodies that hang on it count, too."""
+
+
+@dataclass(frozen=True)
+class Lock:
+    """A boat that is held, with its base link, where its carrier starts, and its yaw [rad]."""
+
+    boat: str
+    body: str
+    position: tuple[float, float, float]
+    yaw: float
+
+
+def touch_sensor(touch: Touch, scored: str) -> str:
+    """The element of the sensor of what the base link `scored` touches."""
+    return "\n    " + render("touch.xml.j2", touch=touch, scored=scored)
+
+
+def touches_of(
+    boat: str,
+    links: Mapping[str, str],
+    objects: Sequence[PlacedObject],
+    docks: Sequence[PlacedDock],
+    *,
+    terrain: bool,
+) -> list[Touch]:
+    """All that can collide with a boat; `links` are the base links of all boats by their names."""
+    return [*_things(objects, docks, terrain=terrain), *(Touch(*item) for item in links.items() if item[0] != boat)]
+
+
+def _things(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock], *, terrain: bool) -> Iterator[Touch]:
+    for item in objects:
+        if item.config.collisions:
+            yield Touch(item.name, f"{item.name}/{item.config.link}")
+    for dock in docks:
+        yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
+    if terrain:
+        yield Touch("terrain", WORLD_BODY)
+
+
+def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:
+    """What holds a task's boat; None if nothing does."""
+    if not task.locked:
+        return None
+    pose = poses[task.boat]
+    return Lock(task.boat, links[task.boat], pose[:3], pose[5])
+
 
 Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
 Shooter = tuple[str, str]
@@ -171,7 +369,7 @@ def _dock(task: tasks.DockTask, site: Site) -> Row:
 
 
 def _bays(task: tasks.DockTask, site: Site, known: Sequence[Row]) -> tuple[model.Bay, ...]:
-    """The dock's bays with what the task says of them, in their order."""
+    """The dock's bays with what the task gives for them, in their order."""
     if len(task.bays) != len(known):
         names = listed(str(bay["name"]) for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")

@@ -60,14 +60,14 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> Coefficients | No
 def boat_wind(
     wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Coefficients | None
 ) -> Coefficients:
-    """Coefficients for a boat: the world's, or else its `own`; none where the world says that it pushes nothing."""
+    """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
     if STALE in physics.quirks:
         return NO_WIND
     return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
 
 
 def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
-    """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it is no drag."""
+    """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it adds no drag."""
     return physics.profile == CLASSIC if wind is None else wind.objects != ()
 
 

@@ -10,9 +10,8 @@ from types import MappingProxyType
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
-from vrx_mj.mjcf.pieces import Pieces
+from vrx_mj.mjcf.pieces import Pieces, pieces_of
 from vrx_mj.mjcf.saved import checked
-from vrx_mj.mjcf.saved_pieces import pieces_of
 from vrx_mj.model.world import Parameters, json_of
 
 LARGEST_FILE = 200_000_000
@@ -130,7 +129,7 @@ def _read(path: Path) -> bytes:
     """A file's content.
 
     Raises:
-        StateError: it is not there, is no plain file, or is too large.
+        StateError: it does not exist, is not a plain file, or is too large.
     """
     try:
         return read_limited(path, LARGEST_FILE)

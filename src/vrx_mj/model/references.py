@@ -65,7 +65,7 @@ def _afloat(world: Parameters) -> Iterator[str]:
 
 
 def _blocks(world: Parameters) -> Iterator[str]:
-    """Blocks stand tree after tree, each after the one that it hangs on; a floating dock is a tree."""
+    """Blocks come tree after tree, each after the one that it hangs on; a floating dock is a tree."""
     docks = [dock for dock in world.docks if dock.dynamic]
     bodies = list(chain.from_iterable(dock.bodies for dock in docks))
     if [block.body for block in world.blocks] != bodies:
@@ -112,7 +112,7 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
     still = ({item.name for item in world.objects} | {dock.name for dock in world.docks}) - moving
     for name in task.fixed:
         if name not in still:
-            yield f"task.fixed: '{name}' is no object or dock that never moves"
+            yield f"task.fixed: '{name}' is not an object or dock that never moves"
     known = moving | set(task.fixed)
     for place, name in _watched(task):
         if name not in known:

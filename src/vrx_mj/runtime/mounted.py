@@ -8,7 +8,7 @@ import mujoco
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import sensor_config
-from vrx_mj.mjcf.shooters import ball_name
+from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.sensors.kinds import SensorKind
 from vrx_mj.sensors.places import Mount, Place, carried

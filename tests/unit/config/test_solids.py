@@ -8,7 +8,7 @@ import trimesh
 
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid, solid_of_mesh
-from vrx_mj.mjcf.displacement import displaced, floating_level
+from vrx_mj.mjcf.derive import displaced, floating_level
 
 HIGH = 99.0
 

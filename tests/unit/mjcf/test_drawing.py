@@ -10,10 +10,8 @@ from unit.physics.rows import sea
 from vrx_mj.config.scene import FogConfig, SkyConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.daylight import DAY, daylight
-from vrx_mj.mjcf.drawing import SEA, SKY_SIDE, drawing_model, drawing_spec
-from vrx_mj.mjcf.scene import fog_range
-from vrx_mj.mjcf.sky import sea_palette, sky_cube
+from vrx_mj.mjcf.drawing import SEA, SKY_SIDE, drawing_model, drawing_spec, sea_palette, sky_cube
+from vrx_mj.mjcf.scene import DAY, daylight, fog_range
 from vrx_mj.model.world import tree_of
 from vrx_mj.physics.surface import (
     EDGE,

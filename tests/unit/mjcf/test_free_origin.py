@@ -18,9 +18,8 @@ from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import file_of
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
-from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.afloat import FARTHEST_ORIGIN, boats_afloat, free_origin
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.free_origin import FARTHEST_ORIGIN, free_origin
 from vrx_mj.mjcf.placement import place_docks, place_objects
 
 BOX = assemble()  # 4 m long, 1 m wide

@@ -12,7 +12,7 @@ from vrx_mj.mjcf.markers import AHEAD, marker_rows
 from vrx_mj.mjcf.objects import DENSITY, float_row, follower_row
 from vrx_mj.mjcf.parameters import sea_parameters
 from vrx_mj.mjcf.placement import PlacedObject
-from vrx_mj.mjcf.scored import touches_of
+from vrx_mj.mjcf.tasks import touches_of
 from vrx_mj.mjcf.wind import boat_wind, wind_parameters
 
 STILL = (3.0, -2.0, 0.0, 0.0, 0.0, 0.0)

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.pieces import MANY, Detail
-from vrx_mj.mjcf.saved_pieces import pieces_of
+from vrx_mj.mjcf.pieces import MANY, Detail, pieces_of
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
 WORLDS = {

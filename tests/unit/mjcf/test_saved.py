@@ -11,7 +11,7 @@ import pytest
 
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.mjcf_form import ATTRIBUTES, contents_of
+from vrx_mj.mjcf.saved import ATTRIBUTES, contents_of
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import tree_of
 from vrx_mj.resources import root
@@ -194,7 +194,7 @@ def test_nesting_is_limited(worlds):
 def test_a_body_of_a_table_has_to_be_in_the_mjcf(worlds):
     world = worlds["docking"]
     said = refusal(world, mjcf=world.mjcf.replace('<freejoint name="wamv/free" align="false"/>', "", 1))
-    assert said == "scene.json is damaged: hulls[0].body: 'wamv/base_link' is no free body of wamv"
+    assert said == "scene.json is damaged: hulls[0].body: 'wamv/base_link' is not a free body of wamv"
 
 
 def test_the_templates_write_nothing_that_is_not_accepted():
@@ -221,7 +221,7 @@ def test_an_asset_has_the_content_that_its_name_says(worlds):
     world = worlds["docking"]
     name = sorted(world.assets)[0]
     said = refusal(world, assets={**world.assets, name: b"v 0 0 0\n"})
-    assert said == f"scene.xml is damaged: '{name}' has another content than its name says"
+    assert said == f"scene.xml is damaged: the content of '{name}' does not match the hash in its name"
     digits = name.rpartition("_")[2].partition(".")[0]
     assert hashlib.sha256(world.assets[name]).hexdigest().startswith(digits)
 

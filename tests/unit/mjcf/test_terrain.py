@@ -224,14 +224,14 @@ ISLAND = [[0, 0], [9, 0], [9, 9], [0, 9]]
 @pytest.mark.parametrize(
     ("land", "reason"),
     [
-        ([{"exterior": ISLAND}, {"exterior": CROSSING}], "land[1] is no polygon: Self-intersection[4.5 4.5]"),
-        ([{"exterior": TWICE}], "land[0] is no polygon: Self-intersection[3 0]"),
-        ([{"exterior": FLAT}], "land[0] is no polygon: Self-intersection[1 0]"),
+        ([{"exterior": ISLAND}, {"exterior": CROSSING}], "land[1] is not a polygon: Self-intersection[4.5 4.5]"),
+        ([{"exterior": TWICE}], "land[0] is not a polygon: Self-intersection[3 0]"),
+        ([{"exterior": FLAT}], "land[0] is not a polygon: Self-intersection[1 0]"),
         (
             [{"exterior": ISLAND, "holes": [[[20, 20], [21, 20], [21, 21]]]}],
-            "land[0] is no polygon: Hole lies outside shell[20 20]",
+            "land[0] is not a polygon: Hole lies outside shell[20 20]",
         ),
-        ([{"exterior": ISLAND, "holes": [CROSSING]}], "land[0] is no polygon: Self-intersection[4.5 4.5]"),
+        ([{"exterior": ISLAND, "holes": [CROSSING]}], "land[0] is not a polygon: Self-intersection[4.5 4.5]"),
     ],
 )
 @pytest.mark.parametrize("use", [shoreline, terrain_piece])

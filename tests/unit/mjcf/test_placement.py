@@ -10,7 +10,7 @@ import pytest
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.drawing import drawing_model
-from vrx_mj.mjcf.fields import _Ground
+from vrx_mj.mjcf.placement import _Ground
 from vrx_mj.mjcf.terrain import on_land, shoreline
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.physics_models import stepping_models
