@@ -1,10 +1,9 @@
 """Sensors of a boat: what they measure, how often, how well, and where they sit."""
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, TypeAdapter, model_validator
+from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Name, NonNegative, Pose, Positive, Switch, Vec3, numbers
 
@@ -18,7 +17,6 @@ __all__ = [
     "P3dConfig",
     "PingerConfig",
     "SensorConfig",
-    "sensor_config",
 ]
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
@@ -204,10 +202,4 @@ SensorConfig = Annotated[
     CameraConfig | LidarConfig | GpsConfig | ImuConfig | P3dConfig | PingerConfig | BallShooterConfig,
     Field(discriminator="type"),
 ]
-
-_ADAPTER: TypeAdapter[Any] = TypeAdapter(SensorConfig)
-
-
-def sensor_config(row: Mapping[str, Any]) -> Any:
-    """The sensor that a row of a compiled world's `sensors` describes, from its `config`."""
-    return _ADAPTER.validate_python(dict(row["config"]))
+"""A sensor of any type."""

@@ -295,7 +295,7 @@ def sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
             position=sensor.pose[:3],
             rotation=rotation(*sensor.pose[3:]),
             frame=sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
-            config=sensor.model_dump(mode="json"),
+            config=sensor,
         )
         for sensor in boat.sensors
     ]

@@ -16,7 +16,6 @@ from pydantic import ValidationError
 
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.sensors import sensor_config
 from vrx_mj.config.urdf.mesh_sizes import sized_obj, sized_stl
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
@@ -268,7 +267,7 @@ def checked(
     typed = _read(parameters, source)
     scene = str(source).removesuffix(".json") + ".xml"
     contents = contents_of(mjcf, scene)
-    faults = chain(broken_references(typed), _signs(typed), _sensors(typed), _unlike(typed, contents))
+    faults = chain(broken_references(typed), _signs(typed), _unlike(typed, contents))
     if fault := next(faults, None):  # what comes later trusts what came before
         raise StateError(f"{source} is damaged: {fault}")
     return typed, _assets(contents.files, asset, scene)
@@ -383,11 +382,3 @@ def _signs(world: Parameters) -> Iterator[str]:
     for color in getattr(world.task, "color_sequence", ()):
         if color not in LIGHT_COLORS:
             yield f"task.color_sequence: no colour '{color}'"
-
-
-def _sensors(world: Parameters) -> Iterator[str]:
-    for number, sensor in enumerate(world.sensors):
-        try:
-            sensor_config({"config": sensor.config})
-        except ValidationError as error:
-            yield f"sensors[{number}].config: {fault_text(error)}"

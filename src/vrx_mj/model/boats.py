@@ -1,9 +1,9 @@
 """Boats of a compiled world: what the loop reads of them, and what others do."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
+from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
     STRICT,
@@ -172,18 +172,18 @@ class Sensor:
     """Axes of the sensor in that body's axes."""
     frame: Text
     """Name of the frame of its readings."""
-    config: Mapping[str, Any]
-    """What it measures: one of `config.sensors`, as plain data."""
+    config: SensorConfig
+    """Type, rate, errors, and the pose on its boat."""
 
     @property
     def name(self) -> str:
         """Name of the sensor on its boat."""
-        return str(self.config.get("name"))
+        return self.config.name
 
     @property
     def type(self) -> str:
         """Kind of sensor: `camera`, `gps`, `ball_shooter`..."""
-        return str(self.config.get("type"))
+        return self.config.type
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Annotated, Any, Final, Literal, get_type_hints
 
 import pydantic
-from pydantic import TypeAdapter
+from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint
@@ -171,6 +171,8 @@ def tree_of(value: object) -> Any:
         return [tree_of(item) for item in value]
     if isinstance(value, Mapping):
         return {key: tree_of(item) for key, item in value.items()}
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
     if not is_dataclass(value):
         return value
     pairs = ((own, getattr(value, own.name)) for own in _written(value.__class__))

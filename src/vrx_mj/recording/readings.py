@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.config.sensors import sensor_config
+from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
@@ -86,18 +85,16 @@ class RecordedReadings(Sequence[Reading]):
         time, sequence, sensor = float(self.time[index]), int(self.sequence[index]), self.sensor
         return Reading(sensor.name, sensor.type, time, sequence, sensor.frame, self._data(row))
 
-    @cached_property
-    def _config(self) -> Any:
-        return sensor_config({"config": self.sensor.config})
-
     def _data(self, row: Mapping[str, Any]) -> Any:
         """What the sensor measured, from a row of its columns."""
         numbers = SENSOR_KINDS[self.sensor.type].numbers
         if numbers is None:
-            return Image(decoded(row["blob"], (self._config.width, self._config.height)), intrinsics(self._config))
+            camera = self.sensor.config
+            assert isinstance(camera, CameraConfig), f"{self.sensor.type}: held as pictures"
+            return Image(decoded(row["blob"], (camera.width, camera.height)), intrinsics(camera))
         if "points" in row:
             return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
-        return numbers.data(row["numbers"].view("<f8"), self._config)
+        return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
 
 
 def add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part: Part) -> None:
@@ -113,7 +110,7 @@ def add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part:
     columns["sequence"] += numbers
     if sensor.type == "camera":
         found = {"blob": part.arrays("EncodedImage:blob", "|u1")}
-    elif sensor.config.get("output") == "points":
+    elif sensor.gives_points:
         found = points_of(part)
     else:
         found = {"numbers": part.arrays("numbers", "|u1")}
@@ -147,7 +144,7 @@ def check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
     """
     numbers = SENSOR_KINDS[sensor.type].numbers
     assert numbers is not None, f"{sensor.type}: held as pictures"
-    width = numbers.count(sensor_config({"config": sensor.config}))
+    width = numbers.count(sensor.config)
     for one in found:
         if len(one) != 8 * width:
             raise RecordError(f"{sensor.readings_path}: numbers: {len(one)} bytes instead of {8 * width}")

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from pydantic import AllowInfNan, FailFast, Field
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.sensors import LidarConfig, SensorConfig
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
@@ -154,8 +155,7 @@ class RecordedSensor:
     """Position of the measuring frame (x forward, z up) on the boat [m]."""
     rotation: tuple[FiniteVec3, FiniteVec3, FiniteVec3]
     """Rotation from the measuring frame to the boat's."""
-    config: Mapping[str, Any]
-    """The fields of its `SensorConfig`. JSON values."""
+    config: SensorConfig
 
     @property
     def path(self) -> str:
@@ -163,9 +163,14 @@ class RecordedSensor:
         return f"/world/boats/{self.boat}/sensors/{self.name}"
 
     @property
+    def gives_points(self) -> bool:
+        """Whether its readings are clouds of points."""
+        return isinstance(self.config, LidarConfig) and self.config.output == "points"
+
+    @property
     def readings_path(self) -> str:
         """The entity that has what gives its readings back: pictures and points as they are shown, or numbers."""
-        shown = self.type == "camera" or self.config.get("output") == "points"
+        shown = self.type == "camera" or self.gives_points
         return self.path if shown else f"/record/readings/{self.boat}/{self.name}"
 
 

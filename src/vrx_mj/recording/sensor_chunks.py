@@ -15,7 +15,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.sensors import sensor_config
+from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.recording.motion_chunks import TRAIL_HEIGHT, times
 from vrx_mj.recording.readings import measured
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
@@ -81,7 +81,8 @@ def mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> Any:
 
 def pinhole(sensor: RecordedSensor) -> Any:
     """A camera's view: the axis goes through the middle of the picture."""
-    config = sensor_config({"config": sensor.config})
+    config = sensor.config
+    assert isinstance(config, CameraConfig), f"{sensor.name} is a {sensor.type}"
     return rr.Pinhole(
         focal_length=focal_length(config),
         principal_point=[config.width / 2.0, config.height / 2.0],
@@ -175,8 +176,9 @@ def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
 
 def shown_points(sensor: RecordedSensor, clouds: Sequence[npt.NDArray[np.float32]]) -> Iterator[Any]:
     """Columns of points (n, 3) [m], coloured by their distance."""
-    every = np.concatenate(clouds)
-    colors = range_colors(np.linalg.norm(every, axis=1), *sensor.config["range"])
+    every, lidar = np.concatenate(clouds), sensor.config
+    assert isinstance(lidar, LidarConfig), f"{sensor.name} is a {sensor.type}"
+    colors = range_colors(np.linalg.norm(every, axis=1), *lidar.range)
     yield rr.Points3D.columns(positions=every, colors=colors).partition([len(cloud) for cloud in clouds])
 
 

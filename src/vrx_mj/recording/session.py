@@ -116,7 +116,7 @@ def sensor_rates(sim: Simulation) -> dict[str, dict[str, float]]:
     """Measurements per second [1/s] of each boat's sensors."""
     rates: dict[str, dict[str, float]] = {boat: {} for boat in sim.boats}
     for sensor in sim.world.parameters.sensors:
-        rates[sensor.boat][sensor.name] = float(sensor.config["rate"])
+        rates[sensor.boat][sensor.name] = sensor.config.rate
     return rates
 
 

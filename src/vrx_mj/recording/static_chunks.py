@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import ByteArray
+from vrx_mj.model.world import tree_of
 from vrx_mj.recording.motion_chunks import FADES, WIND_HEIGHT, sea_triangles, times, wake_path
 from vrx_mj.recording.packing import archive
 from vrx_mj.recording.record_scene import (
@@ -97,7 +98,7 @@ def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
         "properties": dict(scene.properties),
         "wind_direction": list(scene.wind_direction),
         "layout": scene.layout().to_json(),
-        "sensors": [asdict(sensor) for sensor in scene.sensors],
+        "sensors": tree_of(scene.sensors),
     }
     columns = rr.AnyValues.columns(head=[json.dumps(head)], files=[archive(scene.files)], views=[views])
     yield Chunk.from_columns("/record/run", [], columns)

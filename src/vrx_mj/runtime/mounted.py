@@ -7,7 +7,6 @@ from typing import Any
 import mujoco
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.sensors import sensor_config
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.sensors.kinds import SensorKind
@@ -25,7 +24,7 @@ class Mounted:
     life: int
     """How many boats of that name there were before."""
     config: Any
-    """One of `config.sensors`."""
+    """Its configuration, of the class that its kind has."""
     frame: str
     mount: Mount
     """On the body that carries it."""
@@ -71,14 +70,13 @@ def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) 
     for row in rows:
         boat, life = row.boat, lives[row.boat]
         same = before.get((boat, life, row.name))
-        config = same.config if same else sensor_config({"config": row.config})
         joint = joints[row.body]
-        name = ball_name(boat, config.name)
+        name = ball_name(boat, row.name)
         found.append(
             Mounted(
                 boat=boat,
                 life=life,
-                config=config,
+                config=row.config,
                 frame=row.frame,
                 mount=same.mount if same else Mount.of(row.position, row.rotation),
                 body=row.body,

@@ -104,7 +104,7 @@ def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
         (("task", "type"), "regatta", "task: type: expected stationkeeping, wayfinding, "),
         (("task", "rivals", 0), "sun", "task.rivals: they are not those of the contact sensors in the MJCF"),
         (("boats", 0, "name"), "../wamv", "boats[0].name: string should match pattern "),
-        (("sensors", 0, "config", "rate"), 1e9, "sensors[0].config: camera.rate: must be at most 10000, got "),
+        (("sensors", 0, "config", "rate"), 1e9, "sensors[0].config.camera.rate: must be at most 10000, got "),
         (("sensors", 0, "body"), "world", "sensors[0].body: 'world' is not the hull of wamv"),
         (("sensors", 0, "rotation", 0), [0.0, 0.0, 0.0], "sensors[0].rotation: expected the rows of a rotation, got "),
         (("thrusters", 0, "rotation", 2, 2), -1.0, "thrusters[0].rotation: expected the rows of a rotation, got "),

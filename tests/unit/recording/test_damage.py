@@ -13,6 +13,7 @@ import pytest
 
 import recorded_run
 from fuzz import recordings
+from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
@@ -189,7 +190,7 @@ def layout(**other):
         (layout(bodies=[]), "layout.bodies: their places in qpos and qvel are not those of free joints"),
         ({"sensors": [SENSOR, SENSOR]}, "sensors: two of one name"),
         ({"sensors": [SENSOR | {"type": "imu"}]}, "sensors: a gps: of type imu, configured as gps"),
-        ({"sensors": [SENSOR | {"config": {}}]}, "sensors: a gps: type is required, but missing"),
+        ({"sensors": [SENSOR | {"config": {}}]}, "sensors[0].config: type is required, but missing"),
         ({"sensors": [SENSOR | {"rate": float("nan")}]}, "sensors[0].rate: must be finite, got nan"),
     ],
 )
@@ -248,7 +249,7 @@ def test_a_column_of_another_kind_is_named(columns, reason):
 
 
 def shooter(numbers):
-    config = {"type": "ball_shooter", "name": "shooter", "link": "l"}
+    config = BallShooterConfig(name="shooter", link="l")
     sensor = RecordedSensor(**SENSOR | {"type": "ball_shooter", "config": config})
     stamps = {"time": [np.array([1.0])], "sequence": [np.array([0])]}
     return RecordedReadings.of(sensor, [Part("/x", static=False, columns={**stamps, "numbers": [numbers.tobytes()]})])

@@ -16,7 +16,7 @@ def numbers(*values):
 
 def pinger(*rows):
     """Readings of a pinger, given as time, number and range."""
-    config = PingerConfig(name="pinger", link="l").model_dump(mode="json")
+    config = PingerConfig(name="pinger", link="l")
     sensor = RecordedSensor("a", "pinger", "pinger", "a/pinger", 1.0, PLACE, AXES, config)
     columns = {
         "time": [[time] for time, _, _ in rows],
@@ -38,7 +38,7 @@ def test_readings_are_in_the_order_of_their_times():
 def test_a_units_covariances_follow_from_its_configuration():
     """A recording holds ten numbers of each reading: older ones are read, too."""
     config = ImuConfig(name="imu", link="l", angular_velocity=ErrorModel(noise=(0.1, 0.2, 0.3)))
-    sensor = RecordedSensor("a", "imu", "imu", "a/l", 15.0, PLACE, AXES, config.model_dump(mode="json"))
+    sensor = RecordedSensor("a", "imu", "imu", "a/l", 15.0, PLACE, AXES, config)
     columns = {"time": [[0.0]], "sequence": [[0]], "numbers": [numbers(1, 0, 0, 0, 0.5, 0, 0, 0, 0, 9.8)]}
     data = RecordedReadings(sensor, columns)[0].data
     assert data.angular_velocity.tolist() == [0.5, 0.0, 0.0]

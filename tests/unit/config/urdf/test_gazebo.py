@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import TypeAdapter
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig, ThrusterConfig
-from vrx_mj.config.sensors import CameraConfig, GpsConfig, LidarConfig, P3dConfig, PingerConfig, sensor_config
+from vrx_mj.config.sensors import CameraConfig, GpsConfig, LidarConfig, P3dConfig, PingerConfig, SensorConfig
 from vrx_mj.config.urdf.gazebo import read_gazebo
 from vrx_mj.config.urdf.reader import read_urdf
 
@@ -116,7 +117,7 @@ def test_sensors_are_where_and_what_vrx_makes_them(wamv):
 
 def test_sensors_survive_a_compiled_world(wamv):
     for item in wamv.sensors:
-        assert sensor_config({"config": item.model_dump(mode="json")}) == item
+        assert TypeAdapter(SensorConfig).validate_json(item.model_dump_json()) == item
 
 
 def test_another_namespace_changes_nothing_but_the_links(wamv):
