@@ -1,10 +1,13 @@
 """What `vrx-mj list robots --verbose` says of commands."""
 
+import os
+
 import pytest
 
-from vrx_mj.cli.files import NEW_KINDS, command_lines, listing
-from vrx_mj.config.search import KINDS, catalogue
+from vrx_mj.cli.files import NEW_KINDS, command_lines, listing, look_in
+from vrx_mj.config.search import KINDS, PACKAGE_PATH, catalogue, package_paths
 from vrx_mj.config.tasks import TASKS
+from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.resources import root
 
@@ -179,3 +182,20 @@ def test_a_robot_that_cannot_be_built_is_listed_all_the_same(tmp_path, monkeypat
     lines = list(listing("robots", "wreck", verbose=True))
     assert len(lines) == 1
     assert lines[0].startswith("wreck: sunk")
+
+
+# `--package-path`: its folders come before those of the environment
+
+
+def test_folders_that_are_named_come_before_those_of_the_environment(tmp_path, monkeypatch):
+    folders = [tmp_path / name for name in ("one", "two", "inherited")]
+    for folder in folders:
+        folder.mkdir()
+    monkeypatch.setenv(PACKAGE_PATH, str(folders[2]))
+    look_in(folders[:2])
+    assert package_paths() == tuple(folders)
+    monkeypatch.setenv(PACKAGE_PATH, "")
+    look_in(folders[:1])
+    assert os.environ[PACKAGE_PATH] == str(folders[0])
+    with pytest.raises(VrxError):
+        look_in([tmp_path / "none"])

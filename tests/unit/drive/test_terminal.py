@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.drive.terminal import Terminal, status_lines
+from vrx_mj.drive.terminal import Terminal, status_lines, window_key
 
 needs_terminal = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a pseudo-terminal")
 STATUS = (  # as `vrx-mj teleop` has it: 117 columns in one line
@@ -127,3 +127,12 @@ def test_at_the_bottom_of_the_screen_the_status_stays_below():
             terminal.show(driven())
         assert look()[-3:] == ["line 39", FIRST, SECOND]
         assert len(look()) == 24
+
+
+# Keys of MuJoCo's window: the number pad has all ten digits
+
+
+def test_the_number_pad_gives_the_digits():
+    assert [window_key(320 + digit) for digit in range(10)] == list("0123456789")
+    assert window_key(319) is None
+    assert window_key(330) is None

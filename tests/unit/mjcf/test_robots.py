@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.fleet import Order
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.boats import Boat
@@ -27,7 +28,7 @@ from vrx_mj.mjcf.masses import (
     rigid,
     turning_mass,
 )
-from vrx_mj.mjcf.robots import hull_row, robot_piece, stiffness, thruster_rows
+from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull
 from vrx_mj.resources import root
 
@@ -392,3 +393,24 @@ def test_meshes_fill_the_boxes_of_vrxs(names, low, high, tolerance):
     bounds = np.array([welded(name).bounds for name in names])
     assert bounds[:, 0].min(axis=0) == pytest.approx(low, abs=tolerance)
     assert bounds[:, 1].max(axis=0) == pytest.approx(high, abs=tolerance)
+
+
+# Engines of which a URDF does not say how hard they are to turn
+
+
+WEIGHTLESS_TURN = '<inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+@pytest.mark.parametrize("engines", ["fixed", "hinged"])
+@pytest.mark.parametrize("inertial", ["", WEIGHTLESS_TURN], ids=["no mass", "no inertia"])
+def test_an_engine_that_a_urdf_gives_no_inertia_has_a_servo_that_turns_it(engines, inertial):
+    """Its hinge is 2 m aft of a hull whose centre of mass is elsewhere: forces act where the hinge is."""
+    stern = f'<link name="stern">{inertial}</link>'
+    hull = link("base_link", mass=100).replace("<inertial>", '<inertial><origin xyz="0.5 0 0.4"/>')
+    tiller = joint("tiller", "stern", xyz="-2 0 0")
+    shaft = joint("shaft", "stern_propeller", parent="stern", kind="continuous")
+    parts = (stern, tiller, link("stern_propeller", mass=0), shaft, thruster("stern", "tiller"))
+    (row,) = thruster_rows(assemble(*parts, hull=hull), engines, "")
+    assert row.inertia == LIGHTEST
+    if engines == "hinged":
+        assert row.body_com == (0.0, 0.0, 0.0)

@@ -1,12 +1,14 @@
 """`cmd_vel` as a velocity, and formations: who steers which boat, and for how long."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
 
+from trees import partial
 from vrx_mj.errors import VrxError
 from vrx_mj.ros import autopilot
-from vrx_mj.ros.autopilot import Autopilot, parse_formation
+from vrx_mj.ros.autopilot import Autopilot, HeldThrust, parse_formation
 
 
 class Sim:
@@ -109,3 +111,69 @@ def test_formations_are_words_or_json():
 def test_formations_that_are_none_are_refused(text):
     with pytest.raises(VrxError):
         parse_formation(text)
+
+
+# Commands that are held: given again before they run out, until they are let go
+
+
+TIMEOUT = 1.0
+
+
+class HeldSim:
+    """Two boats, of which the second one's thruster needs no renewing."""
+
+    boats = ("a", "b")
+    rows = ({"hull": 0, "name": "left", "timeout": TIMEOUT}, {"hull": 1, "name": "left", "timeout": 0.0})
+    world = SimpleNamespace(parameters=partial({"boats": [{"name": "a"}, {"name": "b"}], "thrusters": rows}))
+
+    def __init__(self):
+        self.time, self.given = 0.0, []
+
+    def command_all(self, commands):
+        self.given.append((self.time, commands))
+
+
+@pytest.fixture
+def held_sim():
+    return HeldSim()
+
+
+def sail_held(held_sim, held, seconds):
+    for _ in range(round(seconds * 20)):
+        held_sim.time += 0.05
+        held.renew()
+
+
+def test_a_command_is_given_again_before_it_runs_out(held_sim):
+    held = HeldThrust(held_sim)
+    held.hold("a", "left", 0.5)
+    sail_held(held_sim, held, 10.0)
+    times = [0.0, *(time for time, _ in held_sim.given)]
+    assert max(later - earlier for earlier, later in pairwise(times)) < TIMEOUT
+    assert len(held_sim.given) <= 20
+    assert {str(commands) for _, commands in held_sim.given} == {"{'a': {'left': 0.5}}"}
+
+
+def test_what_holds_for_ever_is_not_given_again(held_sim):
+    held = HeldThrust(held_sim)
+    held.hold("b", "left", 0.5)
+    sail_held(held_sim, held, 5.0)
+    assert held_sim.given == []
+
+
+@pytest.mark.parametrize("end", [lambda one: one.let_go("a"), lambda one: one.let_go("a", "left"), HeldThrust.begin])
+def test_what_is_let_go_is_not_given_again(held_sim, end):
+    held = HeldThrust(held_sim)
+    held.hold("a", "left", 0.5)
+    end(held)
+    sail_held(held_sim, held, 3.0)
+    assert held_sim.given == []
+
+
+def test_a_boat_that_left_is_commanded_no_more(held_sim):
+    held = HeldThrust(held_sim)
+    held.hold("a", "left", 0.5)
+    held_sim.boats = ("b",)
+    held.bind()
+    sail_held(held_sim, held, 3.0)
+    assert held_sim.given == []

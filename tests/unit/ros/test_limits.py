@@ -1,11 +1,25 @@
 """What comes in from many connections, and who has to go where it is too much."""
 
+from collections import Counter, deque
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.limits import SMALL, Intake, Place
+from vrx_mj.ros.interface import Output, Sent
+from vrx_mj.ros.limits import (
+    MOST_REPLIES,
+    MOST_REPLY_BYTES,
+    SMALL,
+    Backlog,
+    ConnectionLimit,
+    Counts,
+    Intake,
+    Outgoing,
+    Place,
+    TopicQueue,
+)
 
 HERE, THERE = "127.0.0.1", "10.0.0.7"
 
@@ -68,3 +82,208 @@ def test_never_more_is_held_than_there_may_be(doings):
         except CommandError:
             held[number] = 0
         assert intake.used == sum(held.values()) <= 4 * SMALL
+
+
+# What waits for a slow subscriber
+
+
+SIZES = st.lists(st.one_of(st.integers(0, 40), st.just(None)), max_size=60)
+
+
+def drained(outbox):
+    while (frame := outbox.pop()) is not None:
+        yield frame
+
+
+@given(SIZES)
+def test_it_holds_the_newest_within_both_bounds_and_counts_the_rest(sizes):
+    counts, expected, dropped = Counts(), deque(), 0
+    outbox = Backlog(counts, most_messages=5, most_bytes=100)
+    for number, size in enumerate(sizes):
+        if size is None:
+            assert outbox.pop() == (expected.popleft() if expected else None)
+            continue
+        expected.append(bytearray([number]) * size)
+        outbox.push(expected[-1], size)
+        while len(expected) > 5 or sum(map(len, expected)) > 100:
+            expected.popleft()
+            dropped += 1
+        assert outbox.bytes == counts.waiting == sum(map(len, expected))
+    assert outbox.dropped == counts.dropped == dropped
+    assert list(drained(outbox)) == list(expected)
+    assert counts.waiting == 0
+
+
+def test_the_newest_stays_even_if_it_is_larger_than_all_that_is_allowed():
+    outbox = Backlog(Counts(), most_messages=5, most_bytes=10)
+    outbox.push(bytearray(4), 4)
+    outbox.push(bytearray(99), 99)
+    assert outbox.dropped == 1
+    assert len(outbox.pop()) == 99
+
+
+def test_where_all_together_hold_too_much_each_keeps_its_newest(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES_OF_ALL", 10)
+    counts = Counts()
+    one, other = Backlog(counts, 5, 100), Backlog(counts, 5, 100)
+    one.push(bytearray(6), 6)
+    other.push(bytearray(3), 3)
+    other.push(bytearray(3), 3)
+    assert other.dropped == 1
+    assert (len(one), len(other)) == (1, 1)
+    one.forget(None)
+    assert one.dropped == 0
+    assert counts.waiting == 3
+
+
+def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came():
+    queue = TopicQueue(most=2)
+    plain, other = (Output(name, "std_msgs/Int8", lambda: None) for name in ("/p", "/o"))
+    assert queue.put([Sent(other, -1, 0.0)])
+    for number in range(5):
+        assert not queue.put([Sent(plain, number, 0.0)])
+    assert [sent.message for sent in queue.take()] == [-1, 3, 4]
+    assert queue.dropped == 3
+    assert queue.take() == []
+    assert queue.put([Sent(plain, 5, 0.0)])
+
+
+# What waits for a client: how much it is, what goes first, and what is thrown away
+
+
+def put(outgoing, source, size, most=0):
+    outgoing.message(source, lambda: [b"x" * size], False, size, most)
+
+
+def following(outgoing):
+    """The frames that are sent next."""
+    return outgoing._next()[0]()
+
+
+def test_what_waits_is_counted_until_it_is_taken_or_forgotten():
+    counts = Counts()
+    outgoing = Outgoing(counts)
+    for source, size in (("a", 10), ("b", 200), ("a", 3000)):
+        put(outgoing, source, size)
+    assert counts.waiting == 3210
+    outgoing.forget("a")
+    assert counts.waiting == 200
+    assert following(outgoing) == [b"x" * 200]
+    assert counts.waiting == 0
+    assert outgoing._next() is None
+    assert counts.dropped == 0
+
+
+def test_of_a_topic_with_a_queue_the_oldest_goes():
+    counts = Counts()
+    outgoing = Outgoing(counts)
+    for size in (1, 2, 3):
+        put(outgoing, "a", size, most=2)
+    put(outgoing, "b", 50, most=2)
+    assert counts.dropped == 1
+    assert [len(following(outgoing)[0]) for _ in range(3)] == [2, 3, 50]
+
+
+def test_replies_go_before_messages():
+    outgoing = Outgoing(Counts())
+    put(outgoing, "a", 5)
+    assert outgoing.reply([b"yes"])
+    assert [following(outgoing) for _ in range(2)] == [[b"yes"], [b"xxxxx"]]
+
+
+def test_a_client_that_takes_no_replies_gets_no_more_but_one_may_be_large():
+    outgoing = Outgoing(Counts())
+    assert outgoing.reply([b"x" * (MOST_REPLY_BYTES + 1)])
+    assert not outgoing.reply([b"y"])
+    many = Outgoing(Counts())
+    assert all(many.reply([b"y"]) for _ in range(MOST_REPLIES))
+    assert not many.reply([b"y"])
+    many._next()
+    assert many.reply([b"y"])
+
+
+# How many may connect, and who goes when there are too many
+
+
+ELSEWHERE, ANYWHERE = "10.0.0.8", "10.0.0.9"
+
+
+def entering(connection_limit, host, ended=None):
+    """One more connection of a host, None where there is no room; `ended` gets its number when it has to go."""
+    place = Place(host, lambda: ended.append(place) if ended is not None else None)
+    return place if connection_limit.enter(place) else None
+
+
+def settled(connection_limit, host):
+    """Whether one more connection of a host comes into use."""
+    place = Place(host, list)
+    return connection_limit.enter(place) and (
+        connection_limit.settle(place) or connection_limit.leave(place) is not None
+    )
+
+
+def test_other_hosts_leave_room_for_this_machine():
+    connection_limit = ConnectionLimit(most=16)
+    for host in (THERE, ELSEWHERE):
+        assert [settled(connection_limit, host) for _ in range(5)] == [True] * 3 + [
+            False
+        ] * 2  # 7/8 of a quarter, rounded down
+    assert [settled(connection_limit, ANYWHERE) for _ in range(2)] == [True, False]  # of a half
+    assert [settled(connection_limit, HERE) for _ in range(8)] == [True] * 7 + [False]
+    assert connection_limit.inside == {THERE: 3, ELSEWHERE: 3, ANYWHERE: 1, HERE: 7}
+
+
+def test_those_in_use_leave_room_for_those_who_ask():
+    connection_limit, ended = ConnectionLimit(most=16), []
+    while settled(connection_limit, HERE):
+        pass
+    assert connection_limit.inside == {HERE: 14}
+    waiting = [entering(connection_limit, HERE, ended) for _ in range(5)]
+    assert ended == waiting[:3]
+    assert connection_limit.inside == {HERE: 16}
+
+
+def test_the_longest_waiting_one_of_the_host_makes_room():
+    connection_limit, ended = ConnectionLimit(most=8), []
+    first, second = (entering(connection_limit, THERE, ended) for _ in range(2))
+    local = entering(connection_limit, HERE, ended)
+    connection_limit.wait(first)  # it has said something
+    third = entering(connection_limit, THERE, ended)
+    assert ended == [second]
+    other = [entering(connection_limit, ELSEWHERE, ended) for _ in range(2)]
+    assert entering(connection_limit, ANYWHERE, ended) is not None
+    assert ended == [second, first]  # half of the places are taken: of those who have most
+    assert None not in (local, third, *other)
+
+
+def test_none_that_is_in_use_goes():
+    connection_limit, ended = ConnectionLimit(most=4), []
+    places = [entering(connection_limit, HERE, ended) for _ in range(4)]
+    assert [connection_limit.settle(place) for place in places] == [True, True, True, False]
+    for _ in range(9):
+        assert entering(connection_limit, HERE, ended) is not None
+    assert not set(ended) & set(places[:3])
+    assert not connection_limit.settle(places[3])  # it has gone
+
+
+@given(st.lists(st.tuples(st.sampled_from(["enter", "leave", "settle", "wait"]), st.integers(0, 30)), max_size=120))
+def test_it_counts_who_is_in(doings):
+    connection_limit, inside, every = ConnectionLimit(most=12), set(), []
+    for what, number in doings:
+        if what == "enter":
+            place = Place([HERE, THERE, ELSEWHERE][number % 3], lambda: inside.discard(every[-1]))
+            place.end = lambda place=place: inside.discard(place)
+            every.append(place)
+            if connection_limit.enter(place):
+                inside.add(place)
+        elif every:
+            place = every[number % len(every)]
+            getattr(connection_limit, what)(place)
+            if what == "leave":
+                inside.discard(place)
+        assert connection_limit.inside == Counter(place.host for place in inside)
+        assert len(inside) <= 12
+        assert connection_limit.inside[THERE] <= 3
+    for place in inside:
+        connection_limit.leave(place)
+    assert not connection_limit.inside

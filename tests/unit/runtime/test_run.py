@@ -1,9 +1,15 @@
 """Runs: how long they last, and what their summary counts."""
 
+import math
+from types import SimpleNamespace
+
 import pytest
 
 from integration.sailing import AFLOAT, CALM, boats, simulation
-from vrx_mj.runtime.run import run
+from trees import partial
+from vrx_mj import Simulation, VrxWarning, compile_world
+from vrx_mj.errors import CommandError, VrxError
+from vrx_mj.runtime.run import MotionWarnings, fleet_controller, names_controllers, run
 
 
 @pytest.fixture(scope="module")
@@ -41,3 +47,113 @@ def test_the_way_adds_up_along_a_circle(sim):
         sim.set_boat("a", pose=(*obs["a"].position[:2], AFLOAT, 0.0, 0.0, turn), velocity=(1.0, 0, 0, 0, 0, 1.2))
 
     assert run(sim, 1.0, controller=held, control_rate=100.0).boats["a"].distance == pytest.approx(1.0, rel=0.02)
+
+
+# The controllers that a fleet names, as one
+
+
+MODULE = """
+calls = []
+
+def all_ahead(obs, t):
+    calls.append(t)
+    return {**{boat: {"left": 1.0} for boat in obs}, "task": {"ping": 1}}
+
+class Turner:
+    def reset(self, seed):
+        self.seed = seed
+
+    def __call__(self, obs, t):
+        return {boat: {"right": self.seed} for boat in obs}
+
+def silent(obs, t):
+    return None
+
+def nonsense(obs, t):
+    return 0.5
+"""
+
+
+@pytest.fixture
+def crew(tmp_path, monkeypatch):
+    (tmp_path / "some_crew.py").write_text(MODULE, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+def steered(*names, task=None):
+    """What the fleet's controller commands four boats, the first of which have these controllers."""
+    boats = [{"name": f"wamv{i + 1}", "controller": name} for i, name in enumerate(names)]
+    world = SimpleNamespace(parameters=partial({"boats": boats, "task": task}))
+    controller = fleet_controller(SimpleNamespace(world=world, seed=5))
+    return controller(dict.fromkeys(["wamv1", "wamv2", "wamv3", "wamv4"]), 2.0)
+
+
+@pytest.mark.usefixtures("crew")
+def test_each_controller_commands_its_own_boats_and_is_called_once():
+    commands = steered("some_crew:all_ahead", "some_crew:Turner", "some_crew:all_ahead", None)
+    assert commands == {"wamv1": {"left": 1.0}, "wamv3": {"left": 1.0}, "wamv2": {"right": 5}}
+    import some_crew
+
+    assert some_crew.calls == [2.0]
+
+
+@pytest.mark.usefixtures("crew")
+@pytest.mark.parametrize(("scored", "told"), [("wamv1", True), ("wamv2", False)])
+def test_messages_to_the_task_come_from_the_controller_of_the_scored_boat(scored, told):
+    commands = steered("some_crew:all_ahead", "some_crew:silent", task={"boat": scored})
+    assert ("task" in commands) == told
+
+
+def test_a_fleet_that_names_no_controller_has_none():
+    sim = SimpleNamespace(world=SimpleNamespace(parameters=partial({"boats": [{"name": "old"}], "task": None})), seed=0)
+    assert fleet_controller(sim) is None
+    assert not names_controllers(sim)
+
+
+@pytest.mark.usefixtures("crew")
+def test_what_cannot_be_used_is_told_with_its_boats():
+    with pytest.raises(VrxError) as caught:
+        steered(*["some_crew:nobody"] * 5)
+    assert str(caught.value) == (
+        "controller of wamv1, wamv2, wamv3 and 2 more: the module 'some_crew' has no attribute 'nobody'"
+    )
+    with pytest.raises(CommandError) as caught:
+        steered("some_crew:nonsense")
+    assert str(caught.value) == (
+        "the controller some_crew:nonsense returned 0.5: a mapping by boat, or None, is needed"
+    )
+
+
+# Boats that capsize or spin are said, once each
+
+
+UPSIDE_DOWN = (0, 0, 0.5, math.pi, 0, 0)
+
+
+@pytest.fixture
+def calm_sim():
+    world = {"name": "calm", "sea": {"model": "none"}}
+    return Simulation(compile_world(world, fleet={"boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]}))
+
+
+def test_a_boat_that_floats_upright_is_nothing_to_say(calm_sim):
+    calm_sim.set_boat("a", pose=(0, 0, 0, 1.5, 0, 0), velocity=(0, 0, 0, 0, 0, 11.9))
+    assert MotionWarnings().look(calm_sim.observe(), 0.0) == []
+
+
+def test_a_run_says_once_that_a_boat_has_capsized(calm_sim):
+    calm_sim.set_boat("a", pose=UPSIDE_DOWN)
+    with pytest.warns(VrxWarning) as said:
+        summary = run(calm_sim, 0.5)
+    (text,) = [str(item.message) for item in said]
+    assert text == "a has capsized at t = 0.1 s: it is 180 degrees from upright"
+    assert summary.warnings == (text,)
+
+
+def test_a_boat_that_spins_is_said_with_its_rate(calm_sim):
+    upsets = MotionWarnings()
+    calm_sim.set_boat("a", velocity=(0, 0, 0, 0, 5, 12))
+    assert upsets.look(calm_sim.observe(), 2.0) == [
+        "a spins at 13 rad/s at t = 2.0 s, more than 12: check masses, inertias and floats of its robot"
+    ]
+    assert upsets.look(calm_sim.observe(), 3.0) == []
