@@ -117,7 +117,7 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     words = text.strip()
     if words.lower() in OFF:
         return None
-    given = _from_json(words) if words.startswith("{") else _from_words(words)
+    given: dict[str, Any] = _from_json(words) if words.startswith("{") else _from_words(words)
     for key in given:
         if key not in KEYS:
             raise UnknownNameError("parameter of a formation", str(key), KEYS)
@@ -133,9 +133,9 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     return given
 
 
-def _from_words(text: str) -> dict[str, Any]:
+def _from_words(text: str) -> dict[str, object]:
     shape, *rest = text.split() or [""]
-    given: dict[str, Any] = {"shape": shape}
+    given: dict[str, object] = {"shape": shape}
     for word in rest:
         key, equals, value = word.partition("=")
         if not equals:
@@ -144,7 +144,7 @@ def _from_words(text: str) -> dict[str, Any]:
     return given
 
 
-def _from_json(text: str) -> dict[str, Any]:
+def _from_json(text: str) -> dict[str, object]:
     try:
         given = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -152,19 +152,20 @@ def _from_json(text: str) -> dict[str, Any]:
     return dict(given)
 
 
-def _number(key: str, value: Any) -> float:
+def _number(key: str, value: object) -> float:
     try:
-        number = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
+        number = math.nan if not isinstance(value, int | float | str) or isinstance(value, bool) else float(value)
+    except ValueError:
         number = math.nan
     if not math.isfinite(number):
         raise CommandError(f"formation: invalid {key} {value!r}: a finite number is needed")
     return number
 
 
-def _path(value: Any) -> list[tuple[float, float]]:
+def _path(value: object) -> list[tuple[float, float]]:
+    pairs: Any = value
     try:
-        return [(_number("path", x), _number("path", y)) for x, y in value]
+        return [(_number("path", x), _number("path", y)) for x, y in pairs]
     except (TypeError, ValueError, VrxError):
         raise CommandError(
             f"formation: invalid path {value!r}: pairs of numbers are needed, as in [[0, 0], [50, 20]]"

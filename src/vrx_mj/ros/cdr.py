@@ -8,14 +8,13 @@ written, and capital letters; types that only ROS 2 has are made by `kind`. Type
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.messages import LARGEST, Message, full_name
+from vrx_mj.ros.messages import LARGEST, FieldDesc, Message, full_name
 
 __all__ = ["decode", "encode", "fields", "is_known", "kind", "typestore"]
 
@@ -44,7 +43,7 @@ def is_known(type_name: str) -> bool:
 
 
 @cache
-def kind(type_name: str) -> Any:
+def kind(type_name: str) -> type[Message]:
     """The class of a type's messages; it takes all fields."""
     return typestore().types[full_name(type_name)]
 
@@ -83,7 +82,7 @@ _LARGE_LETTERS = {"sensor_msgs/CameraInfo": {"d": "D", "k": "K", "r": "R", "p": 
 """Fields that ROS 1 calls by other names."""
 
 
-def _message_in(field: Any) -> str | None:
+def _message_in(field: FieldDesc) -> str | None:
     node, about = field
     if node == Nodetype.NAME:
         return str(about).replace("/msg/", "/")

@@ -5,7 +5,9 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import mujoco
 
 from vrx_mj.errors import nearest
 from vrx_mj.model import boats as model
@@ -334,7 +336,7 @@ def shared_frames(sim: Simulation) -> Iterator[str]:
                 )
 
 
-def _owner(model: Any, geom: int, boats: tuple[str, ...]) -> str:
+def _owner(model: mujoco.MjModel, geom: int, boats: tuple[str, ...]) -> str:
     name = str(model.body(int(model.geom_bodyid[geom])).name)
     owner = name.partition("/")[0]
     return owner if owner in boats else name.rpartition("/")[0] or "the land"

@@ -45,6 +45,8 @@ __all__ = [
 
 Message = Any
 """An instance of a class of rosbags' type store: fields by name, `uint8[]` and arrays of numbers as numpy's."""
+FieldDesc = tuple[Nodetype, Any]
+"""rosbags' description of a field: a base type, a message, or an array or a sequence of these."""
 
 DEFINITIONS = Path(__file__).parent / "definitions"
 PADDING = "structure_needs_at_least_one_member"
@@ -82,7 +84,7 @@ def is_known(type_name: str) -> bool:
 
 
 @cache
-def kind(type_name: str) -> Any:
+def kind(type_name: str) -> type[Message]:
     """The class of a type's messages, for those that are made often; it takes all fields."""
     return typestore().types[full_name(type_name)]
 
@@ -150,18 +152,18 @@ def duration(seconds: float) -> Message:
 
 
 @cache
-def _fields(type_name: str) -> Mapping[str, Any]:
+def _fields(type_name: str) -> Mapping[str, FieldDesc]:
     """Fields of a type, and what rosbags knows of each."""
     return dict(typestore().fielddefs[full_name(type_name)][1])
 
 
-def _filled(field: Any, value: Any) -> Any:
+def _filled(field: FieldDesc, value: object) -> object:
     if field[0] == Nodetype.NAME and isinstance(value, Mapping):
         return new(field[1], **value)
     return value
 
 
-def _default(field: Any) -> Any:
+def _default(field: FieldDesc) -> object:
     """The value of a field that was not given."""
     node, about = field
     if node == Nodetype.BASE:
@@ -250,7 +252,7 @@ def fields(type_name: str) -> Mapping[str, Field]:
     return {key: _field(key, kind) for key, kind in described if key != PADDING}
 
 
-def _field(name: str, kind: Any) -> Field:
+def _field(name: str, kind: FieldDesc) -> Field:
     node, about = kind
     if node in {Nodetype.ARRAY, Nodetype.SEQUENCE}:
         inner, count = about
@@ -258,7 +260,7 @@ def _field(name: str, kind: Any) -> Field:
     return Field(name, _type_name(kind), -1)
 
 
-def _type_name(kind: Any) -> str:
+def _type_name(kind: FieldDesc) -> str:
     node, about = kind
     if node == Nodetype.BASE:
         return str(about[0])

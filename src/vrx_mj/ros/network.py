@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 __all__ = ["Network", "Notices", "shown_process", "who_listens"]
 
@@ -27,7 +27,7 @@ class Network:
         self._thread = threading.Thread(target=self._run, name="vrx_mj network", daemon=True)
         self._thread.start()
 
-    def call(self, work: Coroutine[Any, Any, Result], timeout: float) -> Result:
+    def call(self, work: Coroutine[object, None, Result], timeout: float) -> Result:
         """Run a coroutine there, and wait for its result; TimeoutError after so long [s]. Not from the loop itself."""
         future = asyncio.run_coroutine_threadsafe(work, self.loop)
         try:

@@ -72,7 +72,7 @@ class Update(NamedTuple):
     """Absolute name of the parameter or namespace."""
     key: str
     """Which one has changed; it ends with a slash, as ROS's master has it."""
-    value: Any
+    value: object
     """An empty dictionary if it is gone."""
 
 
@@ -83,9 +83,9 @@ class Parameters:
         self.tree: dict[str, Any] = {}
         self._bytes = value_size(self.tree)
 
-    def get(self, key: str) -> Any:
+    def get(self, key: str) -> object:
         """The value, or the tree under a namespace; KeyError for an unknown key."""
-        value: Any = self.tree
+        value: object = self.tree
         for part in _parts(key):
             if not isinstance(value, dict):
                 raise KeyError(key)
@@ -100,7 +100,7 @@ class Parameters:
             return False
         return True
 
-    def set(self, key: str, value: Any) -> None:
+    def set(self, key: str, value: object) -> None:
         """Set it; what was under this name is gone.
 
         Raises:
@@ -113,7 +113,7 @@ class Parameters:
             )
         if self._bytes + value_size(value) > MOST_BYTES:
             raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
-        if not parts:
+        if not parts and isinstance(value, dict):
             self.tree, self._bytes = value, value_size(value)
             return
         place = self.tree
@@ -181,7 +181,7 @@ def _slashed(name: str) -> str:
     return clean if clean == "/" else f"{clean}/"
 
 
-def _walk(place: str, tree: dict[str, object]) -> Iterator[tuple[str, Any]]:
+def _walk(place: str, tree: dict[str, object]) -> Iterator[tuple[str, object]]:
     """All names in a tree, namespaces included, and what they have."""
     for name, value in tree.items():
         full = f"{place}/{name}"
@@ -201,7 +201,7 @@ def value_size(value: object) -> int:
     return 64 + len(value) if isinstance(value, str) else 64
 
 
-def plain(value: object, depth: int = 0) -> Any:
+def plain(value: object, depth: int = 0) -> object:
     """A value as XML-RPC can carry it: whole numbers that are too large become floats.
 
     Raises:

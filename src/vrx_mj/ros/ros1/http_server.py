@@ -186,7 +186,7 @@ class HttpServer:
         except Fault as fault:
             return fault_bytes(fault.faultString)
 
-    async def _called(self, method: str | None, values: Sequence[object], host: str) -> Any:
+    async def _called(self, method: str | None, values: Sequence[object], host: str) -> object:
         if method is None:
             raise CommandError("an answer instead of a call")
         if method != "system.multicall":
@@ -200,10 +200,10 @@ class HttpServer:
             await asyncio.sleep(0)
         return answers
 
-    async def _one_of_many(self, call: Any, host: str) -> Any:
+    async def _one_of_many(self, call: object, host: str) -> object:
         """A call in a `system.multicall`: its value in a list, or a fault."""
         try:
-            method, values = call["methodName"], call["params"]
+            method, values = (call["methodName"], call["params"]) if isinstance(call, dict) else (None, None)
             if not isinstance(method, str) or not isinstance(values, list):
                 raise CommandError("a call needs a name and a list of values")
             return [await self._answer(method, values, host)]
@@ -230,7 +230,7 @@ class HttpServer:
         self._intake.hold(place, 0)
 
 
-def _calls(values: Sequence[object]) -> list[Any]:
+def _calls(values: Sequence[object]) -> list[object]:
     if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
         raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
     return values[0]

@@ -120,7 +120,7 @@ class Master:
         }
         """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue."""
 
-    async def answer(self, method: str, values: Sequence[object], _host: str) -> Any:
+    async def answer(self, method: str, values: Sequence[object], _host: str) -> list[object]:
         """What a call gives; Fault for an unknown method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
@@ -130,7 +130,7 @@ class Master:
             return [-1, f"ERROR: {joined(values[0])} is the simulation's own node: another name is needed", 0]
         return list(self.call(method, values))
 
-    def call(self, method: str, values: Sequence[Any]) -> Reply:
+    def call(self, method: str, values: Sequence[object]) -> Reply:
         """Code (1 done, 0 failed, -1 wrong call), text and value."""
         kinds, function = self._methods[method]
         if not values or not isinstance(values[0], str) or len(values[0]) > LONGEST:
@@ -206,10 +206,10 @@ class Master:
         apis = self.graph.registrations.apis("service", name)
         return (1, f"rosrpc URI: [{apis[0]}]", apis[0]) if apis else (-1, "no provider", "")
 
-    def _published_topics(self, node: str, subgraph: Any) -> Reply:
+    def _published_topics(self, node: str, subgraph: object) -> Reply:
         if subgraph and not is_legal(subgraph):
             return -1, "ERROR: parameter [subgraph] is not a name", []
-        under = f"{resolve(subgraph, node)}/" if subgraph and subgraph != "/" else "/"
+        under = f"{resolve(str(subgraph), node)}/" if subgraph and subgraph != "/" else "/"
         names = [name for name in self.graph.registrations.names("publisher") if name.startswith(under)]
         return 1, "current topics", [[name, self.graph.types.get(name, "*")] for name in names]
 
@@ -279,11 +279,11 @@ class Master:
             self._was_refused(api)
 
 
-def _checked(kind: str, value: Any, node: str) -> Any:
+def _checked(kind: str, value: object, node: str) -> object:
     """A value of a call, names made absolute."""
     if kind == "k" and isinstance(value, str) and 0 < len(value) <= LONGEST:
         return resolve(value, node)
-    if kind == "n" and is_legal(value):
+    if kind == "n" and isinstance(value, str) and is_legal(value):
         return resolve(value, node)
     scheme = {"a": "http://", "s": "rosrpc://"}.get(kind)
     if kind == "v" or (kind == "t" and is_type(value)):

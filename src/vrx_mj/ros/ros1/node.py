@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import os
 from collections.abc import Callable, Coroutine, Mapping, Sequence
-from typing import Any
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import addresses, announced, bound, is_local, own_names
@@ -196,7 +195,7 @@ class Node:
             self._kept.add((name, sender))
         self.graph.publish(name, self.subscriptions[name].type, message, sender, latched=kept, origin=self)
 
-    async def _ask(self, method: str, values: Sequence[object]) -> Any:
+    async def _ask(self, method: str, values: Sequence[object]) -> object:
         """The value that another process's master gives; None where it fails."""
         (value,) = await self._access.link.many([(method, (self.graph.node, *values))])
         return value
@@ -267,7 +266,7 @@ class Node:
         self._kept = {(name, node) for name, node in self._kept if node in state[0].get(name, [])}
         self.watch.look(state, self.subscriptions)
 
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+    def _begin(self, work: Coroutine[object, None, None]) -> None:
         task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
         self._closing.add(task)
         task.add_done_callback(self._closing.discard)

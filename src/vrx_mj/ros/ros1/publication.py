@@ -203,7 +203,7 @@ class Reader:
         self._outbox.forget(None)
         self.publication.readers.discard(self)
 
-    def info(self) -> list[Any]:
+    def info(self) -> list[object]:
         """As `getBusInfo` has it."""
         there = self.transport.get_extra_info("peername") or ("?", 0)
         here = self.transport.get_extra_info("sockname") or ("?", 0)

@@ -20,14 +20,14 @@ __all__ = ["Link", "MasterAccess", "Registrar", "SystemState", "is_ours", "open_
 
 MOST_AT_ONCE = 100
 """Calls that are sent together."""
-Request = tuple[str, Sequence[Any]]
+Request = tuple[str, Sequence[object]]
 """Method and values."""
 
 
 class Link(Protocol):
     """The way to a master."""
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
 
     def close(self) -> None:
@@ -40,7 +40,7 @@ class NearLink:
     def __init__(self, master: Master) -> None:
         self._master = master
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """As `Link` has it."""
         del timeout  # it answers at once
         return [_value(list(self._master.call(method, values))) for method, values in requests]
@@ -56,9 +56,9 @@ class FarLink:
         self._proxy = Proxy(uri)
         self._takes_many = True
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[Any]:
+    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """As `Link` has it."""
-        values: list[Any] = []
+        values: list[object] = []
         for start in range(0, len(requests), MOST_AT_ONCE):
             values += await self._some(requests[start : start + MOST_AT_ONCE], timeout)
         return values
@@ -67,7 +67,7 @@ class FarLink:
         """Close the connection."""
         self._proxy.close()
 
-    async def _some(self, requests: Sequence[Request], timeout: float) -> list[Any]:
+    async def _some(self, requests: Sequence[Request], timeout: float) -> list[object]:
         if self._takes_many and len(requests) > 1:
             calls = [{"methodName": method, "params": list(values)} for method, values in requests]
             try:
@@ -80,14 +80,14 @@ class FarLink:
                 return [_value(answer[0] if isinstance(answer, list) and answer else None) for answer in answers]
         return [await self._one(method, values, timeout) for method, values in requests]
 
-    async def _one(self, method: str, values: Sequence[object], timeout: float) -> Any:
+    async def _one(self, method: str, values: Sequence[object], timeout: float) -> object:
         try:
             return _value(await self._proxy.call(method, *values, timeout=timeout))
         except Fault:
             return None
 
 
-def _value(reply: object) -> Any:
+def _value(reply: object) -> object:
     """The value of a reply of code, text and value; None if the code is another than success."""
     return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
 
@@ -327,6 +327,8 @@ class Registrar:
         return f"{verb}{METHODS[kind]}", (node, name, *values)
 
     async def _state(self) -> tuple[SystemState, dict[str, str]]:
+        raw: Any
+        pairs: Any
         raw, pairs = await self.link.many([("getSystemState", (self.node,)), ("getTopicTypes", (self.node,))])
         try:
             state = [{str(name): [str(node) for node in nodes] for name, nodes in part} for part in raw]
@@ -376,9 +378,9 @@ class Registrar:
         self._is_lost = False
 
 
-def _portions(parameters: dict[str, object]) -> Iterator[dict[str, Any]]:
+def _portions(parameters: dict[str, object]) -> Iterator[dict[str, object]]:
     """The parameters in portions of a size that a master can take in time."""
-    portion: dict[str, Any] = {}
+    portion: dict[str, object] = {}
     size = 0
     for name, value in parameters.items():
         size += len(repr(value))

@@ -63,7 +63,7 @@ class Slave:
         }
         """How many values each takes after the caller; -1: any number."""
 
-    async def answer(self, method: str, values: Sequence[object], host: str) -> Any:
+    async def answer(self, method: str, values: Sequence[object], host: str) -> list[object]:
         """What a call from an address gives; Fault for an unknown method."""
         if method == "system.listMethods":
             return [*self._methods, "system.listMethods", "system.multicall"]
@@ -133,7 +133,7 @@ class Slave:
             self.on_shutdown(reason)
 
 
-def _listed(topics: dict[str, Any]) -> list[list[str]]:
+def _listed(topics: Mapping[str, Publication] | Mapping[str, Subscription]) -> list[list[str]]:
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
@@ -189,6 +189,7 @@ class Watch:
 
     async def _report_unknown_publishers(self, new: set[tuple[str, str]]) -> None:
         try:
+            pairs: Any
             (pairs,) = await self._link.many([("getTopicTypes", (self._graph.node,))])
             types = {str(topic): str(kind) for topic, kind in pairs or []}
         except (*BROKEN, Fault, TypeError, ValueError):

@@ -3,7 +3,6 @@
 import asyncio
 import socket
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place, Stall
@@ -113,7 +112,7 @@ class Source:
         self._task.cancel()
         return self._task
 
-    def info(self) -> list[Any]:
+    def info(self) -> list[object]:
         """As `getBusInfo` has it."""
         name = self.topic.name
         there = here = ("?", 0)

@@ -56,7 +56,7 @@ class _Unmarshaller(xmlrpc.client.Unmarshaller):
         super().end(tag)
 
 
-async def read(body: bytes | bytearray) -> tuple[tuple[Any, ...], str | None]:
+async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]:
     """Values and method of a call; of an answer its value and None.
 
     Raises:
@@ -79,15 +79,17 @@ async def read(body: bytes | bytearray) -> tuple[tuple[Any, ...], str | None]:
         raise CommandError(f"not XML-RPC: {type(error).__name__} {error}"[:200]) from None
 
 
-def call_bytes(method: str, values: Sequence[Any]) -> bytes:
+def call_bytes(method: str, values: Sequence[object]) -> bytes:
     """A call."""
-    return xmlrpc.client.dumps(tuple(values), method).encode("utf-8", "xmlcharrefreplace")
+    marshalled: Any = tuple(values)
+    return xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
 
 
-def answer_bytes(value: Any) -> bytes:
+def answer_bytes(value: object) -> bytes:
     """An answer; one that cannot be written is a fault."""
+    marshalled: Any = (value,)
     try:
-        return xmlrpc.client.dumps((value,), methodresponse=True).encode("utf-8", "xmlcharrefreplace")
+        return xmlrpc.client.dumps(marshalled, methodresponse=True).encode("utf-8", "xmlcharrefreplace")
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         return fault_bytes(f"the answer cannot be written: {error}")
 
@@ -180,7 +182,7 @@ class Proxy:
         self._lock = asyncio.Lock()
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
-    async def call(self, method: str, *values: Any, timeout: float = ANSWER_TIMEOUT) -> Any:
+    async def call(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> object:
         """What the other end answers.
 
         Raises:
@@ -199,7 +201,7 @@ class Proxy:
                     raise
             return await self._exchange(request)  # the other end had closed it while it was idle
 
-    async def ros(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> Any:
+    async def ros(self, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> object:
         """The value of an answer as ROS has it, of code, text and value; CommandError where the code is a failure's."""
         answer = await self.call(method, *values, timeout=timeout)
         if not isinstance(answer, list) or len(answer) != 3 or not isinstance(answer[0], int):
@@ -215,7 +217,7 @@ class Proxy:
                 self._streams[1].transport.abort()
             self._streams = None
 
-    async def _exchange(self, request: bytes) -> Any:
+    async def _exchange(self, request: bytes) -> object:
         host, port = address(self.uri)
         if self._streams is None:
             self._streams = await asyncio.open_connection(host, port, limit=LARGEST_HEAD, family=socket.AF_INET)

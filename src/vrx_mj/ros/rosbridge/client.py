@@ -4,9 +4,9 @@ import asyncio
 import itertools
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
@@ -267,7 +267,7 @@ class Client:
             await asyncio.gather(writing, return_exceptions=True)
             self._forget()
 
-    def send(self, message: dict[str, Any], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
+    def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # it is frozen
         """Send an operation other than a topic's message; a client that does not read them is disconnected."""
         frames, binary = reply_frames(message, options.compression, options.fragment_size)
         if not self._outgoing.reply(frames, binary):

@@ -8,12 +8,13 @@ import math
 import reprlib
 import secrets
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import cbor2
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from vrx_mj.errors import CommandError, nearest
@@ -22,6 +23,7 @@ from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
 
 __all__ = ["Parcel", "from_png", "json_bytes", "plain", "png", "reply_frames", "request", "taken"]
 
+Numbers = npt.NDArray[Any]
 EFFORT = 1
 """zlib's level: a loop that serves everybody has no time for more."""
 
@@ -100,7 +102,7 @@ def request(arguments: object, type_name: str, now: float, place: str) -> Messag
     return taken({} if arguments is None else arguments, type_name, now, place)
 
 
-def _field(value: object, field: Field, now: float, place: str) -> Any:
+def _field(value: object, field: Field, now: float, place: str) -> object:
     if field.length < 0:
         return _single(value, field.type, now, place)
     if field.type in {"uint8", "char"} and isinstance(value, str):
@@ -112,7 +114,7 @@ def _field(value: object, field: Field, now: float, place: str) -> Any:
     return _array(value, field.type, now, place)
 
 
-def _array(values: Any, type_name: str, now: float, place: str) -> Any:
+def _array(values: bytes | list[object], type_name: str, now: float, place: str) -> object:
     if isinstance(values, bytes):
         return np.frombuffer(values, np.uint8)
     if type_name == "string" or type_name in {MOMENT, SPAN} or "/" in type_name:
@@ -122,12 +124,13 @@ def _array(values: Any, type_name: str, now: float, place: str) -> Any:
     return np.array(_each(values, type_name, now, place), layout) if made is None else made
 
 
-def _numbers(values: list[Any], type_name: str, layout: str) -> Any:
+def _numbers(values: list[object], type_name: str, layout: str) -> Numbers | None:
     """An array of a list that is right as it is, which is quick for long ones; None where it holds null or worse."""
     kinds = set(map(type, values))
     if type_name in INTEGERS and kinds == {int}:
         low, high = INTEGERS[type_name]
-        return np.array(values, layout) if low <= min(values) and max(values) <= high else None
+        integers = cast("list[int]", values)
+        return np.array(integers, layout) if low <= min(integers) and max(integers) <= high else None
     if type_name not in FLOATS or not kinds <= {int, float}:
         return None
     try:
@@ -139,8 +142,8 @@ def _numbers(values: list[Any], type_name: str, layout: str) -> Any:
     return None if too_large else made.astype(layout)
 
 
-def _each(values: list[object], type_name: str, now: float, place: str) -> list[Any]:
-    made = []
+def _each(values: list[object], type_name: str, now: float, place: str) -> list[object]:
+    made: list[object] = []
     for index, value in enumerate(values):
         try:
             made.append(_single(value, type_name, now, place))
@@ -150,7 +153,7 @@ def _each(values: list[object], type_name: str, now: float, place: str) -> list[
     return made
 
 
-def _single(value: object, type_name: str, now: float, place: str) -> Any:
+def _single(value: object, type_name: str, now: float, place: str) -> object:
     if type_name in {MOMENT, SPAN}:
         return _moment(value, type_name, now, place)
     if "/" in type_name:
@@ -174,10 +177,10 @@ def _text(value: object, place: str) -> str:
     return value
 
 
-def _integer(value: Any, type_name: str, place: str) -> int:
+def _integer(value: object, type_name: str, place: str) -> int:
     low, high = INTEGERS[type_name]
     whole = isinstance(value, int) or (isinstance(value, float) and value.is_integer())
-    if isinstance(value, bool) or not whole or not low <= value <= high:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not whole or not low <= value <= high:
         raise _wrong(place, value, f"{type_name}, a whole number from {low} to {high}")
     return int(value)
 
@@ -261,7 +264,7 @@ _names = itertools.count()
 class Base64:
     """Bytes in base64, which go past json: it would look at each character."""
 
-    def __init__(self, data: Any) -> None:
+    def __init__(self, data: bytes | memoryview) -> None:
         self.text = base64.b64encode(data)
 
 
@@ -321,9 +324,9 @@ def reply_frames(message: Mapping[str, object], compression: str, fragment_size:
     return fragments(whole, fragment_size), False
 
 
-def plain(message: Message, type_name: str) -> dict[str, Any]:
+def plain(message: Message, type_name: str) -> dict[str, object]:
     """A message as what JSON knows, but for NaN and infinities."""
-    made: dict[str, Any] = _writers(type_name, False)(message)
+    made: dict[str, object] = _writers(type_name, False)(message)
     return made
 
 
@@ -331,7 +334,7 @@ def json_bytes(value: object) -> bytes:
     """JSON in ASCII, null for NaN and infinities."""
     found: list[bytes] = []
 
-    def rest(part: object) -> Any:
+    def rest(part: object) -> object:
         if not isinstance(part, Base64):
             return _item(part)
         found.append(part.text)
@@ -388,7 +391,7 @@ def _writers(type_name: str, cbor: bool) -> Writer:
     """What turns a message of a type into a mapping."""
     parts = [(field.name, _writer(field, cbor)) for field in fields(type_name).values()]
 
-    def write(message: Message) -> dict[str, Any]:
+    def write(message: Message) -> dict[str, object]:
         return {name: getattr(message, name) if part is None else part(getattr(message, name)) for name, part in parts}
 
     return write
@@ -413,19 +416,19 @@ def _single_writer(type_name: str, cbor: bool) -> Writer | None:
     return _writers(type_name, cbor) if "/" in type_name else None
 
 
-def _bytes(values: Any) -> bytes:
+def _bytes(values: Numbers | Sequence[int]) -> bytes:
     return values.tobytes() if isinstance(values, np.ndarray) else bytes(values)
 
 
-def _base64(values: Any) -> Base64:
+def _base64(values: Numbers | Sequence[int]) -> Base64:
     return Base64(np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values))
 
 
-def _list(values: Any) -> list[Any]:
+def _list(values: Numbers | Sequence[object]) -> list[object]:
     return values.tolist() if isinstance(values, np.ndarray) else list(values)
 
 
-def _item(value: object) -> Any:
+def _item(value: object) -> object:
     """A number of numpy's as Python's."""
     if isinstance(value, np.generic):
         return value.item()
@@ -436,7 +439,7 @@ def _cbor_number(encoder: cbor2.CBOREncoder, value: object) -> None:
     encoder.encode(value.text.decode("ascii") if isinstance(value, Base64) else _item(value))
 
 
-def _finite(value: object) -> Any:
+def _finite(value: object) -> object:
     if isinstance(value, Mapping):
         return {key: _finite(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

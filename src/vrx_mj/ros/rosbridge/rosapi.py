@@ -37,7 +37,7 @@ MOMENTS = {
 }
 
 
-def typedefs(type_name: str) -> list[dict[str, Any]]:
+def typedefs(type_name: str) -> list[dict[str, object]]:
     """A message type, then those that it uses; UnknownNameError: the type is unknown."""
     waiting, definitions = [known_type(type_name)], {}
     while waiting:
@@ -50,7 +50,7 @@ def typedefs(type_name: str) -> list[dict[str, Any]]:
     return list(definitions.values())
 
 
-def _typedef(name: str) -> dict[str, Any]:
+def _typedef(name: str) -> dict[str, object]:
     parts = fields(name).values()
     package, _, short = name.rpartition("/")
     constants = typestore().fielddefs[f"{package}/msg/{short}"][0]
@@ -93,7 +93,7 @@ class Rosapi:
             answer = _named(self._at_once(method) if "param" in name else method, arguments)
             self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
-    def _at_once(self, method: Callable[[object], Coroutine[Any, Any, Values]]) -> Callable[[Any], Any]:
+    def _at_once(self, method: Callable[[object], Coroutine[object, None, Values]]) -> Callable[[object], object]:
         """The method, its answer made at once where the parameters are this process's: that is time of the client."""
         return lambda asked: method(asked) if self._graph.remote_master is not None else _finished(method(asked))
 
@@ -236,7 +236,7 @@ class ClientParameters:
         remote = self._graph.remote_master
         return self._graph.parameters.names() if remote is None else await remote("getParamNames", ()) or []
 
-    async def get(self, name: str) -> Any:
+    async def get(self, name: str) -> object:
         """A value, or a mapping of what is in a namespace; KeyError where there is neither."""
         if self._graph.remote_master is None:
             return self._graph.parameters.get(name)
@@ -250,7 +250,7 @@ class ClientParameters:
         remote = self._graph.remote_master
         return self._graph.parameters.has(name) if remote is None else bool(await remote("hasParam", (name,)))
 
-    async def set(self, name: str, value: Any) -> None:
+    async def set(self, name: str, value: object) -> None:
         """Set one; CommandError: clients have set too many or too long ones, or it cannot be set."""
         value = plain(value)
         sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(joined(name), value)}
@@ -285,7 +285,7 @@ class ClientParameters:
         return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
 
 
-def _finished(answer: Coroutine[Any, Any, Values]) -> Values:
+def _finished(answer: Coroutine[object, None, Values]) -> Values:
     """The result of a coroutine that waits for nothing."""
     try:
         answer.send(None)
@@ -294,7 +294,7 @@ def _finished(answer: Coroutine[Any, Any, Values]) -> Values:
     raise AssertionError("it waits for something")
 
 
-def _leaves(name: str, value: object) -> Iterator[tuple[str, Any]]:
+def _leaves(name: str, value: object) -> Iterator[tuple[str, object]]:
     """Every value that is not a namespace, by its whole name."""
     if isinstance(value, dict) and value:
         for key, part in value.items():
@@ -339,7 +339,7 @@ TYPES = {"action_servers": "GetActionServers"}
 """Those whose type is not the service's name in capitals."""
 
 
-def _named(answer: Callable[[object], object], names: tuple[str, ...]) -> Callable[[Any], Any]:
+def _named(answer: Callable[[object], object], names: tuple[str, ...]) -> Callable[[object], object]:
     """An answer whose request may also be a list."""
     return lambda asked: answer(dict(zip(names, asked, strict=False)) if isinstance(asked, list) else asked)
 

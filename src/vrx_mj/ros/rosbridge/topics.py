@@ -5,9 +5,9 @@ import functools
 import inspect
 import itertools
 from collections import Counter, deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph, Service
@@ -231,7 +231,7 @@ class Caller(Protocol):
     sender: str
     """For people."""
 
-    def send(self, message: dict[str, object], options: Options = ...) -> None:
+    def send(self, message: Mapping[str, object], options: Options = ...) -> None:
         """Send it an operation."""
 
 
@@ -269,13 +269,13 @@ class Elsewhere:
     def __init__(self, sender: str, type_name: str, answer: Answer) -> None:
         self.sender, self._type, self._answer = sender, type_name, answer
 
-    def send(self, message: dict[str, Any], options: Options = Options()) -> None:  # noqa: B008  # a Caller's
+    def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # a Caller's
         """Give the response, or the reason for its absence."""
         if not message["result"]:
             self._answer(None, str(message["values"]))
             return
         try:
-            self._answer(taken(message["values"], f"{self._type}Response", 0.0, message["service"]), "")
+            self._answer(taken(message["values"], f"{self._type}Response", 0.0, str(message["service"])), "")
         except VrxError as error:
             self._answer(None, str(error))
 
@@ -285,7 +285,7 @@ class Services:
 
     def __init__(self, graph: Graph) -> None:
         self.offered: dict[str, Offered] = {}
-        self.built_in: dict[str, Callable[[Any], Any]] = {}
+        self.built_in: dict[str, Callable[[object], object]] = {}
         """rosapi's answers, by name."""
         self._graph = graph
         self._calls: dict[str, Pending] = {}
@@ -331,7 +331,7 @@ class Services:
         return nodes[0] if nodes and nodes[0] != self._graph.node else "the simulation"
 
     def call(
-        self, name: str, written: str, caller: Caller, arguments: Any, identity: str | None, options: Options,
+        self, name: str, written: str, caller: Caller, arguments: object, identity: str | None, options: Options,
         timeout: float,
     ) -> None:  # fmt: skip
         """Call a service; the answer goes to the caller. A VrxError: it cannot be called, and why."""
@@ -396,18 +396,18 @@ class Services:
         key = self._begin(call.name, call, timeout)
         offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})
 
-    def _asked(self, arguments: Any, type_name: str, name: str) -> Any:
+    def _asked(self, arguments: object, type_name: str, name: str) -> object:
         """The request of a client's service: a message, or where its type is not known what JSON holds."""
         known = f"{type_name}Request"
         if known not in known_types():
             return {} if arguments is None else arguments
         return plain(request(arguments, known, self._graph.time, name), known)
 
-    def _checked(self, values: object, type_name: str, place: str) -> Any:
+    def _checked(self, values: object, type_name: str, place: str) -> object:
         """What JSON holds, with all fields of a type."""
         return plain(taken(values, type_name, self._graph.time, place), type_name)
 
-    async def _call_elsewhere(self, name: str, arguments: object) -> Any:
+    async def _call_elsewhere(self, name: str, arguments: object) -> object:
         """The response of a service of another process."""
         assert self._graph.remote_call is not None, "who else has registered it"
         type_name, response = await self._graph.remote_call(

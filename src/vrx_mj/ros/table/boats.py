@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -24,6 +24,7 @@ from vrx_mj.physics.tables import RUDDER
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.runtime.hull import Thruster as EngineState
 
 __all__ = ["BASE", "Bone", "Skeleton", "boat_inputs", "bones", "command_topic", "description", "twist_commands"]
 
@@ -330,7 +331,7 @@ class Skeleton:
         return [_joints_of(row, moving) for row in self._rows]
 
     @cached_property
-    def _drives(self) -> Mapping[str, Any]:
+    def _drives(self) -> Mapping[str, EngineState]:
         return self._host.sim.observe()[self.boat].thrusters
 
     def _spun(self) -> Mapping[str, Spin]:
@@ -384,7 +385,9 @@ def _bent(time: float, bone: Bone, angle: float) -> Message:
     return _transform(time, bone.parent, bone.child, bone.position, result)
 
 
-def _transform(time: float, parent: str, child: str, position: Sequence[float] | Any, turn: Any) -> Message:
+def _transform(
+    time: float, parent: str, child: str, position: Sequence[float] | FloatArray, turn: Sequence[float] | FloatArray
+) -> Message:
     return new(
         "geometry_msgs/TransformStamped",
         header=header(time, parent),

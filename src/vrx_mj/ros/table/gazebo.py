@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import angles, conjugate, quaternion_product, rotation, rotation_matrix
 from vrx_mj.ros.interface import Input, Output, Service
@@ -223,8 +223,8 @@ def _pose(host: Host, pose: Message, frame: str) -> tuple[float, ...]:
     return (*position.tolist(), *angles(rotation_matrix(quaternion).tolist()))
 
 
-def _three(what: str, given: Message) -> Any:
-    values = np.array([given.x, given.y, given.z], np.float64)
+def _three(what: str, given: Message) -> FloatArray:
+    values: FloatArray = np.array([given.x, given.y, given.z], np.float64)
     if not np.isfinite(values).all():
         raise CommandError(f"invalid {what} {values.tolist()}: finite numbers are needed")
     return values

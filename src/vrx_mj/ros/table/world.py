@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import cache, lru_cache, partial
 from typing import Any
@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.map_scene import map_of
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.mjcf.world import World
@@ -80,7 +81,7 @@ def _still(world: World) -> Row:
     }
 
 
-def _points(points: Any) -> list[list[float]]:
+def _points(points: Iterable[Sequence[float]] | FloatArray) -> list[list[float]]:
     return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
 
 

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from websockets.exceptions import ConnectionClosed, InvalidURI, WebSocketException
@@ -215,7 +215,7 @@ class Scene:
             found = [COMMANDED.fullmatch(topic) for topic in answer["topics"]]
             self.boats = tuple(sorted((match.group(1) for match in found if match), key=_by_number))
 
-    def _world(self, message: Mapping[str, Any]) -> None:
+    def _world(self, message: Values) -> None:
         chart = json.loads(message["data"])
         self.name, self.keeps_velocity = chart["name"], chart["cmd_vel"] == "velocity"
         if self._engines is None:
@@ -225,17 +225,17 @@ class Scene:
         }
         self._asked = -math.inf  # boats may have come or gone
 
-    def _tick(self, message: Mapping[str, Any]) -> None:
+    def _tick(self, message: Values) -> None:
         self.time, self._ticked = message["clock"]["secs"] + 1e-9 * message["clock"]["nsecs"], self._clock()
 
-    def _see(self, message: Mapping[str, Any]) -> None:
+    def _see(self, message: Values) -> None:
         rows = zip(message["name"], message["pose"], message["twist"], strict=True)
         self.motions = {name: _motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
 
-    def _blow(self, message: Mapping[str, Any]) -> None:
+    def _blow(self, message: Values) -> None:
         self.wind_speed = message["data"]
 
-    def _veer(self, message: Mapping[str, Any]) -> None:
+    def _veer(self, message: Values) -> None:
         self.wind_direction = message["data"]
 
 
@@ -319,7 +319,7 @@ class Helmsman:
         if self._scene.keeps_velocity:
             say("cmd_vel sets a velocity to hold: power is in m/s and turn in rad/s")
 
-    def turn(self, keys: Sequence[str] | Any) -> None:
+    def turn(self, keys: Iterable[str]) -> None:
         """Take keys, send what is due, and listen for a moment."""
         pressed = [key for key in keys if self._press(key)]
         if not self._bridge.is_open:
