@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
@@ -46,6 +47,65 @@ def section(text):
 def test_scalars_read_as_yaml_1_2(text, value):
     read = section(f"key: {text}")["key"]
     assert (read, type(read)) == (value, type(value))
+
+
+def nodes(compose, text):
+    """What is made of a text, with all places: nested tuples, or the error and where."""
+
+    def plain(node, above=()):
+        if id(node) in above:
+            return "itself"
+        inside = node.value if isinstance(node, yaml.ScalarNode) else [
+            [plain(part, (*above, id(node))) for part in (item if isinstance(item, tuple) else (item,))]
+            for item in node.value
+        ]  # fmt: skip
+        return node.id, node.start_mark.line, node.start_mark.column, getattr(node, "style", None) or None, inside
+
+    try:
+        node = compose(text)
+    except yaml.MarkedYAMLError as error:
+        return str(error)
+    except yaml.reader.ReaderError as error:
+        return error.position
+    return None if node is None else plain(node)
+
+
+def by_pyyaml(text):
+    return yaml_text._PythonComposer(text).get_single_node()
+
+
+ROOT = Path(__file__).parents[3]
+FRAGMENTS = (
+    *" \n:-,[]{}#&*!|>'\"%@`?~<=.aX1_\t\ufeff\u2028é船😀", "\n  ", "\n- ", ": ", "- ", "? ", "&a ", "*a", "<<: ",
+    "...", "---\n", "\n...\n", "%YAML 1.2\n---\n", "|\n", "|2\n", ">-\n", "|+\n", "\\n", "\\x41", "!!str ", "a: b",
+    "[a: b]", "{a, b: }", "{a", "? [a]\n: b", "\n  a: 1\n  b: [2, 3]", "\n  - {c: 'd'}\n  - e",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("folder", ["assets", "fleets", "tests/broken"])
+def test_files_have_the_same_nodes_and_places_from_both_parsers(folder):
+    texts = [file.read_text(encoding="utf-8", errors="replace") for file in (ROOT / folder).rglob("*.yaml")]
+    assert texts
+    for text in texts:
+        assert nodes(yaml_text._composed, text) == nodes(by_pyyaml, text)
+
+
+@settings(max_examples=500, deadline=None)
+@given(text=st.lists(st.sampled_from(FRAGMENTS), max_size=12).map("".join))
+@example(text="---")
+@example(text="{a: }")
+@example(text="[a? ]")
+@example(text="|#")
+@example(text="a: b\t")
+@example(text="%YAML 1.2#\n---\na: b")
+def test_any_text_has_the_same_nodes_places_and_errors_from_both_parsers(text):
+    assert nodes(yaml_text._composed, text) == nodes(by_pyyaml, text)
+
+
+def test_where_libyaml_is_missing_files_read_the_same(monkeypatch):
+    with_it = section("a: [1, {b: c}]\nd: |\n  e")
+    monkeypatch.setattr(yaml, "__with_libyaml__", False)
+    assert section("a: [1, {b: c}]\nd: |\n  e") == with_it
 
 
 def test_not_a_number_stays_one_until_a_model_refuses_it():
