@@ -7,9 +7,7 @@ from typing import Any, get_args, get_origin
 
 from typer.main import get_command
 
-from vrx_mj.cli.help import description, example
-from vrx_mj.cli.index import COMMANDS, FIRST, PANELS
-from vrx_mj.cli.program import app
+from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, app, description, example
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "cli.md"
 HEAD = """\

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.reader import COLUMNS, OURS, read_record
-from vrx_mj.recording.readings import READING_COLUMNS
+from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 
 Parts = list[tuple[str, bool, dict[str, list[Any]]]]

@@ -6,7 +6,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.viewer import following
+from vrx_mj.recording.session import following
 from vrx_mj.runtime.subscriptions import ContactWatch, forces_of_pairs
 
 SPAWN = {"sensors": "none", "thrusters": "H"}

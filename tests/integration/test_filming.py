@@ -7,9 +7,8 @@ import pytest
 
 import vrx_mj
 from vrx_mj.recording.video import Film, Shot, draw_video, write_video
-from vrx_mj.recording.video.eye import Above, view_of
 from vrx_mj.recording.video.filming import project
-from vrx_mj.recording.video.footage import Footage
+from vrx_mj.recording.video.stage import Above, Footage, view_of
 
 SIZE = (320, 180)
 WORLD = {"name": "bay", "spawn": {"sensors": "none", "thrusters": "H"}, "sea": {"model": "pms", "gain": 0.1}}

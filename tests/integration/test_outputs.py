@@ -11,7 +11,7 @@ import pytest
 
 import vrx_mj
 from vrx_command import environment
-from vrx_mj.cli.index import COMMANDS
+from vrx_mj.cli.program import COMMANDS
 from vrx_mj.errors import StateError, VrxError
 from vrx_mj.outputs import written
 

@@ -3,6 +3,7 @@
 Everything is warmed up first; ratios alternate their two sides and take medians.
 """
 
+import importlib.util
 import math
 import os
 import statistics
@@ -11,31 +12,71 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.bench_batch import (
-    boat_steps_per_second,
-    environment_steps_per_second,
-    megabytes_per_row,
-    two_threads_and_two_processes,
-)
-from vrx_mj.cli.bench_worlds import DT, SEA, fleet, sailing
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
+from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
+
+__all__ = [
+    "DT",
+    "SEA",
+    "boat_steps_per_second",
+    "environment_steps_per_second",
+    "fleet",
+    "megabytes_per_row",
+    "resident_memory",
+    "sailing",
+    "serve",
+    "two_threads_and_two_processes",
+    "weigh",
+]
+
+DT = 0.01
+"""Physics step of all of them [s]."""
+SEA = {
+    "sea": {"scale": 2.5},
+    "wind": {
+        "mean_velocity": 5.0,
+        "var_gain": 1.0,
+        "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
+    },
+}
+"""Open water with the sea of VRX's Sydney worlds and a gusty wind."""
+
+
+def fleet(count: int) -> Mapping[str, Any]:
+    """Boats with two fixed engines each, 12 m apart in rows of 25."""
+    places = [{"x": 12.0 * (i % 25), "y": 12.0 * (i // 25)} for i in range(count)]
+    return {"usv_count": count, "thrusters": "H", "positions": places}
+
+
+def sailing(count: int) -> Simulation:
+    """Boats under way in the sea, warmed up."""
+    sim = Simulation(compile_world(SEA, fleet=fleet(count)))
+    sim.step({boat: {"left": 0.1, "right": 0.1} for boat in sim.boats}, duration=2.0)
+    return sim
+
+
+def resident_memory() -> float:
+    """Memory of this process [bytes]; not a number where the system does not report it, as Linux does."""
+    if sys.platform != "linux":
+        return math.nan
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return float(pages * os.sysconf("SC_PAGE_SIZE"))
+
 
 Row = dict[str, Any]
 ROUNDS = 15
-ROWS = 15
+FIGURES = 15
 """Figures that `measure` takes: for the progress only."""
 VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
 NO_MEMORY = "it needs the memory of a process, which only Linux gives"
@@ -63,7 +104,7 @@ def measure() -> list[Row]:
     Where something is missing here, value and verdict are None, and `missing` names it.
     """
     rows: list[Row] = []
-    with Bar("measuring", ROWS, "figures") as bar:
+    with Bar("measuring", FIGURES, "figures") as bar:
         for row in chain(_measured(), batch_rows()):
             rows.append(row)
             bar.update(len(rows), row["name"])
@@ -98,7 +139,10 @@ def batch_rows() -> list[Row]:
 
 
 def print_rows(rows: list[Row]) -> None:
-    """The rows as a table."""
+    """Print the rows as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table(title="vrx-mj bench")
     for name in ("name", "value", "unit", "budget", "ok"):
         table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
@@ -267,7 +311,7 @@ def lidar_scans(buoys: int) -> float:
 
 MEMORY_CODE = """
 import vrx_mj
-from vrx_mj.cli.bench_worlds import resident_memory
+from vrx_mj.cli.bench import resident_memory
 sim = vrx_mj.Simulation(vrx_mj.compile_world("example_course", fleet="trio"))
 sim.step(duration=1.0)
 print(resident_memory() / 1e6)
@@ -286,3 +330,124 @@ def real_time_factor() -> float:
     begun = time.perf_counter()
     sim.step({"wamv": {"left": 0.5, "right": 0.4}}, duration=60.0)
     return 60.0 / (time.perf_counter() - begun)
+
+
+BATCH_ROWS = 512
+STEPS = 10
+"""Physics steps of a call: one decision at 10 Hz."""
+WINDOW = 0.5
+"""How long one side is timed [s]."""
+BATCH_ROUNDS = 7
+THROTTLE = 0.1
+WORKER = "from vrx_mj.cli.bench import serve; serve()"
+WEIGHING = "from vrx_mj.cli.bench import weigh; weigh()"
+
+
+def batch_of(rows: int, threads: int | None = None) -> Batch:
+    """Rows under way, warmed up; `threads` as `Batch` takes it."""
+    batch = Batch(compile_world(SEA, fleet=fleet(1)), rows, threads=threads)
+    batch.step([[THROTTLE] * len(batch.channels)] * rows, duration=2.0)
+    return batch
+
+
+def boat_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> float:
+    """Physics steps of boats per second, all cores together: the median of `rounds` windows [s]."""
+    batch = batch_of(BATCH_ROWS)
+    return statistics.median(rate(batch, window) for _ in range(rounds))
+
+
+def two_threads_and_two_processes(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> tuple[float, float]:
+    """Boat steps per second of a batch with two threads, and those of two processes at once with half the rows each.
+
+    They alternate, so that what else the machine does hits both; medians of `rounds` windows [s] each.
+    """
+    ours, theirs = [], []
+    batch = batch_of(BATCH_ROWS, threads=2)
+    with ExitStack() as stack:
+        workers = [stack.enter_context(_worker(BATCH_ROWS // 2)) for _ in range(2)]
+        for _ in range(rounds):
+            ours.append(rate(batch, window))
+            for worker in workers:
+                _send(worker, str(window))
+            theirs.append(sum(float(_hear(worker)) for worker in workers))
+    return statistics.median(ours), statistics.median(theirs)
+
+
+def per_second(call: Callable[[], object], window: float) -> float:
+    """How often something is called per second, one call after another, in a window [s]."""
+    calls, begun = 0, time.perf_counter()
+    while time.perf_counter() - begun < window:
+        call()
+        calls += 1
+    return calls / (time.perf_counter() - begun)
+
+
+def rate(batch: Batch, window: float) -> float:
+    """Boat steps per second in a window [s]."""
+    return per_second(lambda: batch.advance(STEPS), window) * STEPS * batch.n * len(batch.boats)
+
+
+def environment_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> float:
+    """Decisions per second of Gymnasium's `VectorEnv`, each of 10 physics steps; the median of `rounds` windows [s].
+
+    Not a number where the extra `rl` is not installed.
+    """
+    if importlib.util.find_spec("gymnasium") is None:
+        return math.nan
+    from vrx_mj.rl import VectorEnv
+
+    rows = VectorEnv("StationKeeping", BATCH_ROWS)
+    rows.reset(seed=0)
+    actions = np.full_like(rows.action_space.sample(), THROTTLE)
+    return statistics.median(decisions(rows, actions, window) for _ in range(rounds))
+
+
+def decisions(rows: Any, actions: Any, window: float) -> float:
+    """Decisions per second of a `VectorEnv` in a window [s]."""
+    return per_second(lambda: rows.step(actions), window) * int(rows.num_envs)
+
+
+def serve() -> None:
+    """In a process of its own: rows on one thread; for every window [s] that is read, their rate is written."""
+    batch = batch_of(int(sys.argv[1]), threads=1)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    for line in sys.stdin:
+        sys.stdout.write(f"{rate(batch, float(line))}\n")
+        sys.stdout.flush()
+
+
+@contextmanager
+def _worker(rows: int) -> Iterator["subprocess.Popen[str]"]:
+    """A process that serves; it ends when its input does."""
+    command = [sys.executable, "-c", WORKER, str(rows)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="ascii") as worker:
+        _hear(worker)
+        yield worker
+
+
+def _send(worker: "subprocess.Popen[str]", line: str) -> None:
+    assert worker.stdin is not None
+    worker.stdin.write(f"{line}\n")
+    worker.stdin.flush()
+
+
+def _hear(worker: "subprocess.Popen[str]") -> str:
+    assert worker.stdout is not None
+    return worker.stdout.readline()
+
+
+def megabytes_per_row(rows: int = 1000) -> float:
+    """Memory that each of so many rows takes [MB], in a fresh process; not known but on Linux."""
+    done = subprocess.run([sys.executable, "-c", WEIGHING, str(rows)], capture_output=True, check=True)
+    return float(done.stdout)
+
+
+def weigh() -> None:
+    """In a process of its own: what so many rows more take [MB], after a few have brought in all the code."""
+    few, rows = batch_of(8), int(sys.argv[1])
+    before = resident_memory()
+    many = batch_of(rows)
+    more = resident_memory() - before
+    assert (few.n, many.n) == (8, rows)  # both are alive
+    sys.stdout.write(f"{more / 1e6 / rows}\n")

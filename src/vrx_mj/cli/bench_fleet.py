@@ -15,7 +15,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from vrx_mj.cli.bench_worlds import DT, SEA, fleet, resident_memory, sailing
+from vrx_mj.cli.bench import DT, SEA, fleet, resident_memory, sailing
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 

@@ -1,24 +1,28 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
-from collections.abc import Generator, Sequence
+import math
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.commands import Fleet, Packages
+from vrx_mj.bar import Bar
 from vrx_mj.cli.files import writing
+from vrx_mj.cli.options import Fleet, Packages
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
+    from vrx_mj.campaign.scores import Comparison
     from vrx_mj.campaign.trial import Trial
-    from vrx_mj.cli.campaign_screen import Watch
 
-__all__ = ["campaign"]
-
+__all__ = ["Watch", "campaign", "print_tables", "watching"]
 
 Worlds = Annotated[
     list[str],
@@ -138,7 +142,6 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
 def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     """Sail what is left; whether it was stopped before its end."""
     from vrx_mj.campaign.trial import Trial
-    from vrx_mj.cli.campaign_screen import watching
 
     plan, left = begun.manifest.plan, begun.left
     if len(left) < len(plan.cells):
@@ -171,8 +174,6 @@ def _sailed(
 
 def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) -> None:
     """Print how it went; exit code 1 if it was stopped, or if every trial failed."""
-    from vrx_mj.cli.campaign_screen import print_tables
-
     print_tables(now, comparison)
     cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())
     counts = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
@@ -181,3 +182,128 @@ def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) ->
         typer.echo("stopped; the same command continues from here", err=True)
     if stopped or failed == len(cells):
         raise SystemExit(1)
+
+
+SHOWN_FAILURES = 10
+
+
+class Watch:
+    """Shows how far a campaign is: failed trials and a bar in a terminal, else a line for each trial."""
+
+    def __init__(self, bar: Bar, total: int) -> None:
+        self._bar, self._total, self._done, self._failed, self._running = bar, total, 0, 0, 0
+
+    def running(self, count: int) -> None:
+        """So many trials are under way."""
+        self._running = count
+        self._show()
+
+    def finished(self, result: "Result") -> None:
+        """A trial has ended."""
+        self._done += 1
+        self._failed += result.failed
+        if result.failed or not self._bar.watched:
+            line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
+            self._bar.print(line, "red" if result.failed else None)
+        self._show()
+
+    def _show(self) -> None:
+        self._bar.update(self._done, f"{self._running} running, {self._failed} failed")
+
+
+@contextmanager
+def watching(total: int) -> Iterator[Watch]:
+    """A bar over the trials of a campaign."""
+    with Bar("campaign", total, "trials") as bar:
+        yield Watch(bar, total)
+
+
+def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
+    """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
+    from rich.console import Console
+
+    out = Console()
+    out.print(_scores(campaign))
+    if len(campaign.manifest.plan.controllers) > 1:
+        out.print(_leaderboard(campaign))
+    if comparison is not None:
+        out.print(_changes(comparison))
+    _print_failures(campaign, out.print)
+
+
+def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> "Table":
+    """A table of texts, whose first columns are aligned at the left and the others at the right."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), title_justify="left")
+    for number, name in enumerate((*left, *right)):
+        table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    return table
+
+
+def _scores(campaign: "Campaign") -> "Table":
+    from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
+
+    plan, results = campaign.manifest.plan, list(campaign.results.values())
+    tasks = tasks_of_worlds(results)
+    rows = []
+    for world in plan.worlds:
+        task, cells = tasks.get(world), []
+        for controller in plan.controllers:
+            own = [each for each in results if each.cell.world == world and each.cell.controller == controller]
+            cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
+        rows.append((world, _unit(task) if task else "", *cells))
+    title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
+    return _table(title, ("world", "unit"), plan.controllers, rows)
+
+
+def _unit(task: Mapping[str, str]) -> str:
+    return f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}"
+
+
+def _mean(mean: object, count: int, *, has_task: bool) -> str:
+    failed = getattr(mean, "failed", 0)
+    text = str(mean) if has_task else "no task" if count > failed else ""
+    lost = f"{failed} of {count} failed" if failed else ""
+    return "not sailed" if not count else ", ".join(filter(None, [text if text != "failed" else "", lost]))
+
+
+def _leaderboard(campaign: "Campaign") -> "Table":
+    from vrx_mj.campaign.scores import leaderboard, task_types
+
+    results = list(campaign.results.values())
+    kinds = task_types(results)
+    rows = [
+        (line.controller, str(line.total), *(str(line.ranks[kind]) for kind in kinds))
+        for line in leaderboard(results, campaign.manifest.plan.controllers)
+    ]
+    names = ("sum", *(kind.replace("_", " ") for kind in kinds))
+    return _table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
+
+
+def _changes(comparison: "Comparison") -> "Table":
+    title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
+    rows = []
+    for test in comparison.tests:
+        p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
+        counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
+        rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
+    return _table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
+
+
+def _print_failures(campaign: "Campaign", show: Callable[..., None]) -> None:
+    failed = [result for result in campaign.results.values() if result.failed]
+    for result in failed[:SHOWN_FAILURES]:
+        show(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if len(failed) > SHOWN_FAILURES:
+        show(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
+
+
+def _outcome(result: "Result") -> str:
+    if result.failed:
+        return f"failed: {result.error}"
+    outcome = "no task" if result.task is None else f"{result.score:.4g} {result.task['unit']}"
+    return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

@@ -1,4 +1,4 @@
-"""The commands that sail, look and check; `vrx_mj.cli.index` names them."""
+"""The commands that sail, look and check; `vrx_mj.cli.program` names them."""
 
 import errno
 import itertools
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, look_in, writing
+from vrx_mj.cli.files import NEW_KINDS, NEW_ROBOT, copy_robot_files, copy_start_file, listing, writing
+from vrx_mj.cli.options import Fleet, Json, Nudge, Output, Packages, Record, Recording, Seed, World
 from vrx_mj.cli.screen import print_summary, program, score_line, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.packages import shell_word
@@ -21,21 +22,6 @@ if TYPE_CHECKING:
 DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
 DEMO_NAME = "vrx-mj-demo"
 """Name of the recording in the current folder, without its suffix and the number that distinguishes later ones."""
-World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
-Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
-Nudge = Annotated[
-    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
-]
-Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-Packages = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--package-path",
-        metavar="<folder>",
-        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
-        callback=look_in,
-    ),
-]
 BagFile = Annotated[
     Path | None, typer.Option(help="Write the ROS topics to a bag: .bag (ROS 1), .mcap, or a folder (rosbag2).")
 ]
@@ -46,7 +32,6 @@ BagTopics = Annotated[
         help="Write these images and point clouds to the bag too, as in '/wamv/sensors/cameras/*'; may be repeated.",
     ),
 ]
-Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
 
 
 def compile_(
@@ -76,7 +61,7 @@ def run(
         float | None, typer.Option(help="Simulated seconds; default: until the task is finished, 60 without a task.")
     ] = None,
     seed: Seed = None,
-    record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
+    record: Record = None,
     control: Annotated[
         str | None, typer.Option(help="Controller, as module:function; replaces those that the fleet names.")
     ] = None,
@@ -184,7 +169,7 @@ def view(
 
 
 def replay(
-    recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    recording: Recording,
     video: Annotated[Path | None, typer.Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
     view: Annotated[
         str, typer.Option(help="View of the video: chase, above, or both, with above in a corner.", show_default=True)
@@ -213,7 +198,7 @@ def replay(
 
 
 def compare(
-    first: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    first: Recording,
     second: Annotated[Path, typer.Argument(help="The recording to compare with (.rrd).")],
 ) -> None:
     """Compare the motion in two recordings, to the last bit.
@@ -289,14 +274,13 @@ def new(
 def doctor(
     world: Annotated[str | None, typer.Argument(help="A world to check too, with its fleet.")] = None,
     fleet: Fleet = None,
-    json_: Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")] = None,
+    json_: Json = None,
 ) -> None:
     """Check what is installed and what works on this machine. What does not work comes with what to do about it.
 
     Example: vrx-mj doctor example_course --fleet trio --json doctor.json
     """
-    from vrx_mj.cli.doctor import as_json, examine, healthy, print_rows
-    from vrx_mj.cli.doctor_world import examine_world, sound
+    from vrx_mj.cli.doctor import as_json, examine, examine_world, healthy, print_rows, sound
 
     if fleet is not None and world is None:
         raise CommandError(f"--fleet {fleet} needs a world: vrx-mj doctor WORLD --fleet {fleet}")
@@ -314,7 +298,7 @@ def doctor(
 
 
 def bench(
-    json_: Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")] = None,
+    json_: Json = None,
     fleet_table: Annotated[
         bool, typer.Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, beside VRX's figures.")
     ] = False,

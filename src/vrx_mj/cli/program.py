@@ -1,26 +1,246 @@
-"""The program: finds the command of a command line, and puts what went wrong into one line.
+"""The program: its commands and their help pages, and errors as one line.
+
+A command's module is imported only when that command is used or its own help is asked for.
 
 Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C and 143 SIGTERM before it began.
 """
 
+import inspect
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, MutableMapping
+from enum import Enum
 from importlib import import_module
 from itertools import groupby
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from vrx_mj.cli.arguments import with_default_port
-from vrx_mj.cli.help import Command, Group, UsageError, example
-from vrx_mj.cli.index import COMMANDS, PANELS, overview
+from vrx_mj.cli.options import with_default_port
 from vrx_mj.cli.screen import show_error, warn_once
-from vrx_mj.errors import DivergedError, UnknownNameError, VrxError
+from vrx_mj.errors import CommandError, DivergedError, UnknownNameError, VrxError
 from vrx_mj.signals import ended_by_signals
 
-__all__ = ["app", "main"]
+__all__ = [
+    "COMMANDS",
+    "FIRST",
+    "PANELS",
+    "Command",
+    "Entry",
+    "Group",
+    "UsageError",
+    "app",
+    "description",
+    "example",
+    "main",
+    "overview",
+]
+
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+"""What typer raises for a command line that no command takes; it exports the subclass alone."""
+EXAMPLE = "Example: "
+HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
+
+
+def description(command: Any) -> list[str]:
+    """The paragraphs of a command's help, each in one line, without its example."""
+    text = inspect.cleandoc(command.help or "")
+    paragraphs = (" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+    return [paragraph for paragraph in paragraphs if not paragraph.startswith(EXAMPLE)]
+
+
+def example(command: Any) -> str | None:
+    """The example in a command's help; None without one."""
+    lines = (line.strip() for line in (command.help or "").splitlines())
+    return next((line.removeprefix(EXAMPLE) for line in lines if line.startswith(EXAMPLE)), None)
+
+
+def convert_lightly(parameter: Any) -> None:
+    """Have a parameter's words converted here, where this typer lets them and the type is a plain one."""
+    if getattr(parameter, "_runtime_param", False) is None:
+        annotation = parameter.type_descriptor.annotation
+        kind = get_args(annotation)[0] if get_origin(annotation) is list else annotation
+        if isinstance(kind, type) and issubclass(kind, (*NUMBERS, str, bool, Path, Enum)):
+            parameter._runtime_param = Conversion(kind)
+
+
+NUMBERS = {int: "a whole number", float: "a number"}
+
+
+class Conversion:
+    """Makes the words that were given to one parameter into values of a type."""
+
+    def __init__(self, kind: type) -> None:
+        self.kind = kind
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value or values.
+
+        Raises:
+            CommandError: a word is not of this type, or outside of the parameter's range.
+        """
+        if param.multiple or param.nargs == -1:
+            return tuple(self._one(each, param) for each in value or ())
+        return None if value is None else self._one(value, param)
+
+    def _one(self, word: Any, param: Any) -> Any:
+        if isinstance(word, self.kind):
+            return word
+        named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
+        try:
+            value = self.kind(word)
+        except ValueError:
+            if issubclass(self.kind, Enum):
+                raise UnknownNameError(f"value of {named}", word, [str(each.value) for each in self.kind]) from None
+            raise CommandError(f"invalid {named} '{word}': {NUMBERS[self.kind]} is needed") from None
+        if param.min is not None and value < param.min:
+            raise CommandError(f"invalid {named} '{word}': at least {param.min:g} is needed")
+        return value
+
+
+class _Light:
+    """What a command and a group have in common."""
+
+    def get_params(self, ctx: object) -> list[Any]:
+        """The parameters, `--help` too, with our own conversion."""
+        parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for parameter in parameters:
+            convert_lightly(parameter)
+        return parameters
+
+    def get_help(self, ctx: object) -> str:
+        """The page, with bold headings in a terminal."""
+        page = super().get_help(ctx)  # type: ignore[misc]
+        plain = "NO_COLOR" in os.environ or not sys.stdout.isatty()
+        return str(page) if plain else HEADING.sub("\x1b[1m\\g<0>\x1b[0m", page)
+
+    def parse_args(self, ctx: object, args: list[str]) -> Any:
+        """Take the arguments; an error names the command in its context."""
+        try:
+            return super().parse_args(ctx, args)  # type: ignore[misc]
+        except UsageError as error:
+            error.ctx = error.ctx or ctx  # type: ignore[attr-defined]
+            raise
+
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """Write what the command does, then its example, which is not wrapped: it can be copied."""
+        for paragraph in description(self):
+            formatter.write_paragraph()
+            with formatter.indentation():
+                formatter.write_text(paragraph)
+        shown = example(self)
+        if shown is not None:
+            with formatter.section("Example"):
+                formatter.write(f"{'':{formatter.current_indent}}{shown}\n")
+
+
+class Command(_Light, TyperCommand):
+    """A command."""
+
+
+class Group(_Light, TyperGroup):
+    """A command with subcommands."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Take the arguments; without any, show the help."""
+        if not args and self.no_args_is_help and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit
+        return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write a line for each subcommand."""
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(name, description(self.get_command(ctx, name))[0]) for name in self.list_commands(ctx)]
+            )
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the arguments begin with.
+
+        Raises:
+            UnknownNameError: unknown command.
+        """
+        known = self.list_commands(ctx)
+        if args[0] not in known and not args[0].startswith("-"):
+            of = "" if ctx.parent is None else f" of {ctx.command_path}"
+            raise UnknownNameError(f"command{of}", args[0], known)
+        return super().resolve_command(ctx, args)
+
+
+PANELS = {
+    "Sail": "worlds and boats in motion",
+    "Look": "what there is, and what has happened",
+    "Check": "boats, and this machine",
+    "ROS": "programs and bags of ROS 1, ROS 2 and rosbridge",
+    "Learn": "controllers and policies in many worlds",
+}
+"""The groups of the help, and what each holds."""
+
+
+class Entry(NamedTuple):
+    """A command."""
+
+    panel: str
+    """Its group in the help: a key of `PANELS`."""
+    home: str
+    """`module:name` in this package: a function, or the typer application of a command with subcommands."""
+    summary: str
+    """The first sentence of its help."""
+
+
+COMMANDS = {
+    "demo": Entry("Sail", "commands:demo", "Sail three boats into a recording, and open it in the viewer."),
+    "run": Entry("Sail", "commands:run", "Sail a world, and print where the boats end and how the task is scored."),
+    "view": Entry("Sail", "commands:view", "Watch a world live, and drive its boats with the keyboard."),
+    "new": Entry("Sail", "commands:new", "Copy a commented start file into the current folder."),
+    "compile": Entry("Sail", "commands:compile_", "Compile a world to MJCF that plain MuJoCo opens."),
+    "list": Entry("Look", "commands:list_", "List worlds, fleets, robots, objects, docks or tasks."),
+    "map": Entry("Look", "commands:map_", "Draw a world as seen from above."),
+    "replay": Entry("Look", "commands:replay", "Open a recording in rerun's viewer, or draw a video of it."),
+    "score": Entry("Look", "commands:score", "Score a recording again, with the task's own rules."),
+    "compare": Entry("Look", "commands:compare", "Compare the motion in two recordings, to the last bit."),
+    "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
+    "doctor": Entry("Check", "commands:doctor", "Check what is installed and what works on this machine."),
+    "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
+    "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
+    "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
+    "convert": Entry("ROS", "ros:convert", "Convert a recording to a bag."),
+    "ros": Entry("ROS", "ros:app", "Write the message packages that ROS 1 programs need."),
+    "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
+    "worlds": Entry("Learn", "worlds:app", "Generate series of worlds from an axes file, as VRX's generator does."),
+}  # fmt: skip
+
+FIRST = {
+    "demo": "vrx-mj demo",
+    "list": "vrx-mj list worlds",
+    "run": "vrx-mj run example_course --fleet trio --record run.rrd",
+    "replay": "vrx-mj replay run.rrd",
+    "view": "vrx-mj view example_course --fleet trio",
+    "new": "vrx-mj new world my_bay",
+}
+"""What a new user needs first, with an example of each."""
+
+
+def overview() -> str:
+    """What `vrx-mj` without arguments prints: six commands, and where the rest is."""
+    width = max(map(len, FIRST.values()))
+    rows = [f"  {example:<{width}}  {COMMANDS[name].summary}" for name, example in FIRST.items()]
+    return "\n".join(
+        [
+            "vrx-mj simulates unmanned surface vessels on MuJoCo. Start with:",
+            "",
+            *rows,
+            "",
+            f"vrx-mj --help lists all {len(COMMANDS)} commands; vrx-mj COMMAND --help explains one.",
+            "",
+        ]
+    )
+
 
 ABOUT = (
     "Simulates unmanned surface vessels on MuJoCo: the worlds, boats and conventions of VRX, without ROS and Gazebo."

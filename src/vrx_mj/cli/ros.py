@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Recording
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError, VrxError
 from vrx_mj.packages import needs_extra
@@ -53,7 +54,7 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 
 def convert(
-    recording: Annotated[Path, typer.Argument(help="A recording (.rrd).")],
+    recording: Recording,
     bag: Annotated[Path, typer.Argument(help="The bag to write: .bag (ROS 1), .mcap, or a folder (rosbag2).")],
 ) -> None:
     """Convert a recording to a bag. It holds the topics of vrx-mj run --bag, as far as the recording has their data.

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vrx_mj.cli.arguments import DEFAULT_PORT
+from vrx_mj.cli.options import DEFAULT_PORT, Fleet, Nudge, Record, Seed, World
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
@@ -27,7 +27,6 @@ class CmdVel(Enum):
     velocity = "velocity"
 
 
-Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
 Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
 Waits = Annotated[
     str | None,
@@ -49,13 +48,10 @@ Origins = Annotated[
 ]
 Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
 Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
-Nudge = Annotated[
-    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
-]
 
 
 def serve(
-    world: Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")],
+    world: World,
     fleet: Fleet = None,
     ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
     rosbridge: Rosbridge = None,
@@ -68,8 +64,8 @@ def serve(
     cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
     truth: Truth = False,
     duration: Duration = None,
-    record: Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")] = None,
+    record: Record = None,
+    seed: Seed = None,
     exit_on_completion: Completion = False,
     nudge: Nudge = False,
 ) -> None:

@@ -1,7 +1,7 @@
 """What sensors measured, as rerun chunks: pictures, points, tracks and plots, with what gives the readings back.
 
 Of every reading there is one row in its sensor's own entity: time and number, and either the picture or the points as
-they are shown, or all of its numbers. `readings.RecordedReadings` makes readings of them again.
+they are shown, or all of its numbers. `reader.RecordedReadings` makes readings of them again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.recording.motion_chunks import TRAIL_HEIGHT, times
-from vrx_mj.recording.readings import measured
+from vrx_mj.recording.reader import measured
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene, boat_colors
 from vrx_mj.recording.static_chunks import static
 from vrx_mj.sensors.readings import Reading, Scan

@@ -209,18 +209,15 @@ class Work:
 
     def _all_chunks(self) -> Iterator[Any]:
         from vrx_mj.recording.boat_sets import boat_set_chunk
-        from vrx_mj.recording.course_chunks import course_chunks
         from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, state_chunk
         from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks
         from vrx_mj.recording.static_chunks import boat_chunks, change_chunks, still_chunks
-        from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, legend_chunks, mark_chunks, task_chunks
+        from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, mark_chunks, task_chunks
 
         yield from still_chunks(self._scene, self._views)
         yield from boat_chunks(self._scene)
         yield from sensor_chunks(self._scene)
-        yield from course_chunks(self._scene.parameters)
         yield from task_chunks(self._scene.parameters)
-        yield from legend_chunks(self._scene.parameters)
         moving, sensed = MovingChunks(self._scene), SensedChunks(self._scene)
         going = TaskChunks(self._scene.parameters)
         before = self._scene

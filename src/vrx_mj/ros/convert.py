@@ -12,8 +12,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.boat_sets import BoatSet, columns_in
-from vrx_mj.recording.reader import Event, Record, SavedState, read_readings, read_record
-from vrx_mj.recording.readings import RecordedReadings
+from vrx_mj.recording.reader import Event, Record, RecordedReadings, SavedState, read_readings, read_record
 from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.ros.bags import COMMAND, Bag
 from vrx_mj.ros.interface import Output

@@ -10,9 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.cli import bench, bench_batch, bench_fleet
-from vrx_mj.cli.bench import batch_rows, print_rows
-from vrx_mj.cli.bench_batch import decisions, environment_steps_per_second, rate, two_threads_and_two_processes
+from vrx_mj.cli import bench, bench_fleet
+from vrx_mj.cli.bench import (
+    batch_rows,
+    decisions,
+    environment_steps_per_second,
+    print_rows,
+    rate,
+    two_threads_and_two_processes,
+)
 from vrx_mj.cli.bench_fleet import (
     FLEETS,
     fleet_row,
@@ -85,13 +91,13 @@ def test_worlds_hold_the_whole_fleet(boats):
 
 @pytest.mark.slow
 def test_threads_and_processes_are_both_timed(monkeypatch):
-    monkeypatch.setattr(bench_batch, "ROWS", 32)
+    monkeypatch.setattr(bench, "BATCH_ROWS", 32)
     assert all(rate > 0.0 for rate in two_threads_and_two_processes(rounds=1, window=0.05))
 
 
 @pytest.mark.slow
 def test_a_row_weighs_more_than_its_state():
-    process = [sys.executable, "-c", bench_batch.WEIGHING, "200"]  # a used process may have room for rows already
+    process = [sys.executable, "-c", bench.WEIGHING, "200"]  # a used process may have room for rows already
     weight = float(subprocess.run(process, check=True, capture_output=True, text=True, timeout=240).stdout)
     assert 0.01 < weight < 10.0 or math.isnan(weight)  # MB; not known but on Linux
 
@@ -124,7 +130,7 @@ def test_decisions_count_every_row(clock):
 
 
 def test_environments_are_timed(monkeypatch):
-    monkeypatch.setattr(bench_batch, "ROWS", 4)
+    monkeypatch.setattr(bench, "BATCH_ROWS", 4)
     assert environment_steps_per_second(rounds=1, window=0.02) > 0.0
 
 
@@ -213,9 +219,9 @@ def test_the_table_says_which_fleets_are_several_worlds(capsys):
 
 
 def test_a_worker_of_the_bench_answers_with_a_rate(monkeypatch, capsys):
-    monkeypatch.setattr(bench_batch, "batch_of", lambda rows, threads: (rows, threads))
-    monkeypatch.setattr(bench_batch, "rate", lambda batch, window: (*batch, window))
+    monkeypatch.setattr(bench, "batch_of", lambda rows, threads: (rows, threads))
+    monkeypatch.setattr(bench, "rate", lambda batch, window: (*batch, window))
     monkeypatch.setattr("sys.argv", ["-c", "7"])
     monkeypatch.setattr("sys.stdin", ["0.5\n", "2\n"])
-    bench_batch.serve()
+    bench.serve()
     assert capsys.readouterr().out == "ready\n(7, 1, 0.5)\n(7, 1, 2.0)\n"

@@ -10,7 +10,7 @@ import pytest
 
 from ros1_served import Served, free_port, small_table
 from vrx_mj import Simulation, compile_world
-from vrx_mj.cli import doctor, doctor_world
+from vrx_mj.cli import doctor
 from vrx_mj.cli.doctor import Row
 from vrx_mj.packages import install_command
 from vrx_mj.ros.diagnosis import shared_frames
@@ -29,7 +29,7 @@ def quiet(monkeypatch):
 
 
 def rows_of(world, fleet=None):
-    rows, _ = doctor_world.world_rows(str(world), fleet)
+    rows, _ = doctor.world_rows(str(world), fleet)
     return [(row.what, row.found, row.works, row.advice) for row in rows]
 
 
@@ -88,15 +88,15 @@ def test_frames_that_two_boats_share_are_told():
             SimpleNamespace(frame="map", name="truth", config=SimpleNamespace(type="p3d")),
         ],
     )
-    (row,) = doctor_world._problems("sensor frames", shared_frames(fake), "none")
+    (row,) = doctor._problems("sensor frames", shared_frames(fake), "none")
     assert row == Row(
         "sensor frames",
         "the frame cam_link belongs to cam of wamv2 and of wamv1: their readings cannot be distinguished",
         "no",
         "remove the namespace from the frame's name",
     )
-    assert not doctor_world.sound([row])
-    assert doctor_world.sound([Row("port 9090 (rosbridge)", "held", "no", "stop it")])
+    assert not doctor.sound([row])
+    assert doctor.sound([Row("port 9090 (rosbridge)", "held", "no", "stop it")])
 
 
 def test_publishers_of_commands_without_a_boat_are_told():
@@ -105,31 +105,31 @@ def test_publishers_of_commands_without_a_boat_are_told():
     heard = [("/wamv2/cmd_vel", ["/pilot"])]
     meant = "did you mean /wamv1/thrusters/left_thrust_cmd?"
     advice = f"/wamv/thrusters/left_thrust_cmd has a publisher, /rostopic_1, but no subscriber: {meant}"
-    assert doctor_world.command_row(sim, lost + heard) == Row(
+    assert doctor.command_row(sim, lost + heard) == Row(
         "command topics", "1 published without a subscriber", "no", advice
     )
-    assert doctor_world.command_row(sim, heard) == Row("command topics", "1 have a publisher", "yes")
-    assert doctor_world.command_row(sim, lost[1:]) == Row("command topics", "no publisher", "not needed")
+    assert doctor.command_row(sim, heard) == Row("command topics", "1 have a publisher", "yes")
+    assert doctor.command_row(sim, lost[1:]) == Row("command topics", "no publisher", "not needed")
 
 
 def test_a_master_that_answers_tells_who_publishes():
     port = free_port()
     with Served(port, small_table("wamv")) as served:
-        row, publishers = doctor_world.master_row(served.uri)
+        row, publishers = doctor.master_row(served.uri)
     assert row == Row("ROS master", f"answers at {served.uri}", "yes")
     assert dict(publishers)["/wamv/imu"] == ["/gazebo"]
-    row, publishers = doctor_world.master_row(served.uri)
+    row, publishers = doctor.master_row(served.uri)
     advice = "vrx-mj serve --ros1 starts one"
     assert (row, publishers) == (Row("ROS master", f"none at {served.uri}", "not needed", advice), ())
 
 
 def test_what_is_no_master_is_told():
-    row, _ = doctor_world.master_row("robot:11311")
+    row, _ = doctor.master_row("robot:11311")
     advice = "ROS_MASTER_URI: invalid URI 'robot:11311': http://host:port is needed"
     assert row == Row("ROS master", "robot:11311", "no", advice)
     with socket.create_server(("127.0.0.1", 0)) as server:
         uri = f"http://127.0.0.1:{server.getsockname()[1]}"
-        row, _ = doctor_world.master_row(uri, timeout=0.05)
+        row, _ = doctor.master_row(uri, timeout=0.05)
     assert row == Row("ROS master", f"no ROS master at {uri}: no answer", "no", "correct ROS_MASTER_URI, or unset it")
 
 
@@ -156,30 +156,30 @@ def test_what_is_no_master_is_told():
     ],
 )  # fmt: skip
 def test_the_address_that_nodes_are_told(environment, uri, row):
-    assert doctor_world.address_row(environment, uri) == row
+    assert doctor.address_row(environment, uri) == row
 
 
 def test_ports():
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-        held = doctor_world.port_row("rosbridge", port, who=lambda _: "process 7 (x); to stop it: kill 7")
-        joined = doctor_world.port_row("ROS master", port, serves=True, who=lambda _: None)
+        held = doctor.port_row("rosbridge", port, who=lambda _: "process 7 (x); to stop it: kill 7")
+        joined = doctor.port_row("ROS master", port, serves=True, who=lambda _: None)
     name = f"port {port} (rosbridge)"
     advice = f"stop it, or use --rosbridge {port + 1}"
     assert held == Row(name, "held by process 7 (x); to stop it: kill 7", "no", advice)
     assert joined.found == "the master that answers: a process that cannot be found"
-    assert doctor_world.port_row("rosbridge", port) == Row(name, "free", "yes")
+    assert doctor.port_row("rosbridge", port) == Row(name, "free", "yes")
 
 
 def test_every_extra_for_users_has_a_row():
     text = Path(__file__).parents[3].joinpath("pyproject.toml").read_text(encoding="utf-8")
-    assert set(doctor_world.EXTRAS) == set(tomllib.loads(text)["project"]["optional-dependencies"]) - {"docs", "test"}
+    assert set(doctor.EXTRAS) == set(tomllib.loads(text)["project"]["optional-dependencies"]) - {"docs", "test"}
 
 
 def test_extras():
     there = {"rosbags", "lz4", "cbor2"}
     find = lambda module: module in there or None  # noqa: E731
-    assert doctor_world.extra_row("ros1", ("rosbags", "lz4"), find) == Row("extra ros1", "installed", "yes")
-    assert doctor_world.extra_row("rosbridge", ("rosbags", "websockets", "cbor2"), find) == Row(
+    assert doctor.extra_row("ros1", ("rosbags", "lz4"), find) == Row("extra ros1", "installed", "yes")
+    assert doctor.extra_row("rosbridge", ("rosbags", "websockets", "cbor2"), find) == Row(
         "extra rosbridge", "without websockets", "not needed", install_command("vrx-mj[rosbridge]")
     )

@@ -10,9 +10,7 @@ from typer.main import get_command
 
 import vrx_mj
 from vrx_command import environment
-from vrx_mj.cli.help import description
-from vrx_mj.cli.index import COMMANDS, FIRST, PANELS
-from vrx_mj.cli.program import app
+from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, app, description
 
 PROGRAM = get_command(app)
 HEAVY = {

@@ -19,8 +19,7 @@ from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
 from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
-from vrx_mj.recording.reader import read_readings, read_record
-from vrx_mj.recording.readings import RecordedReadings, decoded
+from vrx_mj.recording.reader import RecordedReadings, decoded, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rescoring import rescore
 from vrx_mj.recording.rrd_file import Part, parsed_file

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vrx_mj.config.sensors import ErrorModel, ImuConfig, PingerConfig
-from vrx_mj.recording.readings import RecordedReadings
+from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor
 
 PLACE = (0.0, 0.0, 0.0)

@@ -7,9 +7,8 @@ import pytest
 
 import recorded_run
 from trees import partial, task_of
-from vrx_mj.recording.course_chunks import FATES
 from vrx_mj.recording.reader import read_record
-from vrx_mj.recording.task_chunks import PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
+from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout

@@ -16,10 +16,27 @@ from vrx_mj.packages import install_command
 from vrx_mj.recording import read_record
 from vrx_mj.recording.record_scene import boat_colors
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.eye import AHEAD, BEHIND, HIGH, ROOM, Above, Chase, smoothed, view_of
 from vrx_mj.recording.video.filming import clock_line, encoder_of, project, task_lines
-from vrx_mj.recording.video.footage import TaskMoment, between
-from vrx_mj.recording.video.stage import FULL_SPEED, LASTS, OVER, SPREAD, WHITE, WIDTH, Wake, triangles_of
+from vrx_mj.recording.video.stage import (
+    AHEAD,
+    BEHIND,
+    FULL_SPEED,
+    HIGH,
+    LASTS,
+    OVER,
+    ROOM,
+    SPREAD,
+    WHITE,
+    WIDTH,
+    Above,
+    Chase,
+    TaskMoment,
+    Wake,
+    between,
+    smoothed,
+    triangles_of,
+    view_of,
+)
 from vrx_mj.recording.writer import RecordWriter
 
 UP = (0.0, 0.0, 1.0)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.rl.roster import FREE, Roster
+from vrx_mj.rl.environment import FREE, Roster
 
 BOATS, MOST = 4, 40
 

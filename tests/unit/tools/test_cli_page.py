@@ -4,7 +4,7 @@ import itertools
 import runpy
 from pathlib import Path
 
-from vrx_mj.cli.index import COMMANDS
+from vrx_mj.cli.program import COMMANDS
 
 REPO = Path(__file__).resolve().parents[3]
 TOOL = runpy.run_path(str(REPO / "tools" / "cli_page.py"))

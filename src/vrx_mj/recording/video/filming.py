@@ -23,9 +23,7 @@ from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.packages import install_command
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import boat_colors
-from vrx_mj.recording.video.eye import Above, Chase, Eye, view_of
-from vrx_mj.recording.video.footage import Footage, Instant, TaskMoment
-from vrx_mj.recording.video.stage import Stage
+from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Instant, Stage, TaskMoment, view_of
 from vrx_mj.sensors.view import View
 
 if TYPE_CHECKING:

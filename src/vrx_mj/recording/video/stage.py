@@ -1,30 +1,301 @@
-"""Draws moments of a recording: its world's drawing model, the sea of that moment, foam behind the boats."""
+"""Draw moments of a recording: where everything was, where the camera is, the sea, and foam behind the boats.
+
+A recording is known as a whole, so a camera's path is smoothed with what comes after as with what was before.
+"""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
+from vrx_mj.errors import RecordError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import EDGE, draw_surface
-from vrx_mj.recording.boat_sets import BoatSet
+from vrx_mj.recording.boat_sets import BoatSet, columns_in
+from vrx_mj.recording.reader import Record
+from vrx_mj.recording.rescoring import scored_frames
 from vrx_mj.recording.simulation_scene import check_columns
-from vrx_mj.recording.video.eye import Eye, view_of
-from vrx_mj.recording.video.footage import Instant
 from vrx_mj.runtime.sensing import painted
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.sensors.view import View
+from vrx_mj.tasks.registry import TASK_KINDS
 
-__all__ = ["LASTS", "PIECES_PER_SECOND", "Stage", "Wake", "add_triangles", "sterns", "strip_of", "triangles_of"]
+__all__ = [
+    "LASTS",
+    "PIECES_PER_SECOND",
+    "Above",
+    "Chase",
+    "Eye",
+    "Footage",
+    "Instant",
+    "Stage",
+    "TaskMoment",
+    "Wake",
+    "add_triangles",
+    "looking",
+    "sterns",
+    "strip_of",
+    "triangles_of",
+    "view_of",
+]
+
+CALM = 1.2
+"""Standard deviation over which a followed path is smoothed [s]."""
+TURN_CALM = 2.0
+"""Standard deviation over which a followed heading is smoothed [s]."""
+SMOOTHED = 10.0
+"""Places of a smoothed path per second."""
+BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
+"""Distances of the chasing camera behind the boat and over the water, and of its target before the boat [m]."""
+FIELD = 1.15
+"""Horizontal field of view [rad]."""
+ROOM = 12.0
+"""Width of water around the boats in the view from above [m]."""
+LEAST = 22.0
+"""Half the height of what is seen from above, at least [m]."""
+NEAR, FAR = 0.3, 6000.0
+"""Distances that are seen [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """A place and a direction to look."""
+
+    position: FloatArray
+    """Position (3,) [m]."""
+    rotation: FloatArray
+    """Rotation (3, 3) from camera to world axes; x forward, y left, z up."""
+    field: float = FIELD
+    """Horizontal field of view [rad]."""
+
+
+def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = FIELD) -> Eye:
+    """An eye at `position` that looks at `target` [m]; `up` is what is up in the picture."""
+    ahead = np.subtract(target, position)
+    ahead /= np.linalg.norm(ahead)
+    left = np.cross(up, ahead)
+    left /= np.linalg.norm(left)
+    return Eye(np.array(position, np.float64), np.column_stack([ahead, left, np.cross(ahead, left)]), field)
+
+
+def view_of(eye: Eye, width: int, height: int) -> View:
+    """What an eye sees in a picture of a size [pixels]."""
+    half = math.tan(eye.field / 2.0)
+    return View(
+        position=eye.position,
+        rotation=eye.rotation,
+        half_width=half,
+        half_height=half * height / width,
+        near=NEAR,
+        far=FAR,
+        focal_length=width / (2.0 * half),
+    )
+
+
+class Chase:
+    """An eye behind a boat."""
+
+    def __init__(self, path: FloatArray, level: float) -> None:
+        """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
+        self._level = level
+        self._times, self._places = smoothed(path[:, 0], path[:, 1:3], CALM)
+        _, self._headings = smoothed(path[:, 0], path[:, 3:4], TURN_CALM)
+
+    def eye(self, time: float) -> Eye:
+        """Where it is at a time [s]."""
+        east, north = (float(np.interp(time, self._times, self._places[:, axis])) for axis in (0, 1))
+        heading = float(np.interp(time, self._times, self._headings[:, 0]))
+        along = np.array([math.cos(heading), math.sin(heading)])
+        back, front = (east, north) - BEHIND * along, (east, north) + AHEAD * along
+        return looking((*back, self._level + HIGH), (*front, self._level + 0.6), (0.0, 0.0, 1.0))
+
+
+class Above:
+    """An eye above boats, north up."""
+
+    def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
+        """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
+        self._level, self._aspect = level, aspect
+        self._paths = [smoothed(path[:, 0], path[:, 1:3], CALM) for path in paths]
+        self._spans = [(path[0, 0], path[-1, 0]) for path in paths]
+        self._half = max(self._needed(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10])
+
+    def eye(self, time: float) -> Eye:
+        """Where it is at a time [s]: as high as all boats need over the whole recording."""
+        low, high = self._box(time)
+        middle = (low + high) / 2.0
+        height = self._level + self._half / math.tan(FIELD / 2.0) * self._aspect
+        return looking((*middle, height), (*middle, self._level), (0.0, 1.0, 0.0))
+
+    def _box(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """The least and the largest east and north of boats that are there."""
+        there = [
+            [np.interp(time, times, places[:, axis]) for axis in (0, 1)]
+            for (times, places), (begin, end) in zip(self._paths, self._spans, strict=True)
+            if begin <= time <= end
+        ]
+        spots = np.array(there or [[places[-1, 0], places[-1, 1]] for _, places in self._paths])
+        return spots.min(axis=0), spots.max(axis=0)
+
+    def _needed(self, time: float) -> float:
+        """Half the height [m] of a picture that holds the boats."""
+        low, high = self._box(time)
+        width, height = (high - low) / 2.0 + ROOM
+        return max(float(height), float(width) / self._aspect, LEAST)
+
+
+def smoothed(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
+    """Times (m,) [s] and values (m, k) of a path, smoothed by a Gaussian of standard deviation `calm` [s].
+
+    Beyond its ends the path goes on as a mirror would show it, turned by half a turn, so that a straight stays one.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    if len(time) < 2:
+        return time, values
+    count = max(2, math.ceil((time[-1] - time[0]) * SMOOTHED) + 1)
+    grid = np.linspace(time[0], time[-1], count)
+    even = np.column_stack([np.interp(grid, time, column) for column in values.T])
+    pad = count - 1
+    mirrored = np.concatenate([2 * even[0] - even[:0:-1], even, 2 * even[-1] - even[-2::-1]])
+    sigma = calm * (count - 1) / (time[-1] - time[0])
+    return grid, gaussian_filter1d(mirrored, sigma, axis=0, mode="nearest")[pad : pad + count]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """All that is drawn of one time."""
+
+    time: float
+    """Simulated time [s]."""
+    boat_set: int
+    """Number of the boats that sail together then, and of their world."""
+    qpos: FloatArray
+    """Positions, as the model of these boats has them."""
+    marks: FloatArray
+    """What lights and placards show."""
+
+
+@dataclass(frozen=True)
+class TaskMoment:
+    """Status of a task from a time on."""
+
+    time: float
+    """Simulated time [s]."""
+    task: str
+    phase: str
+    score: float
+    unit: str
+    collisions: int
+    remaining: float
+    """Time until it times out [s]."""
+
+
+class Footage:
+    """A recording that can be asked for any moment of it."""
+
+    def __init__(self, recorded: Record) -> None:
+        """Take a recording.
+
+        Raises:
+            RecordError: it has no rows, or no world.
+        """
+        if "scene.json" not in recorded.files:
+            raise RecordError(f"'{recorded.path}' has no world to draw: it was not made by a simulation")
+        if not len(recorded.time):
+            raise RecordError(f"'{recorded.path}' has no motion to draw: it ends before its first row")
+        self.recorded = recorded
+        self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
+
+    @property
+    def start(self) -> float:
+        """Time of the first row [s]."""
+        return float(self.recorded.time[0])
+
+    @property
+    def end(self) -> float:
+        """Time of the last row [s]."""
+        return float(self.recorded.time[-1])
+
+    def boat_set(self, number: int) -> BoatSet:
+        """The boats that sail together, and their world."""
+        return self.recorded.companies[number]
+
+    def at(self, time: float) -> Instant:
+        """Everything at a time [s], between two rows on the straight line from one to the other."""
+        rows, numbers = self.recorded.rows, self.recorded.row_companies
+        after = bisect_right(self.recorded.time, time)
+        before = max(after - 1, 0)
+        number = int(numbers[before])
+        layout, columns = self.boat_set(number).layout, self._columns[number]
+        row = rows[before, columns]
+        if before < after < len(rows) and numbers[after] == number:
+            row = between(row, rows[after, columns], time, [layout.pose(body).start + 3 for body in layout.bodies])
+        marks = rows[before, columns][layout.marks]
+        return Instant(time, number, row[layout.qpos], marks)
+
+    @cached_property
+    def level(self) -> float:
+        """Mean height of the water [m]."""
+        return self.boat_set(0).parameters.sea.level
+
+    def places(self, moment: Instant) -> dict[str, FloatArray]:
+        """Where the boats' origins are at a moment, (3,) [m]."""
+        boats = (body for body in self.boat_set(moment.boat_set).layout.bodies if body.kind == "boat")
+        return {boat.name: moment.qpos[boat.qpos : boat.qpos + 3] for boat in boats}
+
+    def path(self, boat: str) -> FloatArray:
+        """Where a boat was, (n, 4): time [s], east, north [m] and heading [rad], rows in which it was not left out."""
+        track = self.recorded.boats[boat]
+        there = np.isfinite(track.position[:, 0])
+        w, x, y, z = track.quaternion[there].T
+        heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+        return np.column_stack([self.recorded.time[there], track.position[there, :2], heading])
+
+    @cached_property
+    def task_moments(self) -> tuple[TaskMoment, ...]:
+        """Status of the task in the order of time; empty without a task."""
+        task = self.recorded.companies[0].parameters.task
+        if task is None:
+            return ()
+        unit = TASK_KINDS[task.type].unit
+        return tuple(
+            TaskMoment(
+                time, one.name, one.status.phase, one.status.score, unit, one.status.collisions, one.status.remaining
+            )
+            for time, one in scored_frames(self.recorded)
+        )
+
+    def task_at(self, time: float) -> TaskMoment | None:
+        """Status of the task at a time [s]; None without a task, or before its referee first looked."""
+        count = bisect_right(self.task_moments, time + 1e-9, key=lambda one: one.time)
+        return self.task_moments[count - 1] if count else None
+
+
+def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]) -> FloatArray:
+    """A row at `time` [s] between two rows, whose first number is their time; `turns` are where quaternions begin."""
+    share = (time - first[0]) / (second[0] - first[0])
+    row: FloatArray = first + share * (second - first)
+    for start in turns:
+        part = slice(start, start + 4)
+        near = second[part] if float(first[part] @ second[part]) >= 0.0 else -second[part]
+        turn = first[part] + share * (near - first[part])
+        length = math.sqrt(float(turn @ turn))
+        row[part] = turn / length if length > 0.0 else first[part]
+    return row
+
 
 Paths = Mapping[str, FloatArray]
 

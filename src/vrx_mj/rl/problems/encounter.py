@@ -1,14 +1,127 @@
-"""Encounter: two boats on collision courses, who pass by the rules of the road."""
+"""Encounter: two boats on collision courses, who pass by the rules of the road: who gives way, how well each did.
+
+The rules are those of the International Regulations for Preventing Collisions at Sea, 1972, part B, for two vessels
+under power. Arrays are (n, 2), the two in either order. Bearings are those of the other vessel from the bow, positive
+to port [rad]; note that seamen count them to starboard.
+
+They are words, so numbers for them are a choice. That scores are products of a range's score and a pose's, taken at the
+closest point of approach, follows Woerner, Benjamin, Novitzky and Leonard, Quantifying protocol evaluation for
+autonomous collision avoidance, Autonomous Robots 43 (2019); of their formulas only the port-to-port one of a head-on
+meeting is used, as others have programmed it, for we could not read the paper. The others are derived here.
+"""
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, folded, open_water
-from vrx_mj.rl.problems import colregs
 from vrx_mj.rl.refereed import Rows
 
-__all__ = ["Encounter"]
+__all__ = [
+    "GIVE_WAY",
+    "HEAD_ON",
+    "OVERTAKEN",
+    "OVERTAKING",
+    "ROLES",
+    "STAND_ON",
+    "Encounter",
+    "approach",
+    "bearings",
+    "departure",
+    "gone_by",
+    "keeps_clear",
+    "pose_score",
+    "range_score",
+    "roles",
+]
+
+HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
+ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")
+ABAFT = np.radians(112.5)
+"""Who comes from more than 22.5 degrees abaft the beam is overtaking: rule 13 (b)."""
+NEARLY = np.radians(15.0)
+"""Courses so near to reciprocal are nearly so, and who is so near the bow is nearly ahead; rule 14 gives no number."""
+READILY = np.radians(30.0)
+"""An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
+
+
+def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+    """Where each sees the other, (n, 2), from places [m] and headings."""
+    return folded(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
+
+
+def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
+    """What each has to do, (n, 2), by their places when they sight each other; rule 13 (d): it stays so.
+
+    Head-on where both are nearly ahead of each other on nearly reciprocal courses (rule 14). Else who is in the other's
+    stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
+    (15), and the other one stands on (17).
+    """
+    reciprocal = np.abs(np.abs(folded(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= NEARLY
+    head_on = reciprocal & (np.abs(bearing) <= NEARLY).all(axis=1, keepdims=True)
+    astern = np.abs(bearing) > ABAFT
+    overtaken = astern & ~astern[:, ::-1]
+    crossing = np.where(bearing < 0.0, GIVE_WAY, STAND_ON)
+    role: IntArray = np.select([np.repeat(head_on, 2, axis=1), overtaken, overtaken[:, ::-1]],
+                            [HEAD_ON, OVERTAKEN, OVERTAKING], crossing)  # fmt: skip
+    return role
+
+
+def keeps_clear(role: IntArray) -> BoolArray:
+    """Who has to keep out of the way: rules 13 (a), 14 (a) and 15."""
+    clear: BoolArray = (role == HEAD_ON) | (role == GIVE_WAY) | (role == OVERTAKING)
+    return clear
+
+
+def gone_by(role: IntArray, x: FloatArray, y: FloatArray, course: FloatArray) -> BoolArray:
+    """Whether both have gone by each other, (n,), from places [m] and the courses [rad] at their first sight.
+
+    Each has the other abaft the beam of its course; who is overtaken has it before the beam.
+    """
+    ahead = np.cos(course) * (x[:, ::-1] - x) + np.sin(course) * (y[:, ::-1] - y)
+    by = np.where(role == OVERTAKEN, ahead > 0.0, ahead < 0.0)
+    return np.asarray(by.all(axis=1))
+
+
+def approach(x: FloatArray, y: FloatArray, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Time [s] to the closest point of approach, 0 if that is past, and the distance there [m], (n,) each.
+
+    Both keep their velocities: t = -p v / v^2, with p and v the relative place and velocity; d = |p + v t|.
+    """
+    px, py, vx, vy = x[:, 1] - x[:, 0], y[:, 1] - y[:, 0], east[:, 1] - east[:, 0], north[:, 1] - north[:, 0]
+    square = vx * vx + vy * vy
+    time = np.where(square > 1e-9, np.maximum(-(px * vx + py * vy) / np.maximum(square, 1e-9), 0.0), 0.0)
+    return time, np.hypot(px + vx * time, py + vy * time)
+
+
+def departure(turn: FloatArray, speed: FloatArray, speed_before: FloatArray) -> FloatArray:
+    """How much a vessel departs from the course and speed it has to keep (rule 17 (a) (i)), 0 to 1.
+
+    `turn` [rad] from that course over 30 degrees, plus the change of speed over the speed before.
+    """
+    slower = np.abs(speed - speed_before) / np.maximum(speed_before, 0.5)
+    share: FloatArray = np.minimum(np.abs(turn) / READILY + slower, 1.0)
+    return share
+
+
+def range_score(distance: FloatArray, least: float, wanted: float) -> FloatArray:
+    """1 for a closest approach at `wanted` [m] or beyond, 0 at `least` or nearer, linear between."""
+    return np.clip((distance - least) / (wanted - least), 0.0, 1.0)
+
+
+def pose_score(role: IntArray, bearing: FloatArray, kept: FloatArray) -> FloatArray:
+    """How each passed, 0 to 1, by the bearings (n, 2) at the closest point of approach.
+
+    Head-on, port to port (14): ((1 + sin a) / 2)^2 ((1 + sin b) / 2)^2 with both bearings a and b, 1 where both have
+    the other abeam to port. Who gives way in a crossing, astern of the other (15): (1 - cos b) / 2 with b the bearing
+    from the other, 0 right ahead of it. Overtaking, on either side (13): 1. Who is not to keep clear: `kept`, (n, 2),
+    how well it held on (17).
+    """
+    abeam = ((1.0 + np.sin(bearing)) / 2.0) ** 2
+    astern = (1.0 - np.cos(bearing[:, ::-1])) / 2.0
+    cases = [role == HEAD_ON, role == GIVE_WAY, role == OVERTAKING]
+    return np.select(cases, [abeam * abeam[:, ::-1], astern, np.ones_like(bearing)], kept)
+
 
 AHEAD = 18.0
 """Time from the start to the collision if both kept on [s]."""
@@ -31,7 +144,7 @@ class Encounter(Problem):
     """Two boats meet head-on (within 5 degrees), cross (at 50 to 130) or overtake (within 10); one in three each.
 
     They start under way, 1.5 m/s each or 2 and 0.8, so that both would be at one point after 18 s; each has its goal
-    20 m behind that point, straight ahead. `rl/problems/colregs.py` has roles and scores.
+    20 m behind that point, straight ahead. `rl/problems/encounter.py` has roles and scores.
 
     They have passed when each has the other abaft the beam of the course it started on, or, where one overtakes, when
     the one that does is ahead; and the range has opened by 1 m. To stop, to go astern or to turn away does not pass.
@@ -81,10 +194,10 @@ class Encounter(Problem):
     def begin(self, who: BoolArray, team: Team) -> None:
         """The roles of both."""
         rows = who.any(axis=1)
-        bearing = colregs.bearings(team.x, team.y, team.yaw)
+        bearing = bearings(team.x, team.y, team.yaw)
         for kept, now in (
             (self._far, self._distances(team)), (self._course, team.yaw), (self._speed, _speeds(team)),
-            (self._role, colregs.roles(bearing, team.yaw)), (self._closest, _gap(team)), (self._bearing, bearing),
+            (self._role, roles(bearing, team.yaw)), (self._closest, _gap(team)), (self._bearing, bearing),
         ):  # fmt: skip
             kept[rows] = now[rows]
         for count in (self._passed, self._collided, self._reached, self._held, self._steps):
@@ -93,11 +206,11 @@ class Encounter(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, what it must do, and what it did."""
         turn = folded(team.yaw - self._course)
-        head_on = self._role == colregs.HEAD_ON
+        head_on = self._role == HEAD_ON
         passed = np.repeat(self._passed[:, None], 2, axis=1)
         return np.stack(
             (*team.toward(*np.moveaxis(self._goals, -1, 0)), np.sin(turn), np.cos(turn), _speeds(team) - self._speed,
-             head_on, colregs.keeps_clear(self._role), passed), axis=-1
+             head_on, keeps_clear(self._role), passed), axis=-1
         )  # fmt: skip
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
@@ -130,34 +243,34 @@ class Encounter(Problem):
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
-        time, distance = colregs.approach(team.x, team.y, *team.velocity())
-        port = np.clip(folded(team.yaw - self._course) / colregs.READILY, 0.0, 1.0)
+        time, distance = approach(team.x, team.y, *team.velocity())
+        port = np.clip(folded(team.yaw - self._course) / READILY, 0.0, 1.0)
         risk = np.clip(1.0 - distance / WANTED, 0.0, 1.0)[:, None]
-        clear = np.minimum(risk + np.where(self._role == colregs.HEAD_ON, port, 0.0), 1.0)
-        off = colregs.departure(folded(team.yaw - self._course), _speeds(team), self._speed)
-        late = np.where(self._role == colregs.STAND_ON, port, 0.0)
+        clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
+        off = departure(folded(team.yaw - self._course), _speeds(team), self._speed)
+        late = np.where(self._role == STAND_ON, port, 0.0)
         holds = np.where((gap < AGREED)[:, None], late, off)
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
         self._steps += before[:, 0]
         self._held += np.where(before, holds, 0.0)
-        faults: FloatArray = np.where(colregs.keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
+        faults: FloatArray = np.where(keeps_clear(self._role), np.where(closing, clear, 0.0), holds)
         return np.where(before, faults, 0.0)
 
     def _follow(self, team: Team, gap: FloatArray, meet: BoolArray) -> None:
         """Keep the closest approach so far, and whether they have passed."""
         nearer = meet & (gap < self._closest)
         self._closest = np.where(nearer, gap, self._closest)
-        now = colregs.bearings(team.x, team.y, team.yaw)
+        now = bearings(team.x, team.y, team.yaw)
         self._bearing = np.where(nearer[:, None], now, self._bearing)
-        behind = colregs.gone_by(self._role, team.x, team.y, self._course)
+        behind = gone_by(self._role, team.x, team.y, self._course)
         self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
 
     def _scores(self) -> FloatArray:
         """The present scores, (n, 2): 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
-        safe = colregs.range_score(self._closest, CLEAR, WANTED)
+        safe = range_score(self._closest, CLEAR, WANTED)
         counts = (safe * self._passed * ~self._collided)[:, None]
-        scores: FloatArray = counts * colregs.pose_score(self._role, self._bearing, kept)
+        scores: FloatArray = counts * pose_score(self._role, self._bearing, kept)
         return scores
 
     def _distances(self, team: Team) -> FloatArray:

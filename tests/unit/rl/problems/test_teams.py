@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.rl.problem import Team, crowded, mean_of, team_of
-from vrx_mj.rl.problems.colregs import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON
-from vrx_mj.rl.problems.encounter import Encounter
+from vrx_mj.rl.problems.encounter import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON, Encounter
 from vrx_mj.rl.problems.formation import Formation
 from vrx_mj.rl.problems.rendezvous import Rendezvous
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from vrx_mj.cli.arguments import with_default_port
+from vrx_mj.cli.options import with_default_port
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros.teleop.web import FILES, MOST_CONNECTIONS, PageServer
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.rl.problems import colregs
-from vrx_mj.rl.problems.colregs import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON
+from vrx_mj.rl.problems import encounter
+from vrx_mj.rl.problems.encounter import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON
 
 NORTH = math.pi / 2
 
@@ -14,7 +14,7 @@ NORTH = math.pi / 2
 def met(other_x, other_y, other_yaw):
     """Bearings and headings of one at the origin, heading north, and another one."""
     x, y, yaw = (np.array([[0.0, other_x]]), np.array([[0.0, other_y]]), np.array([[NORTH, other_yaw]]))
-    return colregs.bearings(x, y, yaw), yaw
+    return encounter.bearings(x, y, yaw), yaw
 
 
 @pytest.mark.parametrize(
@@ -30,8 +30,8 @@ def met(other_x, other_y, other_yaw):
 )
 def test_when_two_have_gone_by(roles, place, course, by):
     x, y, courses = np.array([[0.0, place[0]]]), np.array([[0.0, place[1]]]), np.array([[NORTH, course]])
-    assert colregs.gone_by(np.array([roles]), x, y, courses).tolist() == [by]
-    assert colregs.gone_by(np.array([roles[::-1]]), x[:, ::-1], y[:, ::-1], courses[:, ::-1]).tolist() == [by]
+    assert encounter.gone_by(np.array([roles]), x, y, courses).tolist() == [by]
+    assert encounter.gone_by(np.array([roles[::-1]]), x[:, ::-1], y[:, ::-1], courses[:, ::-1]).tolist() == [by]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_when_two_have_gone_by(roles, place, course, by):
 )  # fmt: skip
 def test_who_gives_way(place, yaw, expected):
     bearing, yaws = met(*place, yaw)
-    assert colregs.roles(bearing, yaws).tolist() == [expected]
+    assert encounter.roles(bearing, yaws).tolist() == [expected]
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_the_stern_sector_begins_at_22_5_degrees_abaft_the_beam(degrees, overtak
     """Rule 13 (b); the other one, 60 degrees off our course, has us before its own beam."""
     bearing = np.array([[math.radians(degrees), math.radians(-20)]])
     yaw = np.array([[0.0, 0.5]])
-    assert (colregs.roles(bearing, yaw).tolist() == [[OVERTAKEN, OVERTAKING]]) is overtaken
+    assert (encounter.roles(bearing, yaw).tolist() == [[OVERTAKEN, OVERTAKING]]) is overtaken
 
 
 def test_bearings_are_positive_to_port():
@@ -71,9 +71,9 @@ def test_bearings_are_positive_to_port():
 def test_roles_do_not_depend_on_the_order():
     random = np.random.default_rng(4)
     x, y, yaw = (random.uniform(low, high, (2000, 2)) for low, high in ((-50, 50), (-50, 50), (-3, 3)))
-    one = colregs.roles(colregs.bearings(x, y, yaw), yaw)
+    one = encounter.roles(encounter.bearings(x, y, yaw), yaw)
     x, y, yaw = x[:, ::-1], y[:, ::-1], yaw[:, ::-1]
-    np.testing.assert_array_equal(one, colregs.roles(colregs.bearings(x, y, yaw), yaw)[:, ::-1])
+    np.testing.assert_array_equal(one, encounter.roles(encounter.bearings(x, y, yaw), yaw)[:, ::-1])
     assert set(one.ravel().tolist()) == set(range(5))
 
 
@@ -81,7 +81,7 @@ def test_the_closest_approach_is_that_of_a_fine_search():
     random = np.random.default_rng(1)
     x, y = random.uniform(-50, 50, (2, 30, 2))
     east, north = random.uniform(-2, 2, (2, 30, 2))
-    time, distance = colregs.approach(x, y, east, north)
+    time, distance = encounter.approach(x, y, east, north)
     ahead = np.linspace(0, 400, 400_001)[:, None]
     gaps = np.hypot(np.diff(x).T + ahead * np.diff(east).T, np.diff(y).T + ahead * np.diff(north).T)
     inside = time < 399
@@ -92,7 +92,7 @@ def test_the_closest_approach_is_that_of_a_fine_search():
 
 def test_who_stands_still_to_each_other_is_as_near_as_it_gets():
     np.testing.assert_array_equal(
-        colregs.approach(*np.array([[[0.0, 3.0]], [[0.0, 4.0]], [[1.0, 1.0]], [[2.0, 2.0]]])), [[0], [5]]
+        encounter.approach(*np.array([[[0.0, 3.0]], [[0.0, 4.0]], [[1.0, 1.0]], [[2.0, 2.0]]])), [[0], [5]]
     )
 
 
@@ -115,15 +115,15 @@ PORT, STARBOARD = np.array([[NORTH, NORTH]]), np.array([[-NORTH, -NORTH]])
     ],
 )
 def test_how_they_pass(role, bearing, expected):
-    score = colregs.pose_score(np.full((1, 2), role), bearing, np.full((1, 2), 0.7))
+    score = encounter.pose_score(np.full((1, 2), role), bearing, np.full((1, 2), 0.7))
     assert score[0, 0] == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(("distance", "expected"), [(3, 0), (6, 0), (10.5, 0.5), (15, 1), (99, 1)])
 def test_the_range_counts_up_to_what_is_wanted(distance, expected):
-    assert colregs.range_score(np.array([distance]), 6.0, 15.0)[0] == pytest.approx(expected)
+    assert encounter.range_score(np.array([distance]), 6.0, 15.0)[0] == pytest.approx(expected)
 
 
 def test_to_stand_on_is_to_keep_course_and_speed():
     turn, speed = np.radians([0, 15, -15, 0, 0, 60]), np.array([2.0, 2.0, 2.0, 1.0, 3.0, 2.0])
-    np.testing.assert_allclose(colregs.departure(turn, speed, np.full(6, 2.0)), [0, 0.5, 0.5, 0.5, 0.5, 1])
+    np.testing.assert_allclose(encounter.departure(turn, speed, np.full(6, 2.0)), [0, 0.5, 0.5, 0.5, 0.5, 1])

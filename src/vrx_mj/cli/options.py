@@ -1,0 +1,62 @@
+"""Options and arguments that several commands share, and ports that may be left out."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrx_mj.cli.files import look_in
+
+__all__ = [
+    "DEFAULT_PORT",
+    "DEFAULT_WEB_PORT",
+    "Fleet",
+    "Json",
+    "Nudge",
+    "Output",
+    "Packages",
+    "Record",
+    "Recording",
+    "Seed",
+    "World",
+    "with_default_port",
+]
+
+World = Annotated[str, typer.Argument(help="Name of a world (see vrx-mj list worlds) or path of its YAML file.")]
+Fleet = Annotated[str | None, typer.Option(help="Name of a fleet or path of its YAML file; default: one boat.")]
+Nudge = Annotated[
+    bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
+]
+Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
+Packages = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--package-path",
+        metavar="<folder>",
+        help="A ROS package with a robot's files, or a folder of packages; may be repeated.",
+        callback=look_in,
+    ),
+]
+Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
+Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
+Recording = Annotated[Path, typer.Argument(help="A recording (.rrd).")]
+Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")]
+
+DEFAULT_PORT = "9090"
+"""Port of rosbridge."""
+DEFAULT_WEB_PORT = "8090"
+"""Port of teleop's page."""
+PORTS = {"--rosbridge": DEFAULT_PORT, "--web": DEFAULT_WEB_PORT}
+"""Options whose port may be left out."""
+
+
+def with_default_port(arguments: Sequence[str]) -> list[str]:
+    """The words of a command line, with a port after --rosbridge and --web where it is left out, but for a campaign."""
+    if "campaign" in arguments[:1]:
+        return list(arguments)
+    words = []
+    for index, word in enumerate(arguments):
+        bare = word in PORTS and not "".join(arguments[index + 1 : index + 2]).isdecimal()
+        words.append(f"{word}={PORTS[word]}" if bare else word)
+    return words
