@@ -11,7 +11,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import llvmlite.binding
 import mujoco
@@ -61,7 +60,7 @@ def _write_no_log() -> None:
 _write_no_log()
 
 
-def c_function(name: str, result: Any, *arguments: Any) -> types.ExternalFunction:
+def c_function(name: str, result: types.Type, *arguments: types.Type) -> types.ExternalFunction:
     """A function of MuJoCo's, from numba's types of its result and of its arguments; an address is a `uintp`."""
     return types.ExternalFunction(name, result(*arguments))
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -98,7 +98,7 @@ class Heard:
     """[rad], above the horizontal."""
 
 
-def heard(sound: Any, seen: Estimate, age: float) -> Heard:
+def heard(sound: "Sound", seen: Estimate, age: float) -> Heard:
     """A receiver's reading, `age` [s] old, by a boat that is now as `seen`."""
     level = math.cos(sound.elevation)
     own = (level * math.cos(sound.bearing), level * math.sin(sound.bearing), math.sin(sound.elevation))
@@ -193,6 +193,7 @@ def _on_water(sound: Heard) -> tuple[FloatArray, FloatArray]:
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.sensors.readings import Sound
 
 
 HASTE = 1.5

@@ -1,16 +1,19 @@
 """The captain: one controller for every task, who leaves the helm to the one that knows it."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from vrx_mj.control.acoustics import BeaconFollower, BeaconSeeker
 from vrx_mj.control.channel import Channel, Gymkhana
 from vrx_mj.control.docking import Docking
 from vrx_mj.control.perception import Perceiver
-from vrx_mj.control.skipper import Skipper, task_of
+from vrx_mj.control.skipper import Commands, Skipper, task_of
 from vrx_mj.control.stationkeeping import StationKeeper
 from vrx_mj.control.wayfinding import WaypointFollower
 from vrx_mj.control.wildlife import WildlifeCircler
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.observation import Observation
 
 __all__ = ["SKIPPERS", "Captain"]
 
@@ -45,7 +48,7 @@ class Captain:
         """Forget the last run."""
         self._seed, self._skipper = seed, None
 
-    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+    def __call__(self, obs: "Observation", t: float) -> Commands:
         """Commands by boat for the observations and the time [s]."""
         if self._skipper is None:
             make = SKIPPERS.get(str(task_of(obs).get("type")), StationKeeper)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.buoy_map import Buoy, Lookout
@@ -124,6 +124,7 @@ def wall(gate: Gate, *, spacing: float = 2.0) -> list[Point]:
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 
 Bearing = Callable[[float, float], tuple[float, float]]
@@ -369,7 +370,7 @@ class Channel(Skipper):
 class Gymkhana(Channel):
     """Crosses the channel, then goes through the obstacles to the black box, whose position the task gives."""
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
         """Commands that cross the gates until the channel is finished, then go to the goal and hold it."""
         if task.get("channel", {}).get("state") != "finished" or "goal" not in task:
             return super().steer(boat, seen, task, t)

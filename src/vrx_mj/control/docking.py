@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.guidance import Point, clear_course, wrapped
@@ -12,6 +12,7 @@ from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["Docking"]
 
@@ -135,7 +136,7 @@ class Docking(Skipper):
             return True
         return self._right_bay(task) is not None and self._last_resort(seen, task) is None
 
-    def _last_resort(self, seen: Estimate, task: Mapping[str, Any]) -> Face | None:
+    def _last_resort(self, seen: Estimate, task: "TaskObservation") -> Face | None:
         """A bay, once there is just time enough to dock there: the right one, one of its colour, or the nearest."""
         wanted = self._wanted(task) or ""
 
@@ -179,7 +180,7 @@ class Docking(Skipper):
         wanted = self._wanted(task)
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
 
-    def _wanted(self, task: Mapping[str, Any]) -> str | None:
+    def _wanted(self, task: "TaskObservation") -> str | None:
         """The symbol that is looked for, as far as the task or the lights show it."""
         if self._colors:
             lights = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"

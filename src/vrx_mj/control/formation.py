@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.observation import BoatObservation, Observation
 
 
 class Muster:
@@ -331,7 +331,7 @@ class Formation:
         if reassign:
             self.places = {}
 
-    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+    def __call__(self, obs: "Observation", t: float) -> dict[str, dict[str, float]]:
         """Commands for all boats but a leading one.
 
         Raises:

@@ -16,6 +16,7 @@ from vrx_mj.frames import FLATTENING, SEMI_MAJOR, rotation_matrix
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.sensors.readings import Reading
 
 __all__ = ["Estimate", "Navigator", "TangentPlane", "sensor_named", "true_estimate"]
 
@@ -156,14 +157,14 @@ class Navigator:
         assert self._plane is not None, "before the first fix"
         return self._plane.local(latitude, longitude)
 
-    def _begin(self, reading: Any) -> None:
+    def _begin(self, reading: "Reading") -> None:
         """Lay the local frame at the first fix."""
         fix, mount = reading.data, reading.mount
         self._plane = TangentPlane(fix.latitude, fix.longitude)
         if fix.altitude > ABOVE_WATER and mount is not None:
             self._antenna = tuple(float(value) for value in mount.position)
 
-    def _readings(self, boat: "BoatObservation") -> tuple[Any, Any] | None:
+    def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
         """Of GPS and inertial unit; None where there is no GPS to work with."""
         try:
             gps, imu = sensor_named(boat, "gps"), sensor_named(boat, "imu")

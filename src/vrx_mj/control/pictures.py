@@ -26,6 +26,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.sensors.readings import Reading
 
 
 def camera_ahead(boat: "BoatObservation") -> str | None:
@@ -38,7 +39,7 @@ def mounting(reading: Any) -> tuple[FloatArray, FloatArray]:
     return np.asarray(reading.mount.position), np.asarray(reading.mount.rotation)
 
 
-def intrinsics(reading: Any) -> FloatArray:
+def intrinsics(reading: "Reading") -> FloatArray:
     """(3, 3) intrinsic matrix of a camera [pixels]."""
     return np.asarray(reading.data.info.K, np.float64).reshape(3, 3)
 

@@ -8,7 +8,8 @@ from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import craft_of
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.observation import BoatObservation, Observation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["Commands", "Skipper", "task_of"]
 
@@ -16,10 +17,10 @@ Commands = dict[str, Any]
 """Of one boat, by thruster."""
 
 
-def task_of(obs: Mapping[str, Any]) -> Mapping[str, Any]:
+def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
     """Observation of the world's task; empty without a task."""
     try:
-        task: Mapping[str, Any] = obs["task"]
+        task: TaskObservation = obs["task"]
     except KeyError:
         return {}
     return task
@@ -49,7 +50,7 @@ class Skipper:
         assert self._pilot is not None, "no boat was seen yet"
         return self._pilot
 
-    def __call__(self, obs: Mapping[str, Any], t: float) -> dict[str, Any]:
+    def __call__(self, obs: "Observation", t: float) -> Commands:
         """Commands for the task's boat, or else the first, and messages to the task."""
         task = task_of(obs)
         name = str(task.get("boat") or next(iter(obs)))

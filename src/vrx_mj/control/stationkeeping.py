@@ -1,8 +1,7 @@
 """Station-keeping: be at a pose and stay there."""
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vrx_mj.control.guidance import Point
 from vrx_mj.control.navigation import Estimate
@@ -10,6 +9,7 @@ from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["Berth", "StationKeeper"]
 
@@ -49,7 +49,7 @@ class StationKeeper(Skipper):
         self._berth = Berth()
         self._goal: tuple[Point, float] | None = None
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
         """Commands that go to the goal and hold it."""
         goal = task.get("goal")
         if goal is not None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vrx_mj.control.guidance import Point, best_order, wrapped
 from vrx_mj.control.navigation import Estimate
@@ -11,6 +11,7 @@ from vrx_mj.control.stationkeeping import Berth
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["WaypointFollower", "waypoint_error"]
 
@@ -56,7 +57,7 @@ class WaypointFollower(Skipper):
         (place, heading) = self._poses[self._order[0]]
         return self._berth.hold(self, seen, t, place, heading)
 
-    def _plan(self, seen: Estimate, task: Mapping[str, Any]) -> None:
+    def _plan(self, seen: Estimate, task: "TaskObservation") -> None:
         waypoints = task.get("waypoints", ())
         self._poses = [(self.navigator.place(waypoint), wrapped(float(waypoint["yaw"]))) for waypoint in waypoints]
         self._least = [math.inf] * len(self._poses)

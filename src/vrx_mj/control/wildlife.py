@@ -1,8 +1,7 @@
 """Wildlife: circle platypus and turtle, each in its sense, and keep away from the crocodile."""
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vrx_mj.control.guidance import Point, around, best_order, orbit, wrapped
 from vrx_mj.control.navigation import Estimate
@@ -10,6 +9,7 @@ from vrx_mj.control.skipper import Commands, Skipper
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
+    from vrx_mj.runtime.task_runner import TaskObservation
 
 __all__ = ["WildlifeCircler"]
 
@@ -51,7 +51,7 @@ class WildlifeCircler(Skipper):
         self._bearing: float | None = None
         self._swept = 0.0
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, Any], t: float) -> Commands:
+    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
         """Commands that follow the present circle, or lead to the next one."""
         animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in task.get("animals", ())]
         if self._order is None and animals:

@@ -16,7 +16,7 @@ from vrx_mj.physics.kernel_cache import Choice, KernelCache, Uncached, chosen_fo
 
 __all__ = ["allocating_kernel", "cache_choice", "cache_folder", "cached", "inlined_kernel", "kernel"]
 
-F = TypeVar("F", bound=Callable[..., Any])
+F = TypeVar("F", bound=Callable[..., object])
 
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
@@ -103,7 +103,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     none, and so compiles in three quarters of the time: nearly all kernels of a run are of that form alone.
     """
 
-    def __init__(self, py_func: F, locals: Any = None, targetoptions: Any = None, **settings: Any) -> None:  # noqa: A002
+    def __init__(self, py_func: F, locals: object = None, targetoptions: object = None, **settings: object) -> None:  # noqa: A002
         super().__init__(py_func, locals, targetoptions, **settings)
         self._cache = _cache_of(py_func)
 
@@ -114,16 +114,16 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         callee._cache = _cache_of(self.py_func, ".callee")
         return callee
 
-    def get_call_template(self, args: Any, kws: Any) -> Any:
+    def get_call_template(self, args: object, kws: object) -> object:
         """What numba needs to know to compile a call of this kernel in another one."""
         return self._callee.get_call_template(args, kws)
 
-    def get_overload(self, sig: Any) -> Any:
+    def get_overload(self, sig: object) -> object:
         """The code that another kernel calls."""
         return self._callee.get_overload(sig)
 
 
-def _cache_of(function: Callable[..., Any], form: str = "") -> KernelCache | Uncached:
+def _cache_of(function: Callable[..., object], form: str = "") -> KernelCache | Uncached:
     return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
 
 

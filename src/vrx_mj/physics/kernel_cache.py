@@ -90,14 +90,14 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
         stamp, overloads = pickle.loads(content)  # noqa: S301  (ours alone: see above)
         return overloads if stamp == self._source_stamp else {}
 
-    def _save_index(self, overloads: Any) -> None:
+    def _save_index(self, overloads: object) -> None:
         self._write(self._index_name, self._dump((self._source_stamp, overloads)))
 
-    def _load_data(self, name: str) -> Any:
+    def _load_data(self, name: str) -> object:
         content = self._read(name)
         return None if content is None else pickle.loads(content)  # noqa: S301
 
-    def _save_data(self, name: str, data: Any) -> None:
+    def _save_data(self, name: str, data: object) -> None:
         self._write(name, self._dump(data))
 
     def _write(self, name: str, content: bytes) -> None:
@@ -140,7 +140,7 @@ def _remove(path: Path) -> None:
 class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):  # type: ignore[misc]
     """A subfolder of our folder for each package."""
 
-    def __init__(self, function: Callable[..., Any], source: str, folder: Path) -> None:
+    def __init__(self, function: Callable[..., object], source: str, folder: Path) -> None:
         self._py_file, self._lineno = source, function.__code__.co_firstlineno
         self._path = str(folder / self.get_suitable_cache_subpath(source))
 
@@ -152,7 +152,7 @@ class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):  # type: ignore[mi
 class _Entries(CompileResultCacheImpl):  # type: ignore[misc]
     """Turns what was compiled into plain data and back."""
 
-    def __init__(self, function: Callable[..., Any], folder: Path, form: str) -> None:
+    def __init__(self, function: Callable[..., object], folder: Path, form: str) -> None:
         source = inspect.getfile(function)
         self._lineno = function.__code__.co_firstlineno
         self._locator = _Locator(function, source, folder)
@@ -163,7 +163,7 @@ class _Entries(CompileResultCacheImpl):  # type: ignore[misc]
 class KernelCache(FunctionCache):  # type: ignore[misc]
     """The cache of one kernel in a folder; nothing that goes wrong with it stops a run."""
 
-    def __init__(self, function: Callable[..., Any], folder: Path, form: str = "") -> None:
+    def __init__(self, function: Callable[..., object], folder: Path, form: str = "") -> None:
         """`form` is a suffix that tells apart what one function is compiled to."""
         self._name, self._py_func = repr(function), function
         self._impl = _Entries(function, folder, form)
@@ -178,7 +178,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         _say_waiting()
         return self._cache_file.has_entry()
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: object, target_context: object) -> object:
         """What was compiled for a signature; None if there is none that can be used.
 
         Machine code needs numba's allocator alone. numba's own cache loads here all that compiling needs, in 0.45 s; a
@@ -192,7 +192,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             _say_damaged(Path(self._cache_file._index_path), f"{type(error).__name__}: {error}")
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled for a signature, if the disk takes it."""
         try:
             super().save_overload(sig, data)
@@ -209,7 +209,7 @@ class Uncached(NullCache):  # type: ignore[misc]
         _say_waiting()
         return False
 
-    def load_overload(self, sig: Any, target_context: Any) -> None:
+    def load_overload(self, sig: object, target_context: object) -> None:
         """Nothing, ever."""
         _say_waiting()
 

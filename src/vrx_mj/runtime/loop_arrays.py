@@ -139,7 +139,7 @@ class LoopArrays:
         )
 
     @property
-    def state_tables(self) -> Sequence[npt.NDArray[Any]]:
+    def state_tables(self) -> Sequence[npt.NDArray[np.generic]]:
         """The tables that change from step to step."""
         return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
 

@@ -73,7 +73,7 @@ class Observation(dict[str, BoatObservation]):
         super().__init__(boats)
         self.task = task
 
-    def __missing__(self, name: str) -> Any:
+    def __missing__(self, name: str) -> object:
         """The task, which is no boat."""
         if name == TASK and self.task is not None:
             return self.task

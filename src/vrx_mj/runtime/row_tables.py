@@ -190,7 +190,7 @@ class RowTables:
         self._afloat = Afloat(arrays)
         self._channels = tuple(one for one in channels_of(self.world, arrays.thrusters) if one.acts)
 
-    def _separate(self, name: str) -> npt.NDArray[Any]:
+    def _separate(self, name: str) -> Table:
         """The stack of a table in which every row has its own part."""
         stack = self._stacks[name]
         if not len(stack) == self.n > 1:

@@ -16,11 +16,10 @@ from typing import Annotated, Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, TypeAdapter, ValidationError
 
 from vrx_mj.arguments import as_path, check_kind
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError, VrxError, shortened
@@ -251,7 +250,7 @@ def divergence_message(body: str, time: float, timestep: float, good: State, kep
     )
 
 
-def rows_divergence_message(rows: npt.NDArray[np.integer[Any]], time: float) -> str:
+def rows_divergence_message(rows: IntArray, time: float) -> str:
     """Message that names the rows of a batch that diverged, the first at about this time [s]."""
     more = f" and {len(rows) - 5} more" if len(rows) > 5 else ""
     return (

@@ -189,7 +189,7 @@ class TaskRunner:
             raise StateError(f"the state of the task '{self.referee.type}' is damaged: {why}") from None
         self.referee.check(state)
 
-    def _on_earth(self, output: object) -> Any:
+    def _on_earth(self, output: object) -> object:
         """An output with latitude and longitude [degrees] where a moving thing's are left open."""
         if isinstance(output, list):
             return [self._on_earth(item) for item in output]
@@ -198,7 +198,7 @@ class TaskRunner:
         latitude, longitude, _ = self._earth.to_geodetic(output["x"], output["y"], output.get("z", 0.0))
         return {**output, "latitude": latitude, "longitude": longitude}
 
-    def _in_world(self, content: object) -> Any:
+    def _in_world(self, content: object) -> object:
         """The content with x and y [m, ENU] instead of latitude and longitude [degrees]."""
         if not isinstance(content, dict) or not {"latitude", "longitude"} <= content.keys() or self._earth is None:
             return content

@@ -94,7 +94,7 @@ RUN = np.dtype(
 the address, then the shape."""
 
 
-def point(run: Table, **arrays: npt.NDArray[Any]) -> None:
+def point(run: Table, **arrays: npt.NDArray[np.generic]) -> None:
     """Write where these arrays are into a table of one run."""
     for name, array in arrays.items():
         _check(name, array, ARRAYS[name].ndim)

@@ -5,7 +5,7 @@ seen that is nearer than the range begins, so a lidar's own housing does not bli
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -108,7 +108,7 @@ def sea_distance(
 
 @kernel
 def cast_at_sea(
-    view: Any, rays: Any, directions: FloatArray, waves: Table, sea: Record, t: float, found: FloatArray
+    view: Record, rays: Record, directions: FloatArray, waves: Table, sea: Record, t: float, found: FloatArray
 ) -> None:
     """Shorten rays to where they meet the sea; the arguments are those of `rays.cast` and of `sea_distance`."""
     turned, along = view.rotation, view.along

@@ -7,7 +7,7 @@ with Gazebo's near clip.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -17,6 +17,7 @@ from numba import types
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.tables import Record
 
 __all__ = [
     "GRID",
@@ -91,7 +92,7 @@ def _interval(span: FloatArray, count: int, low: float, high: float) -> tuple[in
 
 
 @kernel
-def whole(rays: Any) -> tuple[int, int, float, float]:
+def whole(rays: Record) -> tuple[int, int, float, float]:
     """Return the window of all rays."""
     return 0, rays.rings - 1, 0.0, math.inf
 
@@ -108,7 +109,7 @@ def _azimuths(corners: FloatArray) -> tuple[float, float]:
 
 
 @kernel
-def window(rays: Any, corners: FloatArray) -> tuple[int, int, float, float]:
+def window(rays: Record, corners: FloatArray) -> tuple[int, int, float, float]:
     """Return the window of rings for the convex hull of `corners`, its middle azimuth and half its width [rad].
 
     The half width is infinite where all samples may hit: where the hull is above, below or about the sensor.
@@ -137,7 +138,7 @@ def window(rays: Any, corners: FloatArray) -> tuple[int, int, float, float]:
 
 
 @kernel
-def ray_count(rays: Any, seen: Any) -> float:
+def ray_count(rays: Record, seen: Record) -> float:
     """Return about how many rays a window has; it may be one sample more."""
     lowest, highest, _, half = seen
     width = 2.0 * half / abs(rays.azimuth[1]) if rays.azimuth[1] != 0.0 else math.inf
@@ -145,7 +146,7 @@ def ray_count(rays: Any, seen: Any) -> float:
 
 
 @kernel
-def turns(rays: Any, azimuth: float, half: float) -> tuple[int, int]:
+def turns(rays: Record, azimuth: float, half: float) -> tuple[int, int]:
     """Return the first and the last number of full turns by which azimuth +- half [rad] meets the grid."""
     if half == math.inf:
         return 0, 0
@@ -156,7 +157,7 @@ def turns(rays: Any, azimuth: float, half: float) -> tuple[int, int]:
 
 
 @kernel
-def sample_window(rays: Any, azimuth: float, half: float, turn: int) -> tuple[int, int]:
+def sample_window(rays: Record, azimuth: float, half: float, turn: int) -> tuple[int, int]:
     """Return the window of samples for azimuth +- half [rad], `turn` full turns further (see `turns`)."""
     if half == math.inf:
         return 0, rays.samples - 1
@@ -256,7 +257,7 @@ def reflecting(model: mujoco.MjModel) -> IntArray:
 
 
 @kernel
-def _distance(view: Any, rays: Any, direction: FloatArray, shapes: Shapes, geom: int) -> float:
+def _distance(view: Record, rays: Record, direction: FloatArray, shapes: Shapes, geom: int) -> float:
     """Return how far a ray goes from the near end of the range until it meets a geom [m]; negative: it does not."""
     turned, origin = view.rotation, view.origin
     for i in range(3):
@@ -271,7 +272,7 @@ def _distance(view: Any, rays: Any, direction: FloatArray, shapes: Shapes, geom:
 
 
 @kernel
-def _turn_to(view: Any, shapes: Shapes, geom: int) -> None:
+def _turn_to(view: Record, shapes: Shapes, geom: int) -> None:
     """Make a geom the present one."""
     pos, mat, turned = shapes.pos[geom], shapes.mat[geom], view.rotation
     x, y, z = pos[0] - view.origin[0], pos[1] - view.origin[1], pos[2] - view.origin[2]
@@ -283,7 +284,7 @@ def _turn_to(view: Any, shapes: Shapes, geom: int) -> None:
 
 
 @kernel
-def _set_corner(view: Any, corner: int, x: float, y: float, z: float) -> None:
+def _set_corner(view: Record, corner: int, x: float, y: float, z: float) -> None:
     """Set a corner to a point (x, y, z) of the present geom's frame [m]."""
     turned = view.turned
     for i in range(3):
@@ -291,7 +292,7 @@ def _set_corner(view: Any, corner: int, x: float, y: float, z: float) -> None:
 
 
 @kernel
-def _box_window(view: Any, rays: Any, box: FloatArray) -> tuple[int, int, float, float]:
+def _box_window(view: Record, rays: Record, box: FloatArray) -> tuple[int, int, float, float]:
     """Return the window of a box in the present geom's frame: its centre and half edges [m]."""
     for corner in range(8):
         x = box[0] + (box[3] if corner & 1 else -box[3])
@@ -303,7 +304,7 @@ def _box_window(view: Any, rays: Any, box: FloatArray) -> tuple[int, int, float,
 
 @kernel
 def _meet_shape(
-    view: Any, rays: Any, directions: FloatArray, shapes: Shapes, geom: int, seen: Any, found: FloatArray
+    view: Record, rays: Record, directions: FloatArray, shapes: Shapes, geom: int, seen: Record, found: FloatArray
 ) -> None:
     """Shorten the rays of a window that meet a geom."""
     lowest, highest, azimuth, half = seen
@@ -337,7 +338,7 @@ def _to_face(corners: FloatArray, x: float, y: float, z: float) -> float:
 
 
 @kernel
-def _crosses(view: Any, box: FloatArray, begin: float, end: float) -> bool:
+def _crosses(view: Record, box: FloatArray, begin: float, end: float) -> bool:
     """Tell whether the present ray is in a box anywhere between two distances [m]."""
     for i in range(3):
         centre, half, slope = box[i] - view.eye[i], box[3 + i] + _PAD, view.along[i]
@@ -351,7 +352,7 @@ def _crosses(view: Any, box: FloatArray, begin: float, end: float) -> bool:
 
 
 @kernel
-def _descend(view: Any, rays: Any, shapes: Shapes, mesh: int, node: int, waiting: int, end: float) -> float:
+def _descend(view: Record, rays: Record, shapes: Shapes, mesh: int, node: int, waiting: int, end: float) -> float:
     """Return how far the present ray goes until it meets a face below a node, if nearer than `end` [m], else `end`.
 
     `waiting` is how much of the room for nodes is taken.
@@ -379,14 +380,14 @@ def _descend(view: Any, rays: Any, shapes: Shapes, mesh: int, node: int, waiting
 
 @kernel
 def _meet_part(
-    view: Any,
-    rays: Any,
+    view: Record,
+    rays: Record,
     directions: FloatArray,
     shapes: Shapes,
     mesh: int,
     node: int,
     waiting: int,
-    seen: Any,
+    seen: Record,
     found: FloatArray,
 ) -> None:
     """Shorten the rays of a window that meet a part of a mesh: what is below a node of its tree."""
@@ -405,7 +406,7 @@ def _meet_part(
 
 @kernel
 def _meet_face(
-    view: Any, rays: Any, directions: FloatArray, shapes: Shapes, mesh: int, face: int, found: FloatArray
+    view: Record, rays: Record, directions: FloatArray, shapes: Shapes, mesh: int, face: int, found: FloatArray
 ) -> None:
     """Shorten the rays that meet a face of a mesh."""
     vertices = shapes.face[shapes.face_start[mesh] + face]
@@ -425,7 +426,9 @@ def _meet_face(
 
 
 @kernel
-def _meet_mesh(view: Any, rays: Any, directions: FloatArray, shapes: Shapes, mesh: int, found: FloatArray) -> None:
+def _meet_mesh(
+    view: Record, rays: Record, directions: FloatArray, shapes: Shapes, mesh: int, found: FloatArray
+) -> None:
     """Shorten the rays that meet a mesh: down its tree of boxes, as long as many rays may meet one."""
     root, count = shapes.tree[mesh], 1
     view.waiting[0] = 0

@@ -152,7 +152,7 @@ class Docking(PlainRules):
         self.watched = (self._anchor, *self._balls)
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """The bay the boat is in and for how long, those it docked in, the one it backed out of, colours and hits."""
         own = self.state
         return {
@@ -207,7 +207,7 @@ class Docking(PlainRules):
             seen["symbol"] = self._symbol
         return seen
 
-    def accept(self, topic: str, content: object) -> Any:
+    def accept(self, topic: str, content: object) -> object:
         """The colours of the light buoy, in small letters; whether they count is seen at the next frame.
 
         Raises:

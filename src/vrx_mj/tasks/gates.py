@@ -7,7 +7,7 @@ References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 Naviga
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose
@@ -104,7 +104,7 @@ class NavigationCourse(PlainRules):
         self.watched = marker_names(self._gates)
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """What became of the gates."""
         return {"gates": self.state.gates}
 
@@ -158,7 +158,7 @@ class FollowPath(PlainRules):
         self.watched = marker_names(self._gates)
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """What became of the gates."""
         return {"gates": self.state.gates}
 

@@ -68,7 +68,7 @@ class Gymkhana(PlainRules):
         self._sums = GymkhanaState(state.frames, state.total, state.error)
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """What became of the gates."""
         return self._channel.progress
 

@@ -60,7 +60,7 @@ class Perception(PlainRules):
         self.state = self._round(0.0)
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """Which objects are up, and the errors [m] of the reports."""
         return {
             "objects": [thing.name for thing in self._objects],
@@ -84,7 +84,7 @@ class Perception(PlainRules):
         if own.gone == len(self._objects):
             self._end(context)
 
-    def accept(self, topic: str, content: object) -> Any:
+    def accept(self, topic: str, content: object) -> object:
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != "landmark":
             raise CommandError(f"perception takes no message {shown(topic)}; known: landmark")

@@ -59,11 +59,11 @@ def parsed_dump(text: str) -> dict[str, Any]:
     return parsed
 
 
-def same_length(first: Any, given: Any) -> bool:
+def same_length(first: object, given: object) -> bool:
     """Whether a list is as long as at first, if it was not empty, and so are those in it."""
     if not isinstance(first, list) or not first:
         return True
-    return len(given) == len(first) and all(map(same_length, first, given))
+    return isinstance(given, list) and len(given) == len(first) and all(map(same_length, first, given))
 
 
 class Referee:
@@ -123,7 +123,7 @@ class Referee:
         return self._rules.outputs(self.status)
 
     @property
-    def info(self) -> dict[str, Any]:
+    def info(self) -> dict[str, object]:
         """What VRX's `/vrx/task/info` has: phase, times [s], collisions and score; and which boat has the task."""
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
@@ -153,7 +153,7 @@ class Referee:
 
     # State
 
-    def dump(self) -> dict[str, Any]:
+    def dump(self) -> dict[str, object]:
         """All that changes, as plain data."""
         return {"type": self.type, "sheet": asdict(self.status), "rules": asdict(self._rules.state)}
 
@@ -167,7 +167,7 @@ class Referee:
         self._load_rules(state["rules"])
         self.status = TaskStatus(**state["sheet"])
 
-    def check(self, state: Mapping[str, Any]) -> None:
+    def check(self, state: Mapping[str, object]) -> None:
         """Tell whether `load` can take this.
 
         Raises:
@@ -181,12 +181,12 @@ class Referee:
     # Inside
 
     @cached_property
-    def _rules_kind(self) -> TypeAdapter[Any]:
+    def _rules_kind(self) -> TypeAdapter[object]:
         return TypeAdapter(type(self._rules.state))
 
     def _fitting(
         self, kind: TypeAdapter[object], name: str, first: Mapping[str, object], state: Mapping[str, object]
-    ) -> Any:
+    ) -> object:
         """A part of a state as what it is a dump of; lists that are not empty at `first` keep their lengths."""
         given, trouble = state.get(name), f"the state does not fit the task '{self.type}': {name}"
         if not isinstance(given, Mapping):

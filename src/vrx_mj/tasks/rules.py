@@ -98,7 +98,7 @@ class Rules(Protocol):
     """Whether a hit goes into the count of collisions."""
 
     @property
-    def progress(self) -> Mapping[str, Any]:
+    def progress(self) -> Mapping[str, object]:
         """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
 
     @property
@@ -127,7 +127,7 @@ class Rules(Protocol):
     def outputs(self, status: TaskStatus) -> Outputs:
         """What the team sees now besides phase, times and score."""
 
-    def accept(self, topic: str, content: object) -> Any:
+    def accept(self, topic: str, content: object) -> object:
         """Check what the team sends; returns it as `Frame.messages` shall hold it.
 
         Raises:
@@ -146,7 +146,7 @@ class PlainRules:
     """In error messages."""
 
     @property
-    def progress(self) -> Mapping[str, Any]:
+    def progress(self) -> Mapping[str, object]:
         """Nothing that a map could show."""
         return {}
 
@@ -167,6 +167,6 @@ class PlainRules:
         """None."""
         return {}
 
-    def accept(self, topic: str, content: object) -> Any:
+    def accept(self, topic: str, content: object) -> object:
         """It takes no messages."""
         raise CommandError(f"{self.title} takes no message {shown(topic)}; known: none")

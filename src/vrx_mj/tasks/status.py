@@ -1,7 +1,7 @@
 """The status of a task: phase, times, collisions and score; and types of what rules keep."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -40,7 +40,7 @@ class TaskStatus:
         """Until it times out."""
         return self.duration - self.elapsed
 
-    def info(self) -> dict[str, Any]:
+    def info(self) -> dict[str, object]:
         """By the names of VRX's task message; times in s."""
         return {
             "state": self.phase,

@@ -1,7 +1,6 @@
 """Wayfinding: come near to every waypoint, in any order (VRX wayfinding_scoring_plugin.cc)."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
@@ -32,7 +31,7 @@ class Wayfinding(PlainRules):
         self._boat, self._waypoints = task.boat, task.waypoints
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """The least errors [m]."""
         return {"waypoints": self.state.errors}
 

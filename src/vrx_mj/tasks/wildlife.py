@@ -90,7 +90,7 @@ class Wildlife(PlainRules):
         )
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> dict[str, object]:
         """How far the circles are: for every animal its name, goal, status and the numbers of the gates crossed."""
         rows = zip(self._animals, self.state.status, self.state.circled, strict=True)
         return {
@@ -214,6 +214,6 @@ class Wildlife(PlainRules):
         own.animals = [_announced(animal, frame.poses[animal.name]) for animal in self._animals]
 
 
-def _announced(animal: tasks.Animal, pose: Pose) -> dict[str, Any]:
+def _announced(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
     return {"name": KINDS[animal.goal], **place}
