@@ -138,7 +138,7 @@ def check_installed(*, rosbridge: bool, ros2: bool = False) -> None:
         extra = "rosbridge" if rosbridge else "ros1"
         raise NetworkError(f"not installed: {', '.join(missing)}; run: {install_command(f'vrx-mj[{extra}]')}")
     if ros2:
-        from vrx_mj.ros.ros2.node import load_rclpy
+        from vrx_mj.ros.ros2 import load_rclpy
 
         load_rclpy()
 

@@ -11,9 +11,9 @@ from vrx_mj.ros.limits import Intake, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.connection import framed
+from vrx_mj.ros.ros1.node import Slave, Watch
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
-from vrx_mj.ros.ros1.slave import Slave, Watch
 from vrx_mj.ros.ros1.subscription import Subscription
 
 
@@ -113,7 +113,7 @@ def watched(notices, publications, states, monkeypatch, *, alive=True):
     async def answers(uri):
         return alive
 
-    monkeypatch.setattr("vrx_mj.ros.ros1.slave._answers", answers)
+    monkeypatch.setattr("vrx_mj.ros.ros1.node._answers", answers)
     inbox = Inbox()
     graph = Graph(None, inbox)
     graph.notices = notices

@@ -9,13 +9,12 @@ import pytest
 
 from vrx_mj.errors import NetworkError
 from vrx_mj.packages import install_command
+from vrx_mj.ros import ros2 as ros2_node
 from vrx_mj.ros.cdr import fields
 from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
 from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.ros2 import Ros2
-from vrx_mj.ros.ros2 import node as ros2_node
-from vrx_mj.ros.ros2.node import RANGE
+from vrx_mj.ros.ros2 import RANGE, Ros2
 
 OWN = ".".join(platform.python_version_tuple()[:2])
 WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")

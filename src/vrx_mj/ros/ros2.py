@@ -1,4 +1,4 @@
-"""A table on ROS 2: our node on the user's rclpy, and the thread in which it is spoken."""
+"""The table on ROS 2: our node on the rclpy that the user has, and the thread in which it lives."""
 
 import importlib
 import logging
