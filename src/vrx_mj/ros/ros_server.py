@@ -8,7 +8,6 @@ import tempfile
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
-__all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Level", "Lockstep", "Publisher", "Report", "RosServer"]
+__all__ = ["CLOCK_RATE", "STEP", "InitialPoses", "Lockstep", "Publisher", "Report", "RosServer"]
 
 NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
@@ -228,7 +227,6 @@ def _pose(seen: BoatObservation) -> FloatArray:
     return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])
 
 
-Level = Literal["INFO", "WARN", "ERROR"]
 Report = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0

@@ -210,7 +210,6 @@ LEVELS = ("none", "error", "warning", "info")
 DEEPEST = 2
 """Operations within operations: a PNG in fragments."""
 MOST_SUBSCRIPTIONS = 4096
-TOO_SLOW = 1008
 """Why a connection is closed (RFC 6455: policy)."""
 
 

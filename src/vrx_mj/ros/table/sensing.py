@@ -158,6 +158,7 @@ def _compressed(reading: Reading) -> Message:
 def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     """A camera's pictures in the frame of its link, as VRX 3 has them too, and its intrinsics in both frames."""
     link, rate, key = f"{sensor.boat}/{sensor.config.link}", sensor.config.rate, (sensor.boat, sensor.name)
+    info = intrinsics(sensor.config)
 
     def in_link(reading: Reading) -> Message:
         return _image(replace(reading, frame=link))
@@ -168,23 +169,14 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
         (f"{stems.vrx3}/camera_info", link, VRX3),
         (f"{stems.vrx3}/optical/camera_info", sensor.frame, VRX3),
     ):
-        with_picture, alone = _camera_infos(host, sensor, frame)
+
+        def with_picture(reading: Reading, frame: str = frame) -> Message:
+            return _camera_info(info, reading.time, frame)
+
+        def alone(frame: str = frame) -> Message:
+            return _camera_info(info, host.sim.time, frame)
+
         yield Output(name, "sensor_msgs/CameraInfo", with_picture, rate, key, alone, dialects=dialects)
-
-
-def _camera_infos(
-    host: Host, sensor: Mounted, frame: str
-) -> tuple[Callable[[Reading], Message], Callable[[], Message]]:
-    """A camera's intrinsics in a frame: with the time of a picture, and without one."""
-    info = intrinsics(sensor.config)
-
-    def with_picture(reading: Reading) -> Message:
-        return _camera_info(info, reading.time, frame)
-
-    def alone() -> Message:
-        return _camera_info(info, host.sim.time, frame)
-
-    return with_picture, alone
 
 
 def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:

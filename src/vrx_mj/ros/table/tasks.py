@@ -12,9 +12,9 @@ import numpy as np
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros.interface import VRX3, Input, Output, Service
-from vrx_mj.ros.messages import Message, duration, new, stamp
+from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header, turned
-from vrx_mj.ros.table.vrx3 import parameters, with_vrx3
+from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 
 __all__ = ["TASK_INFO", "TASK_TOPICS", "TaskTopics", "task_inputs", "task_outputs", "task_services"]
 
@@ -27,18 +27,7 @@ COLORS = 3
 TASK_INFO = "/vrx/task/info"
 COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
 ERRORS = ("pose_error", "mean_pose_error")
-INFO = (
-    "name",
-    "state",
-    "ready_time",
-    "running_time",
-    "elapsed_time",
-    "remaining_time",
-    "timed_out",
-    "num_collisions",
-    "score",
-)
-"""Fields of a task's info."""
+INFO = "vrx_gazebo/Task"
 
 
 def task_outputs(host: Host) -> Iterator[Output]:
@@ -46,7 +35,7 @@ def task_outputs(host: Host) -> Iterator[Output]:
     task = host.sim.task
     if task is None:
         return
-    yield Output(TASK_INFO, "vrx_gazebo/Task", lambda: _info(_task(host)), RATE)
+    yield Output(TASK_INFO, INFO, lambda: _info(_task(host)), RATE)
     yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), RATE, dialects=VRX3)
     yield from _contacts(host, "/vrx")
     yield from TASK_TOPICS[task["type"]].outputs(host)
@@ -87,7 +76,7 @@ def _animal_poses(host: Host) -> Iterator[Output]:
             return None if path is None else path.poses[index]
 
         pose = Output("", "geographic_msgs/GeoPoseStamped", animal, ANIMAL_RATE)
-        yield from list(with_vrx3(pose, f"/vrx/wildlife/animal{index}/pose"))[1:]
+        yield in_vrx3(pose, f"/vrx/wildlife/animal{index}/pose")
 
 
 def _placard_symbol(host: Host) -> Iterator[Output]:
@@ -158,8 +147,8 @@ def _gymkhana(host: Host) -> Iterator[Output]:
         return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
 
     channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
-    yield Output(f"{channel}/task/info", "vrx_gazebo/Task", lambda: _info(_task(host)["channel"]), RATE)
-    yield Output(f"{box}/task/info", "vrx_gazebo/Task", blackbox, RATE)
+    yield Output(f"{channel}/task/info", INFO, lambda: _info(_task(host)["channel"]), RATE)
+    yield Output(f"{box}/task/info", INFO, blackbox, RATE)
     yield from _contacts(host, channel)
     yield from _contacts(host, box)
     yield from _goal_and_errors(host, box)
@@ -171,7 +160,7 @@ def _task(host: Host) -> Mapping[str, Any]:
 
 def _info(task: Mapping[str, Any]) -> Message:
     return new(
-        "vrx_gazebo/Task",
+        INFO,
         name=task["name"],
         state=task["state"],
         ready_time=stamp(task["ready_time"]),
@@ -186,7 +175,7 @@ def _info(task: Mapping[str, Any]) -> Message:
 
 def _info_parameters(host: Host) -> Message:
     info = _info(_task(host))
-    values = {name: getattr(info, name) for name in INFO}
+    values = {name: getattr(info, name) for name in fields(INFO)}
     times = {name: value.sec + 1e-9 * value.nanosec for name, value in values.items() if name.endswith("_time")}
     return parameters(header(host.sim.time), values | times)
 

@@ -11,7 +11,7 @@ from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import VRX3, Output
 from vrx_mj.ros.messages import Message, new
 
-__all__ = ["CONVERSIONS", "PACKAGES", "parameters", "with_vrx3"]
+__all__ = ["CONVERSIONS", "PACKAGES", "in_vrx3", "parameters", "with_vrx3"]
 
 PACKAGES = (
     "geometry_msgs",
@@ -53,10 +53,14 @@ def _value(value: str | float) -> Message:
 def with_vrx3(output: Output, *names: str) -> Iterator[Output]:
     """A topic of VRX, and those of these names by which VRX 3 publishes the same."""
     yield output
+    yield from (in_vrx3(output, name) for name in names)
+
+
+def in_vrx3(output: Output, name: str) -> Output:
+    """A topic as VRX 3 has it: by its name, with its type for the same content."""
     kind, convert = CONVERSIONS.get(output.type, (output.type, _unchanged))
-    for name in names:
-        make = partial(_converted, output.make, convert)
-        yield replace(output, name=name, type=kind, make=make, dialects=VRX3)
+    make = partial(_converted, output.make, convert)
+    return replace(output, name=name, type=kind, make=make, dialects=VRX3)
 
 
 def _converted(
