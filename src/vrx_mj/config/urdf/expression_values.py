@@ -62,11 +62,11 @@ class ExpressionError(Exception):
 class Function:
     """A function that an expression may call."""
 
-    def __init__(self, name: str, call: Callable[..., Any]) -> None:
+    def __init__(self, name: str, call: Callable[..., object]) -> None:
         self.name = name
         self._call = call
 
-    def __call__(self, *values: Any, **named: Any) -> Any:
+    def __call__(self, *values: object, **named: object) -> object:
         """Its value."""
         return self._call(*values, **named)
 
@@ -102,7 +102,7 @@ class Budget:
         if self.left < 0:
             raise ExpressionError("takes too much work to expand; is there a loop, or a macro that repeats itself?")
 
-    def write(self, value: Any) -> None:
+    def write(self, value: object) -> None:
         """Count what is made and kept, if it is text, or give up."""
         if isinstance(value, str):
             self.text_left -= len(value)
@@ -156,7 +156,7 @@ def _measure(value: object, budget: Budget, room: int, depth: int) -> int:
     return total
 
 
-def _items(value: object) -> Any:
+def _items(value: object) -> Iterable[object]:
     """What a list or mapping holds; a range counts as its numbers would."""
     if isinstance(value, range):
         if value[MOST_VALUES : MOST_VALUES + 1]:
@@ -194,18 +194,18 @@ class DottedList(list[Any]):
     def __getitem__(self, index: Any) -> Any:
         return dotted(super().__getitem__(index))
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[object]:
         return map(dotted, super().__iter__())
 
 
 class DottedMapping(dict[Any, Any]):
     """A mapping from YAML, whose keys may be written after a dot."""
 
-    def __getitem__(self, key: object) -> Any:
+    def __getitem__(self, key: object) -> object:
         return dotted(super().__getitem__(key))
 
 
-def dotted(value: object) -> Any:
+def dotted(value: object) -> object:
     """A value from YAML with dotted names."""
     if isinstance(value, dict):
         return DottedMapping(value)
@@ -228,13 +228,13 @@ def check_repeat(value: str | list[object] | tuple[object, ...], times: int) -> 
         raise ExpressionError(f"repeats {'a text' if isinstance(value, str) else 'a list'} to more than {limit} items")
 
 
-def _rounded(value: Any, ndigits: Any = None) -> Any:
+def _rounded(value: float, ndigits: int | None = None) -> float:
     if isinstance(ndigits, int) and abs(ndigits) > MOST_DIGITS:
         raise ExpressionError(f"round to {ndigits} digits: at most {MOST_DIGITS}")
     return round(value, ndigits)
 
 
-def _listed(function: Callable[..., Any]) -> Callable[..., Any]:
+def _listed(function: Callable[..., Iterable[object]]) -> Callable[..., list[object]]:
     """A function whose result is a list at once, not an iterator."""
     return lambda *values, **named: list(function(*values, **named))
 
@@ -250,7 +250,7 @@ def _few(function: Callable[..., int]) -> Callable[..., int]:
     return counted
 
 
-def _product(values: Iterable[object], *, start: object = 1) -> Any:
+def _product(values: Iterable[object], *, start: object = 1) -> object:
     result: Any = 1
     for value in (start, *values):
         if isinstance(value, int | float):
@@ -269,17 +269,17 @@ def _multiple(*values: int) -> int:
     return functools.reduce(step, values, 1)
 
 
-def _sum(values: Iterable[object], start: object = 0) -> Any:
+def _sum(values: Iterable[float], start: float = 0) -> float:
     numbers = [start, *values]
     if any(isinstance(value, list | tuple) for value in numbers):
         raise ExpressionError("sum: expected numbers, got lists")
     return sum(numbers)
 
 
-def _of_numbers(function: Callable[..., object]) -> Callable[..., Any]:
+def _of_numbers(function: Callable[..., object]) -> Callable[..., object]:
     """A function of `math`, kept from texts and from lists of lists: of those it might make long ones."""
 
-    def computed(*values: object, **named: object) -> Any:
+    def computed(*values: object, **named: object) -> object:
         for value in values:
             items = value if isinstance(value, list | tuple) else [value]
             if not all(isinstance(item, int | float) for item in items):
@@ -309,7 +309,7 @@ def _wide(method: Callable[..., str]) -> Callable[..., str]:
     return widened
 
 
-def _plain(kind: type[object], names: str) -> dict[str, Callable[..., Any]]:
+def _plain(kind: type[object], names: str) -> dict[str, Callable[..., object]]:
     return {name: getattr(kind, name) for name in names.split()}
 
 
@@ -416,7 +416,7 @@ def _written(piece: re.Match[str], values: object, rest: Iterator[object], budge
     return f"%{piece['flags']}{piece['width']}{precision}{piece['kind']}" % (value,)
 
 
-def _taken(key: str | None, values: object, rest: Iterator[object]) -> Any:
+def _taken(key: str | None, values: object, rest: Iterator[object]) -> object:
     """The value that a conversion is for: that of its key, or the next one."""
     if key is None:
         try:

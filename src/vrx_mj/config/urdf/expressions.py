@@ -10,9 +10,9 @@ import operator
 import re
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from vrx_mj.config.urdf.expression_values import (
     EVERYWHERE,
@@ -74,24 +74,29 @@ _PARSING = threading.Lock()
 """One at a time: all threads share filters of warnings, and before Python 3.11.8 the depth of a parse (gh-106905)."""
 
 
+Checked = TypeVar("Checked")
+
+
 class Scope(dict[str, Any]):
     """Names of one scope of a file, inside another: its properties and blocks, or its macros.
 
     The text of a property that is not a literal is worked out by `expanded` when it is first needed.
     """
 
-    def __init__(self, parent: Mapping[str, Any], expanded: Callable[[str, Any], Any] = lambda text, _: text) -> None:
+    def __init__(
+        self, parent: Mapping[str, object], expanded: Callable[[str, "Scope"], object] = lambda text, _: text
+    ) -> None:
         super().__init__()
         self.parent = parent
         self.root: Mapping[str, Any] = parent.root if isinstance(parent, Scope) else parent
         """Names that no file defines."""
-        self.expanded: Callable[[str, Any], Any] = parent.expanded if isinstance(parent, Scope) else expanded
+        self.expanded: Callable[[str, Scope], object] = parent.expanded if isinstance(parent, Scope) else expanded
         self._waiting: set[str] = set()
         """Properties whose texts are not worked out yet."""
         self._open: list[str] = []
         """Properties being worked out."""
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> object:
         if not dict.__contains__(self, name):
             return self.parent[name]
         if name in self._waiting:
@@ -150,7 +155,7 @@ class Names:
         self.table = table
         self.own = own
 
-    def find(self, name: str, kind: str) -> Any:
+    def find(self, name: str, kind: str) -> object:
         """The value of a name."""
         check_name(name)
         try:
@@ -162,7 +167,7 @@ class Names:
         raise unknown(kind, name, self.own(), GLOBALS) if kind == "property" else unknown(kind, name, _FUNCTIONS)
 
 
-def evaluate(text: str, names: Names, budget: Budget) -> Any:
+def evaluate(text: str, names: Names, budget: Budget) -> object:
     """The value of an expression: a number, text, list or mapping."""
     budget.spend(20 + len(text) // 10)
     if len(text) > LONGEST:
@@ -217,7 +222,7 @@ class _Walk:
         self.budget = budget
         self.inner: dict[str, Any] = {}
 
-    def value(self, node: ast.AST) -> Any:
+    def value(self, node: ast.AST) -> object:
         """The value of a part of the syntax tree."""
         self.budget.spend(2)
         visit = _VISITS.get(type(node))
@@ -226,19 +231,19 @@ class _Walk:
             raise ExpressionError(f"{words}: not allowed in a robot file")
         return visit(self, node)
 
-    def constant(self, node: ast.Constant) -> Any:
+    def constant(self, node: ast.Constant) -> object:
         if isinstance(node.value, bytes | complex) or node.value is Ellipsis:
             raise ExpressionError(f"{ast.unparse(node)[:40]}: not allowed in a robot file")
         return node.value
 
-    def name(self, node: ast.Name, kind: str = "property") -> Any:
+    def name(self, node: ast.Name, kind: str = "property") -> object:
         return self.inner[node.id] if node.id in self.inner else self.names.find(node.id, kind)
 
-    def unary(self, node: ast.UnaryOp) -> Any:
+    def unary(self, node: ast.UnaryOp) -> object:
         sign, apply = _UNARY[type(node.op)]
         return self.applied(sign, apply, self.data(node.operand))
 
-    def binary(self, node: ast.BinOp) -> Any:
+    def binary(self, node: ast.BinOp) -> object:
         left, right = self.data(node.left), self.data(node.right)
         if type(node.op) not in _BINARY:
             raise ExpressionError("'@': not allowed in a robot file")
@@ -250,8 +255,9 @@ class _Walk:
         measure(result, self.budget)
         return result
 
-    def compare(self, node: ast.Compare) -> Any:
-        left, result = self.data(node.left), True
+    def compare(self, node: ast.Compare) -> object:
+        left = self.data(node.left)
+        result: object = True
         for op, other in zip(node.ops, node.comparators, strict=True):
             right = self.data(other)
             sign, apply = _COMPARE[type(op)]
@@ -261,7 +267,7 @@ class _Walk:
             left = right
         return result
 
-    def boolean(self, node: ast.BoolOp) -> Any:
+    def boolean(self, node: ast.BoolOp) -> object:
         wanted = isinstance(node.op, ast.Or)
         for part in node.values:
             result = self.value(part)
@@ -269,10 +275,10 @@ class _Walk:
                 break
         return result
 
-    def choice(self, node: ast.IfExp) -> Any:
+    def choice(self, node: ast.IfExp) -> object:
         return self.value(node.body if self.value(node.test) else node.orelse)
 
-    def items(self, nodes: Iterable[ast.expr]) -> list[Any]:
+    def items(self, nodes: Iterable[ast.expr]) -> list[object]:
         """Values of several expressions, starred ones spread."""
         found: list[Any] = []
         room = Room(self.budget)
@@ -283,18 +289,18 @@ class _Walk:
                 found.append(item)
         return found
 
-    def sequence(self, node: ast.List | ast.Tuple) -> Any:
+    def sequence(self, node: ast.List | ast.Tuple) -> object:
         found = self.checked(self.items(node.elts))
         return found if isinstance(node, ast.List) else tuple(found)
 
-    def mapping(self, node: ast.Dict) -> dict[Any, Any]:
+    def mapping(self, node: ast.Dict) -> dict[object, object]:
         if None in node.keys:
             raise ExpressionError("'**': not allowed in a robot file")
         pairs = zip((self.value(key) for key in node.keys if key), map(self.value, node.values), strict=True)
         return _keyed(self.checked(list(pairs)))
 
-    def subscript(self, node: ast.Subscript) -> Any:
-        owner = self.value(node.value)
+    def subscript(self, node: ast.Subscript) -> object:
+        owner: Any = self.value(node.value)
         if isinstance(owner, Function | Module | int | float | None):
             raise ExpressionError(f"'{ast.unparse(node)[:40]}': takes an item of {described(owner)}")
         index = self.value(node.slice)
@@ -308,18 +314,18 @@ class _Walk:
     def slice(self, node: ast.Slice) -> slice:
         return slice(*(self.value(part) if part else None for part in (node.lower, node.upper, node.step)))
 
-    def attribute(self, node: ast.Attribute) -> Any:
-        owner = self.value(node.value)
+    def attribute(self, node: ast.Attribute) -> object:
+        owner: Any = self.value(node.value)
         found = member(owner, node.attr)
         if not isinstance(found, Method):
             return found
         return Function(node.attr, partial(self.method, found.call, owner))
 
-    def method(self, call: Callable[..., Any], owner: Any, *values: Any, **named: Any) -> Any:
+    def method(self, call: Callable[..., object], owner: Sized, *values: object, **named: object) -> object:
         self.budget.spend(1 + len(owner) // 50)
         return call(owner, *values, **named)
 
-    def call(self, node: ast.Call) -> Any:
+    def call(self, node: ast.Call) -> object:
         function = self.name(node.func, "function") if isinstance(node.func, ast.Name) else self.value(node.func)
         if not isinstance(function, Function):
             raise ExpressionError(f"'{ast.unparse(node.func)[:40]}' is not a function")
@@ -335,20 +341,20 @@ class _Walk:
                 measure(value, self.budget)
         return self.called(function, values, named)
 
-    def metered(self, value: object) -> Any:
+    def metered(self, value: object) -> object:
         """A function that another one calls, whose results count altogether; anything else as it is."""
         if not isinstance(value, Function):
             return value
         room = Room(self.budget)
 
-        def call(*values: Any, **named: Any) -> Any:
+        def call(*values: object, **named: object) -> object:
             result = value(*values, **named)
             room.take(result)
             return result
 
         return Function(value.name, call)
 
-    def called(self, function: Function, values: list[Any], named: dict[str, Any]) -> Any:
+    def called(self, function: Function, values: list[object], named: dict[str, object]) -> object:
         self.budget.spend(5)
         try:
             result = function(*map(self.metered, values), **{key: self.metered(each) for key, each in named.items()})
@@ -356,16 +362,16 @@ class _Walk:
             raise ExpressionError(f"{function.name}: {_failed(error, [*values, *named.values()])}") from None
         return self.checked(result)
 
-    def comprehension(self, node: ast.ListComp | ast.GeneratorExp) -> Any:
+    def comprehension(self, node: ast.ListComp | ast.GeneratorExp) -> object:
         return self.checked(self.gathered(node.generators, lambda: self.value(node.elt)))
 
-    def mapping_comprehension(self, node: ast.DictComp) -> dict[Any, Any]:
+    def mapping_comprehension(self, node: ast.DictComp) -> dict[object, object]:
         pairs = self.gathered(node.generators, lambda: (self.value(node.key), self.value(node.value)))
         return _keyed(self.checked(pairs))
 
-    def gathered(self, generators: list[ast.comprehension], make: Callable[[], object]) -> list[Any]:
+    def gathered(self, generators: list[ast.comprehension], make: Callable[[], Checked]) -> list[Checked]:
         """What a comprehension's loops give."""
-        found: list[Any] = []
+        found: list[Checked] = []
         room = Room(self.budget)
         outer = self.inner
         for _ in self.loops(generators):
@@ -387,21 +393,21 @@ class _Walk:
             if all(self.value(condition) for condition in first.ifs):
                 yield from self.loops(rest)
 
-    def iterated(self, node: ast.expr) -> Iterable[Any]:
+    def iterated(self, node: ast.expr) -> Iterable[object]:
         value = self.data(node)
         if not isinstance(value, str | list | tuple | dict | range):
             raise ExpressionError(f"'{ast.unparse(node)[:40]}' is {kind_of(value)}, not a list")
         return value
 
-    def data(self, node: ast.expr) -> Any:
+    def data(self, node: ast.expr) -> object:
         """A value that is measured, so that working on it has a known cost."""
         return self.checked(self.value(node))
 
-    def checked(self, value: object) -> Any:
+    def checked(self, value: Checked) -> Checked:
         measure(value, self.budget)
         return value
 
-    def applied(self, sign: str, apply: Callable[..., object], *values: object) -> Any:
+    def applied(self, sign: str, apply: Callable[..., object], *values: object) -> object:
         try:
             return apply(*values)
         except ZeroDivisionError:
@@ -434,14 +440,14 @@ def _check_size(sign: str, left: object, right: object) -> None:
                 check_repeat(value, times)
 
 
-def _keyed(pairs: Iterable[tuple[object, object]]) -> dict[Any, Any]:
+def _keyed(pairs: Iterable[tuple[object, object]]) -> dict[object, object]:
     try:
         return dict(pairs)
     except TypeError:
         raise ExpressionError("a list or mapping cannot be a key") from None
 
 
-def _bound(target: ast.expr, value: object) -> dict[str, Any]:
+def _bound(target: ast.expr, value: object) -> dict[str, object]:
     """The names of a loop's target with their values."""
     if isinstance(target, ast.Name):
         check_name(target.id)
@@ -456,7 +462,7 @@ def _bound(target: ast.expr, value: object) -> dict[str, Any]:
     }
 
 
-def _literal(value: object) -> Any:
+def _literal(value: object) -> object:
     """The value of a property: a text in quotes loses them; else it may be a number, or true or false."""
     if not isinstance(value, str):
         return value
@@ -485,7 +491,7 @@ def check_name(name: str) -> None:
         raise ExpressionError(f"names that begin with '__' are not allowed: {name}")
 
 
-def member(owner: object, name: str) -> Any:
+def member(owner: object, name: str) -> object:
     """What a name after a dot means: a value, or a Method."""
     check_name(name)
     if isinstance(owner, Module):
@@ -504,14 +510,14 @@ def member(owner: object, name: str) -> Any:
     raise ExpressionError(f"'.{name}': {described(owner)} has no such member in a robot file")
 
 
-def _in_space(space: Any, name: str) -> Any:
+def _in_space(space: Namespace, name: str) -> object:
     try:
         return space[name]
     except KeyError:
         raise unknown("property", name, (key for key in dict.keys(space) if key.isidentifier())) from None
 
 
-def absent(owner: Any, index: Any) -> str:
+def absent(owner: Sized, index: object) -> str:
     """The message for an item that is not there."""
     if isinstance(owner, dict):
         return str(UnknownNameError("key", str(index), [str(key) for key in dict.keys(owner)]))

@@ -71,7 +71,7 @@ def place_of(element: Any) -> Place:
     return place
 
 
-def children(node: Any) -> Iterator[Any]:
+def children(node: minidom.Node) -> Iterator[Any]:
     """Every node below this one, in no particular order."""
     waiting = list(node.childNodes)
     while waiting:
@@ -153,7 +153,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
         parser = self.getParser()
         return Place(self.file, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
-    def start_doctype_decl_handler(self, name: str, *_: Any) -> None:
+    def start_doctype_decl_handler(self, name: str, *_: object) -> None:
         message = "document types and entities are not allowed in robot files; delete them"
         raise FileError(self.here(), "<!DOCTYPE>", message)
 
@@ -242,7 +242,7 @@ _YAML_WORDS = (
 )
 
 
-def load_plain(data: bytes, name: str, folder: Path, number: Callable[[str], Any], budget: Budget) -> Any:
+def load_plain(data: bytes, name: str, folder: Path, number: Callable[[str], Any], budget: Budget) -> object:
     """What a YAML file holds; `number` works out the text of a value with a unit."""
     budget.spend(_WORK_PER_BYTE * len(data))
     text = data.decode("utf-8-sig", errors="replace")
@@ -279,7 +279,7 @@ class _Loader(yaml.SafeLoader):
         self.number = number
         self.depth = 0
 
-    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+    def compose_node(self, parent: Node | None, index: int) -> Node | None:
         event = self.peek_event()  # type: ignore[no-untyped-call]
         tag = getattr(event, "tag", None)
         if tag is not None and tag not in _UNITS:

@@ -6,9 +6,9 @@ The language is that of the ROS package `xacro` 2. Expressions go to `expression
 import keyword
 import re
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 from xml.dom import minidom
 
 from vrx_mj.config.search import display
@@ -59,10 +59,14 @@ _MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
 _PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
 
 
+Child = minidom.Element | minidom.ProcessingInstruction | minidom.Comment | minidom.Text
+"""What an element may hold."""
+
+
 class _Macro(NamedTuple):
     """A macro: its element, its parameters, and the defaults: whether the caller's property comes first, and a text."""
 
-    body: Any
+    body: minidom.Element
     params: list[str]
     defaults: dict[str, tuple[bool, str | None]]
 
@@ -107,7 +111,7 @@ class Engine:
         self._expand(root, Scope({}), Scope(self._symbols(), self._expanded))
         return document
 
-    def _symbols(self) -> Mapping[str, Any]:
+    def _symbols(self) -> Mapping[str, object]:
         """Names that no file defines."""
         old: dict[str, Callable[..., Any]] = {
             "load_yaml": self._load_yaml, "abs_filename": self._beside, "dotify": DottedMapping,
@@ -129,7 +133,7 @@ class Engine:
             "xacro": Module("xacro", members),
         }
 
-    def _expanded(self, text: object, symbols: Scope) -> Any:
+    def _expanded(self, text: object, symbols: Scope) -> object:
         """A text with its expressions and substitutions worked out; a single expression keeps its type."""
         if not isinstance(text, str) or "$" not in text:
             return text
@@ -146,7 +150,7 @@ class Engine:
             self.budget.spend(len(result) // 20)
         return result
 
-    def _pieces(self, text: str, symbols: Scope) -> Iterator[Any]:
+    def _pieces(self, text: str, symbols: Scope) -> Iterator[object]:
         start = 0
         while start < len(text):
             piece = _PIECE.match(text, start)
@@ -163,7 +167,7 @@ class Engine:
             else:
                 yield piece["plain"] or piece["text"]
 
-    def _evaluated(self, text: str, symbols: Scope) -> Any:
+    def _evaluated(self, text: str, symbols: Scope) -> object:
         self.budget.spend(20 + 2 * len(self.calls))
         try:
             value = evaluate(text, Names(symbols, symbols.names), self.budget)
@@ -193,7 +197,7 @@ class Engine:
             message = f"'{text}' gives '{value}', which is neither true nor false"
             raise ExpressionError(message[:_LONGEST_MESSAGE]) from None
 
-    def _expand(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _expand(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         """Expand an element's attributes and all that it holds, in place."""
         before, self.element = self.element, node
         self._depth += 1
@@ -209,8 +213,9 @@ class Engine:
         self._depth -= 1
         self.element = before
 
-    def _expand_children(self, node: Any, macros: Scope, symbols: Scope) -> None:
-        child, in_comments = node.firstChild, False
+    def _expand_children(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
+        child: Any = node.firstChild
+        in_comments = False
         while child:
             following = child.nextSibling
             if child.nodeType == child.ELEMENT_NODE:
@@ -227,11 +232,11 @@ class Engine:
                 child.data = str(self._expanded(child.data, symbols))
             child = following
 
-    def _expand_element(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _expand_element(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         self.element = node
         while node.tagName == "xacro:element":
-            (name,) = self._required(node, "xacro:name")
-            name = self._expanded(name, symbols)
+            (written,) = self._required(node, "xacro:name")
+            name: Any = self._expanded(written, symbols)
             if not name:
                 raise ExpressionError("its name is empty")
             node.removeAttribute("xacro:name")
@@ -244,17 +249,18 @@ class Engine:
         else:
             self._expand(node, macros, symbols)
 
-    def _insert_block(self, node: object, macros: Scope, symbols: Scope) -> None:
+    def _insert_block(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         name, *_ = self._attributes(node, "name")
         whole = f"**{name}" not in symbols
         if whole and f"*{name}" not in symbols:
             message = f"no block named '{name}'; a macro gets it as a parameter *{name} or **{name}"
             raise ExpressionError(message[:_LONGEST_MESSAGE])
-        block = symbols[f"*{name}" if whole else f"**{name}"].cloneNode(deep=True)
+        found: Any = symbols[f"*{name}" if whole else f"**{name}"]
+        block = found.cloneNode(deep=True)
         self._expand(block, macros, symbols)
         self._replace(node, [block] if whole else list(block.childNodes))
 
-    def _include(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _include(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         pattern, space, optional = self._attributes(node, "filename", optional=("ns", "optional"))
         optional = optional is not None and self._boolean(optional, symbols)
         if any(child.nodeType == child.ELEMENT_NODE for child in node.childNodes):
@@ -278,7 +284,7 @@ class Engine:
                     raise
                 continue
             included += root.childNodes
-            self._import_namespaces(node.parentNode, root)
+            self._import_namespaces(_parent(node), root)
             self._open.pop()
         self._drop_comments(node)
         self._replace(node, included)
@@ -293,7 +299,7 @@ class Engine:
             raise ExpressionError(f"files include each other: {chain} > {Path(name).name}")
         return found
 
-    def _import_namespaces(self, node: Any, source: Any) -> None:
+    def _import_namespaces(self, node: minidom.Element, source: minidom.Element) -> None:
         """Give an element the XML namespaces of one whose children it gets."""
         for name, value in source.attributes.items():
             if not name.startswith("xmlns:"):
@@ -303,7 +309,7 @@ class Engine:
             else:
                 node.setAttribute(name, value)
 
-    def _set_property(self, node: Any, _: Scope, symbols: Scope) -> None:
+    def _set_property(self, node: minidom.Element, _: Scope, symbols: Scope) -> None:
         if node.getAttribute("scope") == "parent" and symbols.parent is symbols.root:
             raise ExpressionError("scope 'parent' is for properties in macros")
         self._drop_comments(node)
@@ -335,7 +341,7 @@ class Engine:
             self._warn(f"redefining global symbol: {name}")
         scope.define(name, value, lazily=lazily)
 
-    def _set_macro(self, node: Any, macros: Scope, _: Scope) -> None:
+    def _set_macro(self, node: minidom.Element, macros: Scope, _: Scope) -> None:
         params = node.getAttribute("params").strip()
         if len(params) > LONGEST_TEXT:
             raise ExpressionError(f"params has more than {LONGEST_TEXT} characters")
@@ -360,7 +366,7 @@ class Engine:
         macros.define(name, macro)
         self._replace(node, [])
 
-    def _call(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _call(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         name = node.tagName.removeprefix("xacro:")
         self.budget.spend(100 + 10 * len(self.calls))
         outer_macros, outer_symbols, macro = _macro_of(name, macros, symbols)
@@ -369,7 +375,7 @@ class Engine:
             chain = " > ".join(list(dict.fromkeys(called for called, _ in self.calls))[-5:])
             raise ExpressionError(f"macros call each other deeper than {DEEPEST_MACROS} levels: {chain} > {name}")
         self.calls.append((name, place_of(node)))
-        body = macro.body.cloneNode(deep=True)
+        body: Any = macro.body.cloneNode(deep=True)
         inner = Scope(outer_symbols)
         for param, value in node.attributes.items():
             self._define(inner, param, self._expanded(value, symbols))
@@ -381,11 +387,11 @@ class Engine:
                 self._define(inner, param, self._default(param, macro, symbols))
         self._expand(body, Scope(outer_macros), inner)
         self._drop_comments(node)
-        self._import_namespaces(node.parentNode, body)
+        self._import_namespaces(_parent(node), body)
         self._replace(node, list(body.childNodes))
         self.calls.pop()
 
-    def _call_by_name(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _call_by_name(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         (name,) = self._required(node, "macro")
         if not name:
             raise ExpressionError("attribute 'macro' is required, but missing")
@@ -393,7 +399,7 @@ class Engine:
         node.removeAttribute("macro")
         self._call(node, macros, symbols)
 
-    def _give_blocks(self, node: Any, macro: _Macro, symbols: Scope) -> None:
+    def _give_blocks(self, node: minidom.Element, macro: _Macro, symbols: Scope) -> None:
         """Let a macro's body find the elements inside its call."""
         wanted = [param for param in macro.params if param.startswith("*")]
         blocks = [child for child in node.childNodes if child.nodeType == child.ELEMENT_NODE]
@@ -404,7 +410,7 @@ class Engine:
         for param, block in zip(wanted, blocks, strict=True):
             symbols.define(param, block)
 
-    def _default(self, param: str, macro: _Macro, symbols: Scope) -> Any:
+    def _default(self, param: str, macro: _Macro, symbols: Scope) -> object:
         forward, text = macro.defaults[param]
         if forward and param in symbols:
             return symbols[param]
@@ -412,21 +418,23 @@ class Engine:
             raise ExpressionError(f"macro needs '{param}', or a property of that name where it is called")
         return self._expanded(text, symbols)
 
-    def _declare(self, node: object, _: Scope, symbols: Scope) -> None:
+    def _declare(self, node: minidom.Element, _: Scope, symbols: Scope) -> None:
         name, default = self._attributes(node, "name", "default")
         if name not in self.substitutions.arguments:
             self.substitutions.arguments[name] = str(self._expanded(default, symbols))
         self._drop_comments(node)
         self._replace(node, [])
 
-    def _set_attribute(self, node: Any, _: Scope, symbols: Scope) -> None:
-        name, value = (self._expanded(text, symbols) for text in self._required(node, "name", "value"))
+    def _set_attribute(self, node: minidom.Element, _: Scope, symbols: Scope) -> None:
+        name, written = self._required(node, "name", "value")
+        name = self._expanded(name, symbols)
+        value: Any = self._expanded(written, symbols)
         if not name:
             raise ExpressionError("its name is empty")
-        node.parentNode.setAttribute(_text(name), value)
+        _parent(node).setAttribute(_text(name), value)
         self._replace(node, [])
 
-    def _choose(self, node: Any, macros: Scope, symbols: Scope) -> None:
+    def _choose(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
         self._drop_comments(node)
         (condition,) = self._attributes(node, "value")
         if self._boolean(condition, symbols) is (node.tagName == "xacro:if"):
@@ -435,14 +443,14 @@ class Engine:
         else:
             self._replace(node, [])
 
-    def _required(self, node: Any, *names: str) -> list[Any]:
+    def _required(self, node: minidom.Element, *names: str) -> list[Any]:
         """The values of attributes that an element must have."""
         for name in names:
             if not node.hasAttribute(name):
                 raise ExpressionError(f"attribute '{name}' is required, but missing")
         return [node.getAttribute(name) for name in names]
 
-    def _attributes(self, node: Any, *required: str, optional: tuple[str, ...] = ()) -> list[Any]:
+    def _attributes(self, node: minidom.Element, *required: str, optional: tuple[str, ...] = ()) -> list[Any]:
         """The values of an element's attributes, None for an optional one that is missing; warns of others."""
         values = self._required(node, *required)
         values += [node.getAttribute(name) if node.hasAttribute(name) else None for name in optional]
@@ -452,27 +460,29 @@ class Engine:
             self._warn(f"{node.nodeName}: unknown attribute(s): {', '.join(others)}")
         return values
 
-    def _replace(self, node: Any, parts: list[Any]) -> None:
+    def _replace(self, node: minidom.Element | minidom.Comment, parts: Sequence[Child]) -> None:
         """Put other nodes in the place of one."""
-        parent = node.parentNode
+        parent = _parent(node)
         self.budget.spend(10 + (1 + len(parts)) * (10 + self._depth + len(parent.childNodes) // 20))
         for part in parts:
             parent.insertBefore(part, node)
         parent.removeChild(node)
 
-    def _drop_comments(self, node: Any) -> None:
+    def _drop_comments(self, node: minidom.Element) -> None:
         """Remove the comments right before an element of xacro, which are about it."""
-        following, before = node.nextSibling, node.previousSibling
+        parent = _parent(node)
+        following: Any = node.nextSibling
+        before: Any = node.previousSibling
         while before is not None:
-            self.budget.spend(5 + len(node.parentNode.childNodes) // 20)
+            self.budget.spend(5 + len(parent.childNodes) // 20)
             if before.nodeType == before.TEXT_NODE and before.data.isspace() and before.data.count("\n") <= 1:
                 before = before.previousSibling
             if before is None or before.nodeType != before.COMMENT_NODE:
                 if following is not None and following is not self._gap:
-                    node.parentNode.insertBefore(self._gap, following)  # the next element keeps the comments before it
+                    parent.insertBefore(self._gap, following)  # the next element keeps the comments before it
                 return
             comment, before = before, before.previousSibling
-            node.parentNode.removeChild(comment)
+            parent.removeChild(comment)
 
     def _parsed(self, name: str) -> minidom.Document:
         path = self.files.allowed(name)
@@ -485,7 +495,7 @@ class Engine:
         """A path relative to the file being read."""
         return str(Path(self._open[-1]).parent / name)
 
-    def _load_yaml(self, name: str) -> Any:
+    def _load_yaml(self, name: str) -> object:
         """The content of a YAML file, with dotted names."""
         path = self._folder() / str(name)
         try:
@@ -509,18 +519,24 @@ class Engine:
         return ""
 
     def _deprecated(self, name: str, call: Callable[..., object]) -> Callable[..., Any]:
-        def warned(*values: object) -> Any:
+        def warned(*values: object) -> object:
             self._warn(f"{name}() is now xacro.{name}()")
             return call(*values)
 
         return warned
 
 
-_ELEMENTS: Mapping[str, Callable[[Engine, Any, Scope, Scope], None]] = {
+_ELEMENTS: Mapping[str, Callable[[Engine, minidom.Element, Scope, Scope], None]] = {
     "xacro:arg": Engine._declare, "xacro:attribute": Engine._set_attribute, "xacro:call": Engine._call_by_name,
     "xacro:if": Engine._choose, "xacro:include": Engine._include, "xacro:insert_block": Engine._insert_block,
     "xacro:macro": Engine._set_macro, "xacro:property": Engine._set_property, "xacro:unless": Engine._choose,
 }  # fmt: skip
+
+
+def _parent(node: minidom.Node) -> minidom.Element:
+    """The element that a node is in: an element of xacro is never the outermost one."""
+    assert isinstance(node.parentNode, minidom.Element), "the outermost element"
+    return node.parentNode
 
 
 def _text(value: object) -> str:
@@ -529,27 +545,27 @@ def _text(value: object) -> str:
     return value
 
 
-def _property_name(name: Any) -> str:
+def _property_name(name: object) -> str:
     """A name that an expression can use; Python reads look-alike letters as one."""
-    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name
-    if not usual or not name.isidentifier() or keyword.iskeyword(name):
+    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name and name.isidentifier()
+    if not isinstance(name, str) or not usual or keyword.iskeyword(name):
         message = f"'{name}' is not a valid name for a property: letters, digits, _"
         raise ExpressionError(message[:_LONGEST_MESSAGE])
     if name.startswith("__"):
         raise ExpressionError(f"'{name}': names that begin with '__' are not allowed"[:_LONGEST_MESSAGE])
-    return str(name)
+    return name
 
 
-def _target(symbols: Scope, scope: str | None) -> Any:
+def _target(symbols: Scope, scope: str | None) -> Scope:
     """The scope that a property is for."""
     if scope == "global":
         return symbols.outermost()
     if scope != "parent":
         return symbols
-    target = symbols.parent
+    target: Any = symbols.parent
     while isinstance(target, Namespace) and not isinstance(symbols, Namespace):  # the caller's, not the included file's
         target = target.parent
-    return target
+    return cast("Scope", target)
 
 
 def _macro_name_message(name: str) -> str:
@@ -571,7 +587,8 @@ def _parameter(text: str) -> tuple[str, tuple[bool, str | None] | None, str]:
 
 def _macro_of(name: str, macros: Scope, symbols: Scope) -> tuple[Scope, Scope, _Macro]:
     """A macro by its name, in a namespace or not, and the scopes it is defined in."""
-    inner_macros, inner_symbols = macros, symbols
+    inner_macros: Any = macros
+    inner_symbols: Any = symbols
     *spaces, last = [name] if name in macros else name.split(".")
     try:
         for space in spaces:
@@ -584,7 +601,7 @@ def _macro_of(name: str, macros: Scope, symbols: Scope) -> tuple[Scope, Scope, _
     return inner_macros, inner_symbols, macro
 
 
-def _check_call(node: Any, macro: _Macro) -> None:
+def _check_call(node: minidom.Element, macro: _Macro) -> None:
     """Refuse attributes that a macro does not take, and the lack of those that it needs."""
     names = macro.values
     takes = f"it takes {', '.join(names)}" if names else "it takes no parameters"

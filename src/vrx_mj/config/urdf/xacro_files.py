@@ -188,7 +188,7 @@ class Substitutions:
         """The folder of a package."""
         return str(self.files.find_package(name))
 
-    def _evaluated(self, expression: str, folder: Path) -> Any:
+    def _evaluated(self, expression: str, folder: Path) -> object:
         table: dict[str, Any] = {
             **{name: _typed(value) for name, value in self.arguments.items()},
             **GLOBALS,
@@ -221,7 +221,7 @@ def _default(words: list[str]) -> str:
     return " ".join(words[1:])
 
 
-def _typed(value: str) -> Any:
+def _typed(value: str) -> float | str:
     """An argument as `$(eval)` sees it: a number, true or false, or text."""
     for read in (int, float):
         try:
