@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, ClassVar, TypeVar, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -46,6 +46,8 @@ __all__ = [
     "numbers",
     "text_faults",
 ]
+
+Filled = TypeVar("Filled", bound=tuple[object, ...])
 
 MAX_NUMBER = 1e9
 """Largest number that a file may give, in any unit: what is larger has no physics."""
@@ -163,7 +165,7 @@ def _whole_numbers(model: type[Config]) -> frozenset[str]:
     return frozenset(key for key, field in model.model_fields.items() if int in _kinds(field.annotation))
 
 
-def _kinds(annotation: object) -> set[Any]:
+def _kinds(annotation: object) -> set[object]:
     return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
 
 
@@ -172,11 +174,11 @@ def _sections(model: type[Config]) -> frozenset[str]:
     return frozenset(key for key, field in model.model_fields.items() if _is_section(field.annotation))
 
 
-def _is_section(annotation: Any) -> bool:
+def _is_section(annotation: object) -> bool:
     """A nested model or a tuple of them: what a file may leave empty."""
     if isinstance(annotation, type) and issubclass(annotation, Config):
         return True
-    return getattr(annotation, "__origin__", None) is tuple and any(map(_is_section, annotation.__args__))
+    return get_origin(annotation) is tuple and any(map(_is_section, get_args(annotation)))
 
 
 def numbers(labels: str) -> BeforeValidator:
@@ -184,7 +186,7 @@ def numbers(labels: str) -> BeforeValidator:
     names = labels.split()
     form = f"{len(names)} numbers [{', '.join(names)}]"
 
-    def check(value: Any) -> Any:
+    def check(value: object) -> object:
         if isinstance(value, str) or not isinstance(value, Sequence):
             raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, len(names))}")
         if len(value) != len(names):
@@ -204,7 +206,7 @@ def _in_brackets(value: object, *counts: int) -> str:
     return f"; write [{', '.join(f'{float(part):g}' for part in parts)}]"
 
 
-def _some(value: tuple[object, ...]) -> tuple[Any, ...]:
+def _some(value: Filled) -> Filled:
     if not value:
         raise fault("must not be empty")
     return value

@@ -136,8 +136,13 @@ def _message(details: ErrorDetails) -> str:
     return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
 
 
-def _limit(words: str, key: str) -> Callable[[Any, Mapping[str, Any]], str]:
-    def say(value: Any, context: Mapping[str, Any]) -> str:
+Context = Mapping[str, Any]
+"""What pydantic says of an error besides its type and the value."""
+Sentence = Callable[[object, Context], str]
+
+
+def _limit(words: str, key: str) -> Sentence:
+    def say(value: object, context: Context) -> str:
         limit = context[key] if isinstance(context[key], int) else format(context[key], ".15g")
         return f"must be {words} {limit}, got {shown(value)}"
 
@@ -149,16 +154,16 @@ def _text(value: object, _: Mapping[str, object]) -> str:
     return f"expected text, got {shown(value)}{quote}"
 
 
-def _literal(value: Any, context: Mapping[str, Any]) -> str:
+def _literal(value: object, context: Context) -> str:
     return choice(value, context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
 
 
-def _tag(_: Any, context: Mapping[str, Any]) -> str:
+def _tag(_: object, context: Context) -> str:
     known = context["expected_tags"].replace("'", "").split(", ")
     return f"{str(context['discriminator']).strip(chr(39))}: {choice(context['tag'], known)}"
 
 
-_SAYS: dict[str, Callable[[Any, Mapping[str, Any]], str]] = {
+_SAYS: dict[str, Sentence] = {
     "vrx": lambda _, context: str(context["message"]),
     "missing": lambda *_: "required, but missing",
     "unexpected_keyword_argument": lambda *_: "unknown key",

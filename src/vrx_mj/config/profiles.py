@@ -33,6 +33,6 @@ def world_of_profile(data: object) -> object:
 
 def _on_top(
     defaults: Mapping[str, Mapping[str, object]], profile: object, data: Mapping[str, object]
-) -> Mapping[str, Any]:
+) -> Mapping[str, object]:
     own = defaults.get(profile, {}) if isinstance(profile, str) else {}
     return {**own, **data} if own else data

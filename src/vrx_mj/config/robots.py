@@ -142,7 +142,7 @@ class DriveEntry(Config):
     """Largest steering angle either way [rad]."""
 
     @property
-    def said(self) -> dict[str, Any]:
+    def said(self) -> dict[str, object]:
         """What it says, by field."""
         return {key: value for key, value in self if value is not None}
 

@@ -71,7 +71,7 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
     """Of each entry in its own file, which `extends` makes differ from that in the list."""
 
     @classmethod
-    def of(cls, values: Iterable[Any], places: Iterable[Place], numbers: Iterable[int] | None = None) -> "Items":
+    def of(cls, values: Iterable[object], places: Iterable[Place], numbers: Iterable[int] | None = None) -> "Items":
         """A list of `values`, each at its place."""
         items = cls(values)
         items.places = tuple(places)

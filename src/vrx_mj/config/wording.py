@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from vrx_mj.errors import nearest, shortened
 from vrx_mj.errors import shown as in_python
@@ -12,11 +11,12 @@ __all__ = ["ALLOWED", "choice", "is_ros_name", "one_of", "ros_names_note", "show
 _LONGEST = 60
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value as its file would write it, shortened."""
-    words = {None: "nothing", True: "true", False: "false"}
-    if value is None or isinstance(value, bool):
-        return words[value]
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, Mapping):
         return "keys and values" if value else "no keys"
     if isinstance(value, str):

@@ -363,7 +363,7 @@ class _Builder:
     def place(self, node: Node) -> Place:
         return Place(self.file, node.start_mark.line + 1, node.start_mark.column + 1)
 
-    def value(self, node: Node, path: tuple[str | int, ...]) -> Any:
+    def value(self, node: Node, path: tuple[str | int, ...]) -> object:
         self.count += 1
         if self.count > MAX_VALUES:
             self.problem(node, (), f"more than {MAX_VALUES} values, including aliases")
@@ -418,7 +418,7 @@ class _Builder:
         return None
 
 
-def _scalar(node: ScalarNode) -> Any:
+def _scalar(node: ScalarNode) -> object:
     """The value of a scalar by the rules of YAML 1.2; anything in quotes or in a block is text."""
     text = node.value
     if node.style or (text not in _SPECIAL and not _FLOAT.fullmatch(text)):

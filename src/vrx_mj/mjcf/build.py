@@ -5,7 +5,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.config.fleet import Order
@@ -85,7 +84,7 @@ def _names_for_ros(boat: Boat) -> list[str]:
     return engines + ros_names_note("sensor", (sensor.name for sensor in boat.sensors))
 
 
-def _drive(order: Order, profile: ProfileEntry) -> dict[str, Any]:
+def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
     """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
     return {} if order.profile == CLASSIC else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 

@@ -6,7 +6,6 @@ What a body displaces that floats upright at some level follows from Archimedes'
 import itertools
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -71,7 +70,7 @@ def floating_level(corners: FloatArray, volume: float) -> float:
 
     heights = corners[:, :, 2]
     low, high = float(heights.min()), float(heights.max())
-    found: Any = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=1e-5 * (high - low))
+    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=1e-5 * (high - low))
     return float(found)
 
 
@@ -129,7 +128,7 @@ Corner = tuple[float, float, float]
 class Derived:
     """Fields of `HydrodynamicsConfig`, and remarks about them."""
 
-    values: dict[str, Any]
+    values: dict[str, object]
     rest: str = ""
     """How the boat floats at rest."""
     notes: tuple[str, ...] = ()
@@ -192,7 +191,7 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
 
 def _floats(
     wet: Displaced, level: float, volume: float, whole: float, stations: int, most: float
-) -> tuple[dict[str, Any], float]:
+) -> tuple[dict[str, object], float]:
     """Half cylinders whose lift, and its rates with depth, heel and trim, are those of what is under a level [m].
 
     A section of radius R, wet to the depth s R, has the area a(s) R^2 and the chord k(s) R. Its s follows from
@@ -247,7 +246,7 @@ def _stability(wet: Displaced, body: MassProperties) -> list[str]:
     return notes
 
 
-def _resistance(length: float) -> dict[str, Any]:
+def _resistance(length: float) -> dict[str, object]:
     """The WAM-V's drag for a boat of a length [m]."""
     scale = length / MODEL_LENGTH
     forces, moments = scale**2.5, scale**4.5

@@ -133,7 +133,9 @@ def _frame(part: Part, double: frozenset[str], yields: tuple[float, float]) -> _
     return _Frame(part.pose, tuple(named))
 
 
-def _thruster_view(thruster: AssembledThruster, double: frozenset[str], yields: tuple[float, float]) -> dict[str, Any]:
+def _thruster_view(
+    thruster: AssembledThruster, double: frozenset[str], yields: tuple[float, float]
+) -> dict[str, object]:
     return {
         "body": thruster.link,
         "joint": thruster.joint,
@@ -155,7 +157,7 @@ def _seen_as(frames: list[_Frame], stem: str) -> list[_Frame]:
     ]
 
 
-def _camera_view(sensor: CameraConfig) -> dict[str, Any]:
+def _camera_view(sensor: CameraConfig) -> dict[str, object]:
     """A camera as MuJoCo's: it looks along -z, x to the right; `fovy` is vertical, in degrees."""
     (_, b, c), (_, e, f), (_, h, i) = rotation(*sensor.pose[3:])
     tall = math.tan(sensor.horizontal_fov / 2) * sensor.height / sensor.width

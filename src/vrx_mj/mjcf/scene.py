@@ -3,7 +3,6 @@
 import math
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -96,7 +95,7 @@ FAINT, DENSE = -math.log(0.95), -math.log(0.05)
 """Optical depths at which fog hides 5 % and 95 %."""
 
 
-def scene_values(config: WorldConfig) -> dict[str, Any]:
+def scene_values(config: WorldConfig) -> dict[str, object]:
     """Values of the world template that come from `scene`; one warning for what MuJoCo cannot draw."""
     scene = config.scene
     fog = scene.fog if scene.fog and scene.fog.type != "none" else None

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -148,7 +147,7 @@ def _environment() -> Environment:
     )
 
 
-def _text(value: object) -> Any:
+def _text(value: object) -> object:
     """How a value is written; MJCF's numbers are separated by blanks."""
     if isinstance(value, tuple | list):
         return " ".join(repr(float(number)) for number in value)

@@ -190,7 +190,7 @@ def _left_out(own: Field[object], value: object) -> bool:
     return "left_out" in own.metadata and bool(value == default)
 
 
-def format_of(text: bytes) -> Any:
+def format_of(text: bytes) -> object:
     """The version that a JSON text of any version gives.
 
     Raises:
@@ -209,7 +209,7 @@ class _Versioned:
 _VERSIONED = TypeAdapter(_Versioned)
 
 
-def _each_once(pairs: list[tuple[str, object]]) -> dict[str, Any]:
+def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """A JSON object's keys and values; readers differ about a key that is given twice."""
     found = dict(pairs)
     if len(found) < len(pairs):

@@ -99,7 +99,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
     return Section(values, given.place, given.entries)
 
 
-def _value(key: str, value: object, step: int, budget: Budget) -> Any:
+def _value(key: str, value: object, step: int, budget: Budget) -> object:
     """A text in single quotes is meant literally, as XML is; any other text is an expression of `n`."""
     if not isinstance(value, str):
         return value
@@ -291,7 +291,7 @@ class Given:
             return None
         return read_block(self.call, key)
 
-    def _said(self, name: str) -> Any:
+    def _said(self, name: str) -> object:
         return self.call.parameters.get(name, self.defaults[name])
 
     def _at(self, name: str, value: object) -> At:

@@ -163,7 +163,7 @@ def _ordered(section: Section) -> Section:
     return Section({key: section[key] for key in order if key in section}, section.place, section.entries)
 
 
-def _side(series: Series, coordinate: dict[str, int]) -> Any:
+def _side(series: Series, coordinate: dict[str, int]) -> object:
     """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
     found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
     return found[-1] if found else None
@@ -226,7 +226,7 @@ def _dumped(tree: object, *, flow: bool | None = None, width: int = WIDTH) -> st
     return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
 
 
-def _plain(value: object, *, inside: bool = False) -> Any:
+def _plain(value: object, *, inside: bool = False) -> object:
     """Dicts and lists of sections and items; short mappings inside of others on one line."""
     if isinstance(value, Section):
         content = {key: _plain(item, inside=True) for key, item in value.items()}

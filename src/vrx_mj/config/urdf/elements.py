@@ -162,7 +162,7 @@ class Node:
             node.fault(choice(text, ["true", "false"]))
         return SWITCHES.get(text.lower(), default)
 
-    def configured(self, model: type[ConfigT], values: Mapping[str, Any]) -> ConfigT | None:
+    def configured(self, model: type[ConfigT], values: Mapping[str, object]) -> ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""
         try:
             return model.model_validate(values)

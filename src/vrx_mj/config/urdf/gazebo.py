@@ -161,7 +161,7 @@ def _vector(node: Node, tag: str) -> tuple[float, float, float]:
     return (x, y, yaw)
 
 
-def _coefficients(node: Node) -> dict[str, Any]:
+def _coefficients(node: Node) -> dict[str, object]:
     tables = {"added_mass": ADDED_MASS, "drag_linear": LINEAR, "drag_quadratic": QUADRATIC}
     return {
         key: tuple(node.value(tag, default, low=0) for tag, default in table.items()) for key, table in tables.items()
@@ -260,7 +260,7 @@ def read_freefloating(node: Node, scope: Scope) -> list[UrdfThruster]:
     return found
 
 
-def _drive(forward: float, reverse: float) -> dict[str, Any]:
+def _drive(forward: float, reverse: float) -> dict[str, object]:
     return {"mapping": "linear", "max_force_forward": forward, "max_force_reverse": reverse}
 
 

@@ -360,7 +360,7 @@ def _used_accessors(tree: Tree, plain: Tree) -> list[Tree]:
     return [plain["accessors"][number] | {"name": str(number)} for number in numbers]
 
 
-def _plain_primitive(primitive: Tree) -> dict[str, Any]:
+def _plain_primitive(primitive: Tree) -> dict[str, object]:
     kept = {key: primitive[key] for key in ("indices", "material", "mode") if key in primitive}
     attributes = primitive["attributes"]
     return kept | {"attributes": {key: attributes[key] for key in ("POSITION", "COLOR_0") if key in attributes}}
