@@ -143,7 +143,7 @@ def keys_of(model: type[Config]) -> list[str]:
 
 
 def _huge(model: type[Config], key: str, value: object) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Numbers of a field that are too large for any unit, and what to say of them."""
+    """Numbers of a field that are too large for any unit, each with its path and message."""
     if key in _whole_numbers(model):
         return
     for path, number in _numbers_in((key,), value):
@@ -197,7 +197,7 @@ def numbers(labels: str) -> BeforeValidator:
 
 
 def _in_brackets(value: object, *counts: int) -> str:
-    """Advice for so many numbers that stand side by side, as in Gazebo's files; empty for anything else."""
+    """Advice for so many numbers side by side without brackets, as in Gazebo's files; empty for anything else."""
     parts = re.split(r"[\s,]+", value.strip()) if isinstance(value, str) else []
     if len(parts) not in counts or not all(
         re.fullmatch(r"[-+]?\d*\.?\d+(e[-+]?\d+)?", part, re.ASCII) for part in parts

@@ -92,7 +92,7 @@ class LightConfig(Config):
 Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
 FIRST_SYMBOL = SYMBOLS[0]
-"""What a placard shows until it is told otherwise."""
+"""What a placard shows at the start."""
 
 Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 

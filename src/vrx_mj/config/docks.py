@@ -1,4 +1,4 @@
-"""Docks drawn with letters: `X` is a block, of 2 m by 2 m unless its dock says otherwise, and a blank is water.
+"""Docks drawn with letters: `X` is a block, of 2 m by 2 m unless its dock has another `block`, and a blank is water.
 
 In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down the page, +y to the right.
 """
@@ -100,7 +100,7 @@ def drawn(rows: Sequence[object]) -> tuple[str, list[tuple[int, str]]]:
 
 
 def _outside_quotes(rows: Sequence[object]) -> dict[int, int]:
-    """Blanks before rows that YAML drops, by row: of rows without quotes that stand in lines of their own."""
+    """Blanks before rows that YAML drops, by row: of unquoted rows on lines of their own."""
     places = rows.places if isinstance(rows, Items) else ()
     if len({place.line for place in places}) < len(places) or None in {place.line for place in places}:
         return {}
@@ -167,7 +167,7 @@ class Placed(Config):
 
 
 def _drawing(value: object) -> object:
-    """A list of rows becomes the block of text that it stands for."""
+    """Turn a list of rows into the block of text that it means."""
     if isinstance(value, list | tuple):
         text, found = drawn(value)
         if found:

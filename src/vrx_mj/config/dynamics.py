@@ -52,7 +52,7 @@ class ContactConfig(Config):
 
 
 class HullConfig(Config):
-    """One float of a boat, lifted at points: VRX 3's Surface plugin. Each point stands for an equal piece of it."""
+    """One float of a boat, lifted at points: VRX 3's Surface plugin. Each point has an equal piece of it."""
 
     length: Positive
     """Length of the float [m]."""

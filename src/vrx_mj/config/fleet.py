@@ -61,9 +61,9 @@ __all__ = [
 ]
 
 RADIUS = 20.0
-"""Of a circle whose file says none [m]: that of the published guide's ring."""
+"""Default radius of a circle [m]: that of the published guide's ring."""
 SPACING = 10.0
-"""Of neighbours whose file says none [m]: twice the length of a WAM-V."""
+"""Default distance between neighbours [m]: twice the length of a WAM-V."""
 
 KEYS = {
     "radius": ("circle",),
@@ -87,7 +87,7 @@ Headings = Literal["math", "compass"]
 
 @dataclass(frozen=True)
 class Order:
-    """What a fleet says about how a boat is built; equal orders give equal boats."""
+    """How a fleet's file orders a boat; equal orders give equal boats."""
 
     robot: str
     folder: Path | None = None
@@ -130,7 +130,7 @@ class BoatConfig(Config):
     engines: Engines = "fixed"
     """Whether the engines are fixed to the hull or bodies on hinges."""
     controller: str | None = None
-    """What commands it unless a run is told otherwise, as module:function."""
+    """Default controller of the boat, as module:function."""
 
     @property
     def order(self) -> Order:
@@ -142,13 +142,13 @@ class BoatConfig(Config):
 
 
 class Located(NamedTuple):
-    """A boat, and where the fleet's file says so."""
+    """A boat, and the keys of the fleet's file that it comes from."""
 
     boat: BoatConfig
     where: Loc
-    """What puts the boat where it is."""
+    """The key of its pose."""
     own: Loc
-    """What says something about this boat alone; () if nothing does."""
+    """The key of this boat alone; () if it has none."""
 
 
 class FleetPosition(Config):
@@ -164,7 +164,7 @@ class FleetPosition(Config):
     """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
 
     def pose_in(self, headings: Headings) -> Pose:
-        """As a pose [m, rad], of which `headings` says how `Y` is meant."""
+        """As a pose [m, rad]; `headings` is the convention of `Y`."""
         yaw = 90.0 - self.Y if headings == "compass" else self.Y
         return self.x, self.y, self.z, 0.0, 0.0, math.radians(yaw)
 
@@ -176,7 +176,7 @@ def _controller(value: str) -> str:
 
 
 class _Built(Config):
-    """What a fleet and a single boat of it can both say."""
+    """Keys of a fleet and of a single boat of it."""
 
     folder_keys: ClassVar = {"folder": "robot", "thrusters_folder": "thrusters", "components_folder": "components"}
     folder: Folder = None
@@ -285,7 +285,7 @@ class FleetConfig(_Built):
     seed: Seed | None = None
     """Seed of a random layout; by default that of the world's file."""
     heading: Heading | None = None
-    """Heading of the layout's boats; `headings` says how a number is read [degrees]."""
+    """Heading of the layout's boats, by the convention that `headings` gives [degrees]."""
     headings: Headings | None = None
     """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
     positions: tuple[FleetPosition, ...] = ()
@@ -299,7 +299,7 @@ class FleetConfig(_Built):
 
     @property
     def section(self) -> Section:
-        """What the file says, where it says it."""
+        """The content of the file, with places."""
         assert self._section is not None, "not read by load_fleet"
         return self._section
 
@@ -312,11 +312,11 @@ class FleetConfig(_Built):
 
     @property
     def is_empty(self) -> bool:
-        """Whether this says nothing about boats: then there is one, `wamv`, at the world's spawn pose."""
+        """Whether this has no boats of its own: then there is one, `wamv`, at the world's spawn pose."""
         return not (self.positions or self.boats or self.usv_count or self.layout)
 
     def located(self, world: WorldConfig) -> tuple[Located, ...]:
-        """Every boat of the fleet in a world, with what the file says about it."""
+        """Every boat of the fleet in a world, with its keys in the file."""
         if self.is_empty:
             return (Located(_boat(self, world.spawn, "wamv", world.spawn.pose, None), (), ()),)
         frame = self.frame(world)
@@ -353,7 +353,7 @@ def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
 
 
 def _is_far(pose: Pose) -> bool:
-    """Whether a pose in the world has a coordinate beyond what a file may say, or one that is not finite."""
+    """Whether a pose in the world has a coordinate beyond what a file may give, or one that is not finite."""
     return not all(abs(value) <= MAX_COORDINATE for value in pose[:3]) or not math.isfinite(pose[5])
 
 
@@ -403,7 +403,7 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
 
 
 def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
-    """The thrusters that somebody says, or else the world's, or else the robot's first; None: it has no layouts."""
+    """The thrusters that the boat or fleet has, or else the world's, or else the robot's first; None: it has no layouts."""
     said = next((level.thrusters for level in levels if level.thrusters), None)
     if said is not None:
         return said
@@ -412,7 +412,7 @@ def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: Sp
 
 
 def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
-    """The sensors that somebody says, or else those of a component file, or else the world's for its own robot."""
+    """The sensors that the boat or fleet has, or else those of a component file, or else the world's for its own robot."""
     for level in levels:
         if level.sensors is not None or level.components is not None:
             return level.sensors
@@ -426,9 +426,9 @@ class Slot(NamedTuple):
     pose: Pose
     entry: BoatEntry | None
     where: Loc
-    """What puts the boat where it is."""
+    """The key of its pose."""
     own: Loc
-    """What says something about this boat alone; () if nothing does."""
+    """The key of this boat alone; () if it has none."""
 
 
 def slots(fleet: FleetConfig, seed: int) -> list[Slot]:

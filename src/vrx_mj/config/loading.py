@@ -137,7 +137,7 @@ def _message(details: ErrorDetails) -> str:
 
 
 Context = Mapping[str, Any]
-"""What pydantic says of an error besides its type and the value."""
+"""Details of a pydantic error besides its type and the value."""
 Sentence = Callable[[object, Context], str]
 
 

@@ -236,7 +236,7 @@ class ObjectConfig(Config):
 
     @property
     def kind(self) -> Literal["floating", "static", "composite"]:
-        """What this is: it floats, it stands, or it is made of other objects."""
+        """Whether it floats, is static, or is made of other objects."""
         if self.objects or self.docks:
             return "composite"
         return "static" if self.static else "floating"

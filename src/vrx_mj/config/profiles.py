@@ -1,4 +1,4 @@
-"""The profiles of physics: VRX classic's and VRX 3's, and what a world of each has where its file says nothing."""
+"""The profiles of physics: VRX classic's and VRX 3's, and their defaults."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -22,7 +22,7 @@ def physics_of_profile(data: object) -> object:
 
 
 def world_of_profile(data: object) -> object:
-    """A world's file with its profile's sea where it says nothing of it."""
+    """A world's file with its profile's defaults of the sea."""
     if not isinstance(data, Mapping) or not isinstance(data.get("physics"), Mapping):
         return data
     sea, profile = data.get("sea"), data["physics"].get("profile")

@@ -1,4 +1,4 @@
-"""Kinds of boats: a URDF or xacro, and the small YAML beside it that says what a URDF cannot.
+"""Kinds of boats: a URDF or xacro, and the small YAML beside it for what a URDF cannot give.
 
 A robot with a name is a folder with `robot.yaml`; a path leads to such a file, or to a `.urdf` or `.xacro`, whose
 YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boat.urdf.xacro`.
@@ -83,7 +83,7 @@ class RudderEntry(Config):
     center: Vec3 = (0.0, 0.0, 0.0)
     """Centre of pressure in the frame of the joint's child link [m]."""
     propeller: Name | None = None
-    """Thruster in whose race it stands."""
+    """Thruster in whose race it is."""
     propeller_diameter: Positive | None = None
     """Diameter of that thruster's propeller [m]."""
     race_share: Share = 1.0
@@ -127,7 +127,7 @@ class HydrodynamicsEntry(Config):
 
     @property
     def said(self) -> dict[str, Any]:
-        """What it says, by field."""
+        """The fields that it gives."""
         return {key: value for key, value in self if value is not None}
 
 
@@ -143,7 +143,7 @@ class DriveEntry(Config):
 
     @property
     def said(self) -> dict[str, object]:
-        """What it says, by field."""
+        """The fields that it gives."""
         return {key: value for key, value in self if value is not None}
 
 
@@ -161,7 +161,7 @@ class ProfileEntry(Config):
 
 
 class Profiles(Config):
-    """Profiles of physics that a robot's file can tell something of."""
+    """Profiles of physics for which a robot's file may differ."""
 
     vrx3: ProfileEntry = ProfileEntry()
     """What is different in worlds of profile vrx3."""
@@ -174,7 +174,7 @@ class RobotConfig(Config):
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
     urdf: str
-    """The `.urdf` or `.xacro`, relative to the file that says so."""
+    """The `.urdf` or `.xacro`, relative to this file."""
     _urdf_folder: Path | None = PrivateAttr(None)
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
@@ -229,7 +229,7 @@ class RobotConfig(Config):
             return self.layouts[name]
         if self.layouts:
             raise UnknownNameError("thruster layout", name, self.layouts)
-        raise VrxError(f"not allowed for robot {robot}, whose own files say where its thrusters are; remove it")
+        raise VrxError(f"not allowed for robot {robot}, whose own files place its thrusters; remove it")
 
     @property
     def description_file(self) -> Path:
@@ -253,7 +253,7 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
 
 
 def robot_section(name: str, near: Path | None = None) -> Section | None:
-    """What the YAML of a robot says, with its places; None for a URDF or xacro that has none beside it."""
+    """The content of a robot's YAML, with places; None for a URDF or xacro without one."""
     file = referenced("robots", name, near).absolute()
     if not file.name.lower().endswith(DESCRIPTIONS):
         return read_source("robots", file)

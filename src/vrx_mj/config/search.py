@@ -47,7 +47,7 @@ _WAITS_FOR_NOBODY = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | 
 
 
 class ReadingError(VrxError):
-    """A file that cannot be read; the message says why, without its name."""
+    """A file that cannot be read; the message is the reason, without its name."""
 
 
 def read_limited(file: Path, most: int) -> bytes:
@@ -150,7 +150,7 @@ USES = {
 
 
 def other_kind(kind: str, keys: Iterable[str]) -> str | None:
-    """What a message says of the keys of a file of another kind; None: they may be of this kind."""
+    """The message about the keys of a file of another kind; None: they may be of this kind."""
     given = set(keys)
     if given & MARKS.get(kind, given):
         return None
@@ -159,7 +159,7 @@ def other_kind(kind: str, keys: Iterable[str]) -> str | None:
 
 
 def foreign_file(kind: str, text: str, folder: Path, known: Container[str]) -> str | None:
-    """What a message says of a path of a file that is there, but has not the format of its kind; None: it is not there.
+    """The message about the path of a file that is there, but in another format than its kind's; None: it is not there.
 
     Args:
         kind: kind of file that is needed, as `worlds`.
@@ -192,7 +192,7 @@ def _by_root(file: Path) -> str | None:
 
 
 def vrx_world(name: str, known: Container[str]) -> str | None:
-    """What a message says of a name that VRX has for a launch file or a world; None: it has no such name."""
+    """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
     base = Path(name).name
     stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
     ending = base[len(stem) :]
@@ -275,7 +275,7 @@ def package_name(folder: Path) -> str | None:
 
 
 def ros_package_paths() -> tuple[Path, ...]:
-    """Folders that are ROS packages or hold them, as ROS_PACKAGE_PATH and AMENT_PREFIX_PATH say."""
+    """Folders that are ROS packages or hold them, from ROS_PACKAGE_PATH and AMENT_PREFIX_PATH."""
     return (*_crawled(os.environ.get(CLASSIC, "")), *_shared(os.environ.get(NEWER, "")))
 
 
@@ -344,7 +344,7 @@ def is_path(source: str | Path) -> bool:
 def find(kind: str, name: str, near: Path | None = None, skip: Path | None = None) -> Path:
     """The first file of this kind and name along the search path, `skip` excepted.
 
-    The path is the current folder, `near` (the folder of the file that says the name), the entries of
+    The path is the current folder, `near` (the folder of the file that gives the name), the entries of
     VRX_MJ_PATH, and our own; in each DIR, DIR/NAME, DIR/KIND/NAME and DIR/assets/KIND/NAME with its suffix.
     """
     if _is_name(name):
@@ -367,7 +367,7 @@ def refuse_foreign(kind: str, text: str, folder: Path, known: Container[str] = (
 def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     """Every name of this kind along the search path, sorted, with its file.
 
-    A file straight in the current folder can be named too, but nobody can tell its kind: it is not listed.
+    A file straight in the current folder can be named too, but it may be of any kind: it is not listed.
     """
     if kind not in KINDS:
         raise UnknownNameError("kind of file", kind, KINDS)

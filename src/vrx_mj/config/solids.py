@@ -16,7 +16,7 @@ __all__ = ["Solid", "solid", "solid_of_mesh"]
 
 
 SEGMENTS = 64
-"""Sides of the prism that stands for a cylinder; it has the cylinder's volume."""
+"""Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
 MOST_PIECES = 100
 """Loose pieces of a mesh that are looked at one by one; those of more are one."""
 SEAM = 1e-6

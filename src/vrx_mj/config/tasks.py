@@ -165,7 +165,7 @@ class TaskConfig(Config):
 
     @property
     def section(self) -> Section:
-        """What the file says, where it says it."""
+        """The content of the file, with places."""
         assert self._section is not None, "not read by read_task"
         return self._section
 
@@ -257,7 +257,7 @@ class FollowPathTask(TaskConfig, ChannelConfig):
 
 
 class DockTask(TaskConfig):
-    """Dock, as the light buoy and the placards tell; deliver balls through holes."""
+    """Dock where the light buoy and the placards demand it; deliver balls through holes."""
 
     scores: ClassVar[str] = "points of the colours, the docking and the balls; higher is better"
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]

@@ -1,4 +1,4 @@
-"""What a file says, with where it says it: sections and lists whose entries know their line and column."""
+"""The content of a file with its places: sections and lists whose entries know their line and column."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ APPENDED = ("objects", "docks")
 REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
 ASSEMBLED = {"robot": ("thrusters", "components", "sensors")}
-"""Keys that say something of another one's value: a file with another robot takes none of them from its base."""
+"""Keys that depend on another one's value: a file with another robot takes none of them from its base."""
 USUAL = {"robot": "wamv"}
-"""Values of such keys where a file says none."""
+"""Default values of such keys."""
 DEEPEST = 40
 """Levels of nesting that a file or a dict may have."""
 
@@ -39,7 +39,7 @@ class Place(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """Where a key and its value stand."""
+    """Places of a key and of its value."""
 
     key: Place
     value: Place
@@ -59,7 +59,7 @@ class Section(dict[str, Any]):
         return self.place.file.folder
 
     def folder_of(self, key: str) -> Path | None:
-        """The folder in which a relative path of a key starts: that of the file that says it, which may be the base."""
+        """The folder in which a relative path of a key starts: that of the file that has the key, which may be the base."""
         return self.entries[key].value.file.folder if key in self.entries else self.folder
 
 
@@ -97,9 +97,9 @@ def of_python(value: object, file: File, depth: int = 0) -> Any:
 def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> Section:
     """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
 
-    A task of another type replaces that of the base; what a base says of its robot is not said of another one.
+    A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
     """
-    base = _without_furniture(base, over)
+    base = _without_dependent(base, over)
     values, entries = {**base, **over}, {**base.entries, **over.entries}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
@@ -112,8 +112,8 @@ def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> 
     return Section(values, over.place, entries)
 
 
-def _without_furniture(base: Section, over: Section) -> Section:
-    """The base without what it says of a value that `over` replaces by another."""
+def _without_dependent(base: Section, over: Section) -> Section:
+    """The base without the keys that depend on a value which `over` replaces by another."""
     gone = {
         key
         for owner, keys in ASSEMBLED.items()
@@ -129,7 +129,7 @@ def _differ(old: Section, new: Section) -> bool:
 
 
 def locate(root: Section, loc: Loc) -> tuple[Place, Loc]:
-    """Where the thing at `loc` stands, and its path in its own file.
+    """The place of the value at `loc`, and its path in its own file.
 
     A step that the file does not have is skipped, unless it is the last and a key: that is one missing there.
     """

@@ -28,7 +28,7 @@ def shown(value: object) -> str:
 
 
 def choice(value: object, allowed: Sequence[str]) -> str:
-    """What to say about a value that is none of the allowed ones."""
+    """The message about a value that is not among the allowed ones."""
     close = nearest(value, allowed) if isinstance(value, str) else None
     hint = f"; did you mean '{close}'?" if close else ""
     return f"expected {one_of(allowed)}, got {shown(value)}{hint}"
@@ -40,7 +40,7 @@ def one_of(allowed: Sequence[str]) -> str:
 
 
 def unknown_key(key: str, known: Iterable[str]) -> str:
-    """What to say about a key that the place does not have."""
+    """The message about a key that the place does not have."""
     names = tuple(known)
     close = nearest(key, names)
     if ":" in key:

@@ -273,7 +273,7 @@ class WorldConfig(Config):
 
     @property
     def section(self) -> Section:
-        """What the file says, where it says it."""
+        """The content of the file, with places."""
         assert self._section is not None, "not read by load_world"
         return self._section
 
@@ -319,7 +319,7 @@ def load_world(source: Source) -> WorldConfig:
 
 
 def _without_effect(world: WorldConfig) -> Iterator[str]:
-    """What a file says that changes nothing, for another key says so."""
+    """Warnings of keys that have no effect because of another key."""
     sea, fog = world.sea, world.scene.fog
     if sea.model == "pms" and sea.amplitude:
         yield f"sea.amplitude {sea.amplitude:g} has no effect in a pms sea; write `gain`, or `model: cwr`"

@@ -129,7 +129,7 @@ def _blank(match: re.Match[str]) -> str:
 
 
 def _without_comment(line: str) -> str:
-    """The line up to its comment; a '#' inside quotes is none."""
+    """The line up to its comment; a '#' inside quotes begins none."""
     at = 0
     while found := _QUOTE_OR_COMMENT.search(line, at):
         if found[0] == "#":
@@ -176,7 +176,7 @@ def _advice(character: str) -> str:
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
 LONGEST_INT = 300
-"""Digits of a whole number; any longer one is no float either."""
+"""Digits of a whole number; any longer one does not fit a float either."""
 MAX_LINES = 200_000
 """Most lines of a file."""
 MAX_ODD = 1000

@@ -12,7 +12,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 from vrx_mj.mjcf.compile import compile_world
 
-MESSAGE = "not allowed for robot ./mine.urdf, whose own files say where its thrusters are; remove it"
+MESSAGE = "not allowed for robot ./mine.urdf, whose own files place its thrusters; remove it"
 
 
 @pytest.fixture(autouse=True)

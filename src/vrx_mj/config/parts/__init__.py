@@ -1,1 +1,1 @@
-"""VRX's thruster and component files: what they may say, what it means, and whether it is legal."""
+"""VRX's thruster and component files: their keys, what these mean, and whether they are legal."""

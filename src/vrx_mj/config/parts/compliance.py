@@ -145,7 +145,7 @@ def _distance(spot: Spot) -> float:
 
 
 class TypeRules(Config):
-    """What the rules say about a type of part."""
+    """The rules of a type of part."""
 
     most: Annotated[int, Field(ge=0)]
     """Most parts of this type."""
@@ -189,7 +189,7 @@ def load_rules(name: str) -> Rules:
     """The set of rules of this name.
 
     Raises:
-        UnknownNameError: there is no such set.
+        UnknownNameError: no set has that name.
     """
     known = rule_sets()
     if name not in known:
@@ -262,7 +262,7 @@ class Breach:
 
 @dataclass(frozen=True)
 class PartVerdict:
-    """What the rules say about one part."""
+    """The verdict of the rules on one part."""
 
     instance: Instance
     kind: Kind
@@ -287,7 +287,7 @@ class PartVerdict:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a set of rules says about a boat."""
+    """The verdicts of a set of rules on a boat."""
 
     rules: Rules
     parts: tuple[PartVerdict, ...]
@@ -306,7 +306,7 @@ def judge(components: PartsFile | None, thrusters: PartsFile | None, rules: str 
     """Judge the parts of a boat; a file that is None is left out.
 
     Raises:
-        UnknownNameError: there is no such set of rules.
+        UnknownNameError: no set of rules has that name.
     """
     book = load_rules(rules)
     files = [file for file in (components, thrusters) if file is not None]

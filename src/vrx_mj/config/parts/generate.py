@@ -118,8 +118,8 @@ def wamv_urdf(
         package_paths: where its packages are.
 
     Raises:
-        UnknownNameError: there is no such argument or layout.
-        VrxError: the namespace is no name.
+        UnknownNameError: an argument or the layout is unknown.
+        VrxError: the namespace is not a name.
         ConfigError: what the files ask for cannot be expanded.
     """
     given = {**(arguments or {})}

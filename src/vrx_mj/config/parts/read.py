@@ -199,7 +199,7 @@ FULL_TURN = 2.0 * math.pi
 
 
 def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
-    """Parameters of a valid part that VRX accepts and nobody means, each with a warning."""
+    """Warnings of parameters of a valid part that VRX accepts and that are hardly meant."""
     yield from _angles(instance)
     yield from _post(instance)
     kind = instance.parameters.get("type", LIDAR_TYPES[0])
@@ -231,7 +231,7 @@ def _post(instance: Instance) -> Iterator[tuple[str, str]]:
         return
     height, foot = (float(instance.parameters.get(key, part.default(key) or 0.0)) for key in ("z", "post_z_from"))
     length = height - foot - part.drop
-    if length < -1e-9:  # what rounding leaves of zero is no length
+    if length < -1e-9:  # rounding may leave a little of zero
         least = foot + part.drop
         yield (
             "z",
@@ -275,7 +275,7 @@ class _Reading:
     kind: Kind
     parts: list[tuple[Loc, Instance]] = field(default_factory=list)
     places: dict[Loc, Place] = field(default_factory=dict)
-    """Where values of parameters stand."""
+    """Places of the values of parameters."""
     problems: list[Problem] = field(default_factory=list)
     stops: list[Problem] = field(default_factory=list)
 
@@ -316,7 +316,7 @@ def _read_type(reading: _Reading, section: Section, key: str) -> None:
 
 
 def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:
-    """Path, value and place of each entry of a type's list; a mapping stands for a list of one."""
+    """Path, value and place of each entry of a type's list; a mapping counts as a list of one."""
     value, place = section[key], section.entries[key].value
     if isinstance(value, Items):
         yield from (((key, i), item, where) for i, (item, where) in enumerate(zip(value, value.places, strict=True)))
@@ -387,7 +387,7 @@ def _check_names(reading: _Reading) -> None:
         name, key = name_of(instance), name_key(instance)
         place = reading.places.get((*loc, key), instance.place)
         if (*loc, key) in reading.places and key not in instance.parameters:
-            continue  # a name that is no name was complained about
+            continue  # an invalid name is a problem already
         if name in seen:
             default = "" if key in instance.parameters else ", as this one is by default"
             message = f"the part on line {seen[name].line} is named '{name}'{default}; each needs its own name"

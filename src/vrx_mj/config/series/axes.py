@@ -51,7 +51,7 @@ class Series:
     stem: str
     """What the names of its worlds begin with, before their number."""
     root: Section
-    """What the file says, where it says it."""
+    """The content of the file, with places."""
     axes: tuple[Axis, ...]
 
     @property

@@ -119,7 +119,7 @@ class Tag:
     element: Any
     call: Call
     key: str
-    """Name of the parameter that it stands in."""
+    """Name of the parameter that it is in."""
 
     @property
     def name(self) -> str:
@@ -149,7 +149,7 @@ class Tag:
         return "".join(found[0].element.itertext()).strip() if found else None
 
     def required(self, name: str) -> str:
-        """The same of an element that must be there, and say something."""
+        """The same of an element that is required, and may not be empty."""
         text = self.text(name)
         if not text:
             raise self.fault(f"<{self.name}> needs a <{name}>")
@@ -236,7 +236,7 @@ class At(NamedTuple):
 
 
 class Given:
-    """What a call says, and what its macro says otherwise."""
+    """The arguments of a call, and the defaults of its macro."""
 
     def __init__(self, call: Call, defaults: Mapping[str, object], blocks: Sequence[str]) -> None:
         self.call = call
@@ -300,7 +300,7 @@ class Given:
 
 
 def located(value: object, place: Place) -> Any:
-    """Dicts and lists as sections and items that stand at `place`, but for what an `At` puts elsewhere."""
+    """Dicts and lists as sections and items at `place`, but for what an `At` puts elsewhere."""
     if isinstance(value, At):
         return located(value.value, value.place)
     if isinstance(value, dict):

@@ -51,7 +51,7 @@ TASK_DEFAULTS: Mapping[str, Parameters] = {
     "scan_dock_deliver": {
         **_DOCK,
         "model_name": "robotx_dock_2022",
-        "uri": "dock_2022",  # VRX's says dock_2018, which has neither a third bay nor holes
+        "uri": "dock_2022",  # VRX's is dock_2018, which has neither a third bay nor holes
         "bay3_allowed": False,
         "bay3_symbol": "blue_cross",
         "color_1": "blue",
@@ -105,20 +105,20 @@ def nav_challenge(given: Given) -> dict[str, object]:
 
 
 def dock(given: Given) -> dict[str, object]:
-    """Dock at a dock of two bays; with a light buoy, as it tells."""
+    """Dock at a dock of two bays; with a light buoy, as its colours demand."""
     kind = "scan_and_dock" if given.switch("light_buoy_present").value else "dock"
     return _docking(given, kind, 2, {})
 
 
 def scan_dock_deliver(given: Given) -> dict[str, object]:
-    """Dock at a dock of three bays as the light buoy tells, and throw balls."""
+    """Dock at a dock of three bays as the light buoy's colours demand, and throw balls."""
     return _docking(given, "scan_dock_deliver", 3, _SHORT)
 
 
 def scan_and_dock(_: Given) -> dict[str, object]:
-    """Dock as the light buoy tells, at fixed places.
+    """Dock as the light buoy's colours demand, at fixed places.
 
-    VRX's macro says nothing of symbols, and its bays never hear of a boat. The symbol that is right by its colours, red
+    VRX's macro has no symbols, and its bays never detect a boat. The symbol that is right by its colours, red
     then blue, is a red cross; the other placard has the blue circle that placards start with.
     """
     bays = [
@@ -279,7 +279,7 @@ def made(call: Call) -> Piece:
     """What a call makes.
 
     Raises:
-        ConfigError: there is no such macro, or it does not take what the call gives.
+        ConfigError: the macro is unknown, or does not take what the call gives.
     """
     macro = MACROS.get(call.macro)
     if macro is None:

@@ -34,7 +34,7 @@ class SeriesWorld:
     coordinate: dict[str, int]
     """The step of each axis."""
     section: Section
-    """What its file says."""
+    """The content of its file."""
     side: Any
     """What is written to a file beside it; None: nothing."""
     stale: bool
@@ -42,7 +42,7 @@ class SeriesWorld:
 
 
 def world_source(source: Source) -> tuple[Section, str]:
-    """What the file of a world says, and the world's name, from a name, a path, `FILE#k` or a mapping.
+    """The content of a world's file, and the world's name, from a name, a path, `FILE#k` or a mapping.
 
     Raises:
         ConfigError: the file is wrong, or is not there.
@@ -182,7 +182,7 @@ _WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def world_text(series: Series, world: SeriesWorld) -> str:
-    """The file of a world: YAML under a comment that says where it is from, with VRX's line of the coordinate."""
+    """The file of a world: YAML under a comment with its origin, and with VRX's line of the coordinate."""
     return _head(series, world) + (STALE if world.stale else "") + _dumped(_plain(world.section))
 
 

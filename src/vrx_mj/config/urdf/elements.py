@@ -104,7 +104,7 @@ class Node:
         return node
 
     def attribute(self, name: str) -> str | None:
-        """An attribute's text, without blanks around it; None if there is none."""
+        """An attribute's text, without blanks around it; None without one."""
         value = self.element.get(name)
         return None if value is None else str(value).strip()
 
@@ -154,7 +154,7 @@ class Node:
         return node._parsed(text, "", labels, **limits) or tuple(default)
 
     def flag(self, tag: str, default: bool) -> bool:
-        """A child that says true or false."""
+        """A child that is true or false."""
         node, text = self.child(tag), self.text(tag)
         if node is None or not text:
             return default

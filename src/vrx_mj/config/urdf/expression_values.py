@@ -43,7 +43,7 @@ MOST_VALUES = 20_000
 MOST_DIGITS = 300
 """Width and precision of a formatted number, and digits that one is rounded to."""
 LARGEST_BITS = 4096
-"""Of a whole number in an expression; any above 1024 is no float."""
+"""Of a whole number in an expression; a float holds at most 1024."""
 DEEPEST = 20
 """Levels of lists in lists."""
 
@@ -442,5 +442,5 @@ def fatal(*words: object) -> None:
 
 
 def silent(*_: object, **__: object) -> str:
-    """No text, for a message that nobody reads."""
+    """An empty text, for a message that is not shown."""
     return ""

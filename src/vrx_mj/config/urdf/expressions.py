@@ -197,7 +197,7 @@ def _parsed(text: str) -> ast.expr:
 
 
 def _unparsed(text: str, said: str) -> str:
-    """What to say about a text that is no expression."""
+    """The message about a text that is not an expression."""
     hint = "; an expression ends at the first '}'" if "{" in text else ""
     brackets = re.match(r".*(never closed|unmatched|does not match|unterminated)[^(]*", said)
     reason = f": {brackets[0].strip()}" if brackets else ""

@@ -29,7 +29,7 @@ QUADRATIC = {"xUU": 0.0, "yVV": 0.0, "zWW": 0.0, "kPP": 0.0, "mQQ": 0.0, "nRR": 
 WATER_DENSITY = 997.7735
 MAPPINGS = {0.0: "linear", 1.0: "glf"}
 LEAST_THRUST = -1000.0
-"""Smallest command [N] of the newer Gazebo's thrusters, unless a file says so."""
+"""Default smallest command [N] of the newer Gazebo's thrusters."""
 
 
 def read_thrusters(node: Node, scope: Scope) -> list[UrdfThruster]:
@@ -64,7 +64,7 @@ def _thruster(node: Node, timeout: float, scope: Scope) -> UrdfThruster | None:
 
 
 def _steering_joint(urdf: Urdf, propeller: str) -> str | None:
-    """The hinge above a propeller's own, which turns it if no file says what does."""
+    """The hinge above a propeller's own, which turns it if no file names another."""
     above = {joint.child: joint for joint in urdf.joints.values()}
     own = above.get(propeller)
     hinge = above.get(own.parent) if own else None
@@ -216,7 +216,7 @@ def read_uuv_thruster(node: Node, scope: Scope) -> list[UrdfThruster]:
 
 
 def _link(node: Node, tag: str, scope: Scope) -> str:
-    """The link that a child names; empty, with a warning, if there is none."""
+    """The link that a child names; empty, with a warning, without one."""
     name = node.text(tag)
     for known in (name, f"{scope.urdf.namespace}/{name}"):
         if known in scope.urdf.links:
@@ -285,7 +285,7 @@ QUIET_PLUGINS = frozenset({
     "gz-sim-pose-publisher-system",
     "usv_gazebo_joint_state_publisher",
 })  # fmt: skip
-"""Plugins that only tell ROS what is known anyway, or that steer what thrusters steer here."""
+"""Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
 SDF_PARTS = ("link", "joint", "model")
 """SDF inside URDF, with which VRX ties a boat to its place."""
 

@@ -105,7 +105,7 @@ class Scope:
         return f"{wanted}_{number}"
 
     def rate(self, node: Node, tag: str, default: float = 0.0) -> float:
-        """Readings per second; where the file says nothing or 0, Gazebo would read at every step."""
+        """Readings per second; without a rate, or with 0, Gazebo would read at every step."""
         rate = node.value(tag, default, low=0)
         if rate == 0:
             self.warn(node, f"has no {tag}; it is read at {USUAL_RATE:g} Hz, not at every step")
@@ -128,7 +128,7 @@ HOUR = 1 / 3600
 STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
 SHOT_FORCE = 250.0
-"""Force [N] of a launcher that says nothing."""
+"""Default force of a launcher [N]."""
 
 Values = dict[str, Any]
 

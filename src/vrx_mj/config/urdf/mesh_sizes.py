@@ -42,7 +42,7 @@ _LINE_ENDS = tuple(end.encode() for end in ("\n", "\r", "\v", "\f", "\x1c", "\x1
 
 
 def refuse(name: str, reason: str) -> NoReturn:
-    """Tell what is wrong with a mesh."""
+    """Raise the error about a mesh."""
     raise VrxError(f"mesh {name} {reason}")
 
 
@@ -72,7 +72,7 @@ def is_binary_stl(content: bytes) -> bool:
 
 
 def _stl_count(content: bytes) -> int:
-    """Triangles of a binary STL, as its header says."""
+    """Triangles of a binary STL, by its header."""
     count: int = struct.unpack_from("<I", content, _STL_HEAD - 4)[0] if len(content) >= _STL_HEAD else 0
     return count
 
@@ -103,7 +103,7 @@ def sized_obj(name: str, content: bytes) -> bytes:
 
 
 def sized_ply(name: str, content: bytes) -> bytes:
-    """A PLY file whose points and faces are few enough and all there; edges become something that nobody reads."""
+    """A PLY file whose points and faces are few enough and all there; edges become an element that is ignored."""
     end = _PLY_END.search(content, 0, _PLY_HEAD)
     head = content[: end.start()].decode("ascii", "replace").split("\n") if end else []
     if end is None or head[0].strip().lower() != "ply" or len(head) < 2:
@@ -166,7 +166,7 @@ class _OddError(Exception):
 
 
 def sized_dae(name: str, content: bytes) -> bytes:
-    """A Collada file whose shapes are few enough, each place of one counted, without what is no shape."""
+    """A Collada file whose shapes are few enough, each place of one counted, without what is not a shape."""
     from lxml import etree
 
     try:
@@ -186,7 +186,7 @@ def sized_dae(name: str, content: bytes) -> bytes:
 
 
 def _check_text(content: bytes) -> None:
-    """Collada is XML, in which a short text can stand for a huge one."""
+    """Collada is XML, in which a short text can expand to a huge one."""
     encoding = _ENCODING.match(content)
     known = encoding is None or encoding[1].decode("ascii", "replace").lower() in _KNOWN_ENCODINGS
     if not known or not content.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<"):
@@ -199,7 +199,7 @@ def _check_text(content: bytes) -> None:
 
 
 def _strip(root: Any) -> None:
-    """Remove what is no shape and no colour of one."""
+    """Remove what is neither a shape nor a colour of one."""
     for part in list(root):
         if _tag(part) not in _COLLADA_USED:
             root.remove(part)
@@ -284,7 +284,7 @@ Tree = Mapping[str, Any]
 
 
 def sized_glb(name: str, content: bytes) -> bytes:
-    """A glTF file whose sizes are those of its data and few enough, without what is no mesh."""
+    """A glTF file whose sizes are those of its data and few enough, without what is not a mesh."""
     try:
         text, binary = _chunks(content)
         tree = _plain(json.loads(text))

@@ -60,7 +60,7 @@ class MeshFiles:
         return enclosing_packages(self.folder.absolute())
 
     def find(self, name: str) -> tuple[Path, str]:
-        """The folder and the path inside it of a mesh, from what a `filename` says."""
+        """The folder and the path inside it of a mesh, from a `filename`."""
         text = unquote(name)
         if "\\" in text or "\0" in text or PureWindowsPath(text).drive:
             raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
@@ -103,7 +103,7 @@ class MeshFiles:
                 yield path
 
     def _bases(self, text: str = "") -> list[Path]:
-        """The folders that may be read for what a `filename` says."""
+        """The folders that may be read for a `filename`."""
         package = _PACKAGE.fullmatch(text)
         above = package_above(self.folder.absolute(), package[2]) if package else None
         return [
@@ -127,7 +127,7 @@ class MeshFiles:
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:
-    """A URDF's text that says of each mesh that is found where it is, as `file:///...`; the others stay as they are."""
+    """A URDF's text with the place of each mesh that is found, as `file:///...`; the others stay as they are."""
 
     def with_uri(found: re.Match[str]) -> str:
         try:

@@ -66,7 +66,7 @@ class Located(str):
 
 
 def place_of(element: Any) -> Place:
-    """Where an element, or what it was copied from, stands in a file."""
+    """The place of an element, or of what it was copied from."""
     place: Place = element.getUserData("place")
     return place
 

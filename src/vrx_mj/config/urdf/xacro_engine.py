@@ -48,7 +48,7 @@ _LONGEST_MESSAGE = 300
 _PIECE = re.compile(
     r"\$(?P<plain>\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<substitution>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
 )
-"""A piece of a text: `$${` stands for `${`."""
+"""A piece of a text: `$${` means `${`."""
 _DEFAULT = re.compile(
     r"^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"
     r"(\$\{.*?\}|\$\(.*?\)|(?>'[^']*'|\"[^\"]*\"|[^\s'\"]+)+|)(?:\s+|$)(.*)",

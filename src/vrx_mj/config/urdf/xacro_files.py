@@ -163,7 +163,7 @@ class Substitutions:
         self.budget = budget
 
     def resolve(self, text: str, folder: Path) -> str:
-        """The text that stands for `$(text)` in a file in `folder`."""
+        """The value of `$(text)` in a file in `folder`."""
         command, *words = text.split() or [""]
         if command == "eval":
             return str(self._evaluated(text.strip()[len("eval") :], folder))

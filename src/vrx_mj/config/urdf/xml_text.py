@@ -80,7 +80,7 @@ def _parsed(text: str, file: str) -> Any:
 
 
 def _reworded(text: str) -> str:
-    """What libxml2 says, in plain words; its place is told elsewhere."""
+    """The message of libxml2 in plain words, without its place."""
     text = re.sub(r", line \d+, column \d+.*", "", text, flags=re.DOTALL)
     for pattern, words in _REWORDED:
         text = re.sub(pattern, words, text)
@@ -115,7 +115,7 @@ def in_namespace(text: str, namespace: str) -> str:
 
 
 def namespace_of(text: str) -> str:
-    """The namespace of a URDF's root link; empty if it has none, and for text that is no robot."""
+    """The namespace of a URDF's root link; empty if it has none, and for text that is not a robot."""
     try:
         robot = parse_robot(text, "robot_description")
     except ConfigError:
