@@ -403,7 +403,7 @@ def _boat(fleet: FleetConfig, spawn: SpawnConfig, name: str, pose: Pose, entry: 
 
 
 def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: SpawnConfig) -> str | None:
-    """The thrusters that the boat or fleet has, or else the world's, or else the robot's first; None: it has no layouts."""
+    """The thrusters of the boat or fleet, else the world's, or else the robot's first; None: it has no layouts."""
     said = next((level.thrusters for level in levels if level.thrusters), None)
     if said is not None:
         return said
@@ -412,7 +412,7 @@ def _layout(levels: Sequence[_Built], robot: str, folder: Path | None, spawn: Sp
 
 
 def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[str, ...] | None:
-    """The sensors that the boat or fleet has, or else those of a component file, or else the world's for its own robot."""
+    """The sensors of the boat or fleet, or else those of a component file, or else the world's for its own robot."""
     for level in levels:
         if level.sensors is not None or level.components is not None:
             return level.sensors

@@ -59,7 +59,7 @@ class Section(dict[str, Any]):
         return self.place.file.folder
 
     def folder_of(self, key: str) -> Path | None:
-        """The folder in which a relative path of a key starts: that of the file that has the key, which may be the base."""
+        """The folder in which a relative path of a key starts: that of the file with the key, which may be the base."""
         return self.entries[key].value.file.folder if key in self.entries else self.folder
 
 
