@@ -13,6 +13,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PrivateAttr,
     ValidationError,
     model_validator,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "Config",
     "Coordinate",
     "Folder",
+    "FromFile",
     "Latitude",
     "Longitude",
     "Name",
@@ -135,6 +137,18 @@ class Config(BaseModel):
                     raise faults(((own,), unknown_key(own, keys_of(cls))))
                 plain[own] = data.folder_of(cls.folder_keys.get(own, ""))
         return plain
+
+
+class FromFile(Config):
+    """The content of a file, which knows its places."""
+
+    _section: Section | None = PrivateAttr(default=None)
+
+    @property
+    def section(self) -> Section:
+        """The content of the file, with places."""
+        assert self._section is not None, "not read from a file"
+        return self._section
 
 
 def keys_of(model: type[Config]) -> list[str]:

@@ -12,7 +12,6 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
-    PrivateAttr,
     Tag,
     field_validator,
     model_validator,
@@ -25,6 +24,7 @@ from vrx_mj.config.base import (
     Config,
     Coordinate,
     Folder,
+    FromFile,
     Name,
     Pose,
     Positive,
@@ -39,7 +39,7 @@ from vrx_mj.config.parts.read import load_parts
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import contained, is_path
-from vrx_mj.config.tree import File, Section, of_python
+from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
 from vrx_mj.errors import ConfigError
@@ -263,7 +263,7 @@ Heading = Annotated[
 ]
 
 
-class FleetConfig(_Built):
+class FleetConfig(_Built, FromFile):
     """A fleet's file. Boats are numbered `wamv1 ... wamvN` unless `boats` names them."""
 
     name: str = "fleet"
@@ -294,14 +294,6 @@ class FleetConfig(_Built):
     """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
     """What is different about single boats, and boats with names and poses of their own."""
-
-    _section: Section | None = PrivateAttr(default=None)
-
-    @property
-    def section(self) -> Section:
-        """The content of the file, with places."""
-        assert self._section is not None, "not read by load_fleet"
-        return self._section
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:

@@ -101,7 +101,16 @@ class RudderEntry(Config):
         return self
 
 
-class HydrodynamicsEntry(Config):
+class _Partial(Config):
+    """Fields that may be left out."""
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """The fields that it gives."""
+        return {key: value for key, value in self if value is not None}
+
+
+class HydrodynamicsEntry(_Partial):
     """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
     water_level: float | None = None
@@ -125,13 +134,8 @@ class HydrodynamicsEntry(Config):
     hulls: tuple[HullConfig, ...] | None = None
     """Floats that are lifted at points, instead of two half-cylinders."""
 
-    @property
-    def said(self) -> dict[str, Any]:
-        """The fields that it gives."""
-        return {key: value for key, value in self if value is not None}
 
-
-class DriveEntry(Config):
+class DriveEntry(_Partial):
     """What all thrusters of a robot can do."""
 
     max_force_forward: NonNegative | None = None
@@ -140,11 +144,6 @@ class DriveEntry(Config):
     """Smallest force [N]."""
     max_angle: NonNegative | None = None
     """Largest steering angle either way [rad]."""
-
-    @property
-    def said(self) -> dict[str, object]:
-        """The fields that it gives."""
-        return {key: value for key, value in self if value is not None}
 
 
 class ProfileEntry(Config):

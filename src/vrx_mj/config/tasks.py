@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import BeforeValidator, Field, PrivateAttr, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
     Config,
     Coordinate,
+    FromFile,
     Latitude,
     Longitude,
     NonNegative,
@@ -139,7 +140,7 @@ class AnimalConfig(Config):
     counterclockwise."""
 
 
-class TaskConfig(Config):
+class TaskConfig(FromFile):
     """What all tasks have."""
 
     scores: ClassVar[str]
@@ -160,14 +161,6 @@ class TaskConfig(Config):
     """Dead time after a counted collision [s]."""
     locked: Switch = True
     """Whether the boat is held in surge, sway and yaw until the task is ready."""
-
-    _section: Section | None = PrivateAttr(default=None)
-
-    @property
-    def section(self) -> Section:
-        """The content of the file, with places."""
-        assert self._section is not None, "not read by read_task"
-        return self._section
 
     @property
     def geodetic(self) -> tuple[str, ...]:

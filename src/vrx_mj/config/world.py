@@ -6,12 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, PrivateAttr, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
 from vrx_mj.config.base import (
     Config,
     Folder,
+    FromFile,
     Latitude,
     Longitude,
     NonNegative,
@@ -32,7 +33,6 @@ from vrx_mj.config.scene import MarkersConfig, SceneConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.series.worlds import world_source
 from vrx_mj.config.tasks import Task
-from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
@@ -231,7 +231,7 @@ class SpawnConfig(Config):
         return value
 
 
-class WorldConfig(Config):
+class WorldConfig(FromFile):
     """A world's file, on top of those that it extends."""
 
     folder_keys: ClassVar = {"folder": "terrain"}
@@ -268,14 +268,6 @@ class WorldConfig(Config):
     """Pose of the view that a recording opens with [m, rad]."""
     seed: Seed = 0
     """Seed of everything random, unless a run is given another."""
-
-    _section: Section | None = PrivateAttr(default=None)
-
-    @property
-    def section(self) -> Section:
-        """The content of the file, with places."""
-        assert self._section is not None, "not read by load_world"
-        return self._section
 
     @model_validator(mode="before")
     @classmethod

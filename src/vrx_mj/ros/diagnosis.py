@@ -11,7 +11,7 @@ import mujoco
 
 from vrx_mj.errors import nearest
 from vrx_mj.model import boats as model
-from vrx_mj.runtime.hull import Thruster
+from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
@@ -253,7 +253,7 @@ class Diagnosis:
             free = f"t = {task['ready_time']:g} s"
             self._once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
 
-    def pushed(self, boat: str, thruster: Thruster, force: float) -> None:
+    def pushed(self, boat: str, thruster: Propeller, force: float) -> None:
         """See whether a thruster can give a force [N]."""
         least, most = -thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:

@@ -13,7 +13,7 @@ from vrx_mj.physics.tables import NEWTONS, RUDDER, THRUSTER, Record
 from vrx_mj.physics.thrust import force_point, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
-__all__ = ["Hull", "Rudder", "Thruster", "hull_of", "thrusters"]
+__all__ = ["Hull", "Propeller", "Rudder", "hull_of", "thrusters"]
 
 
 Six = tuple[float, float, float, float, float, float]
@@ -127,7 +127,7 @@ DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
 
 
 @dataclass(frozen=True)
-class Thruster:
+class Propeller:
     """A propeller that pushes along a line; the command `NAME_angle` turns that about the vertical."""
 
     name: str
@@ -158,7 +158,7 @@ class Thruster:
         return float(np.interp(force, self._forces, self._commands))
 
 
-def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Thruster]:
+def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Propeller]:
     """A boat's propellers by name; `rows` are those of its thrusters and rudders in the arrays' table."""
     return {name: _thruster(name, arrays.thrusters[row]) for name, row in rows.items() if not _is_rudder(arrays, row)}
 
@@ -167,12 +167,12 @@ def _is_rudder(arrays: LoopArrays, row: int) -> bool:
     return bool(arrays.thrusters["mapping"][row] == RUDDER)
 
 
-def _thruster(name: str, row: Record) -> Thruster:
+def _thruster(name: str, row: Record) -> Propeller:
     drive = {field: row[field].item() for field in DRIVE}
     commands, forces, spread = _tabulated(**drive)
     toward = row["rotation"] @ row["direction"]
     x, y, z = (float(value) for value in force_point(row, 0.0))
-    return Thruster(
+    return Propeller(
         name,
         (x, y, z),
         (float(toward[0]), float(toward[1]), float(toward[2])),

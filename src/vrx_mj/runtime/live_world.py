@@ -18,7 +18,7 @@ from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import Helm
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
-from vrx_mj.runtime.hull import Thruster, thrusters
+from vrx_mj.runtime.hull import Propeller, thrusters
 from vrx_mj.runtime.loop import advance
 from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
 from vrx_mj.runtime.physics_models import PhysicsModels
@@ -72,7 +72,7 @@ class LiveWorld:
         self.seed = world.seed
         self.turn = Turn("simulation")
         self.physics_models = PhysicsModels()
-        self.thrusters: dict[str, dict[str, Thruster]] = {}
+        self.thrusters: dict[str, dict[str, Propeller]] = {}
         self._take(world, loop_arrays_of(world, self.physics_models))
         self.sampler = Sampler(self.arrays.columns, self.arrays.timestep)
         self.sea, self.wind = Sea(self.arrays), Wind(self.arrays)

@@ -9,7 +9,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.hull import Hull, Thruster
+    from vrx_mj.runtime.hull import Hull, Propeller
     from vrx_mj.sensors.readings import Reading
 
 __all__ = ["TASK", "BoatObservation", "Observation"]
@@ -32,7 +32,7 @@ class BoatObservation:
     """Angular velocity p, q, r, (3,) [rad/s], body axes."""
     sensors: Mapping[str, "Reading"] = field(default_factory=dict, repr=False, compare=False)
     """Last readings of the sensors by name, computed when looked up, as in `Simulation.sense`."""
-    thrusters: Mapping[str, "Thruster"] = field(default_factory=dict, repr=False, compare=False)
+    thrusters: Mapping[str, "Propeller"] = field(default_factory=dict, repr=False, compare=False)
     """Thrusters of the boat by name."""
     hull: "Hull | None" = field(default=None, repr=False, compare=False)
     """Mass, drag, size and rudders of the boat."""
