@@ -115,7 +115,7 @@ class Config(BaseModel):
     )
 
     folder_keys: ClassVar[Mapping[str, str]] = {}
-    """Of fields that hold a folder, the key whose relative path starts there; others hold that of the whole section."""
+    """Key whose relative path starts in a folder, by the field of the folder; others hold that of the section."""
 
     @model_validator(mode="before")
     @classmethod

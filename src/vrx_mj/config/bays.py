@@ -49,7 +49,7 @@ OFF: Literal["off"] = "off"
 SHAPES = ("circle", "cross", "triangle", "rectangle")
 RGB = {"red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0), "yellow": (1.0, 1.0, 0.0),
        OFF: (0.0, 0.0, 0.0)}  # fmt: skip
-"""Of lights and symbols, 0 to 1."""
+"""Red, green and blue of the colours of lights and symbols, 0 to 1."""
 LIGHT_PATTERNS = tuple((i, j, k) for i, j, k in product(LIGHT_COLORS, repeat=3) if j not in {i, k})
 """The 36 patterns that shuffling goes through: no colour twice in a row."""
 SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green", "red", "yellow"), SHAPES))
@@ -99,17 +99,17 @@ Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 BLOCKS = (0.5, 1.0, 1.5, 2.0)
 """Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
 MOUTH_GAP = 2.5
-"""From a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
+"""Distance from a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
 ZONE_DEPTH = 1.5
-"""Of the zone outside, along the way out [m]; VRX: dock_2018, dock_2022."""
+"""Length of the zone outside, along the way out [m]; VRX: dock_2018, dock_2022."""
 ZONE_SPILL = 1.5
-"""By how much the zone outside is wider than the bay [m]; VRX: dock_2022."""
+"""Width of the zone outside beyond that of the bay [m]; VRX: dock_2022."""
 BOAT_WIDTH = 2.5
-"""By how much the zone inside is narrower than the bay [m]: a WAM-V's width, as in VRX's dock_2022."""
+"""Width of the zone inside short of that of the bay [m]: a WAM-V's width, as in VRX's dock_2022."""
 ZONE_HEIGHT, ZONE_CENTER = 2.0, 0.25
 """Height of zones and of their middle over the dock's origin [m]; VRX: dock_2022."""
 BOARD_SETBACK = 0.95
-"""From a bay's inner end to the middle of its board [m], at most half a block; VRX: dock_2022."""
+"""Distance from a bay's inner end to the middle of its board [m], at most half a block; VRX: dock_2022."""
 BOARD_CENTER = 1.75
 """Height of a board's middle over the dock's origin [m]; VRX: dock_2016, dock_2022."""
 SYMBOLS_ON = {"placard": (0.07, 2.25), "placard_2022": (0.27, 1.5)}
@@ -118,7 +118,7 @@ Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
 HOLES: tuple[Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
 """Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
 HOLE_HEIGHT = 1.08
-"""Of the holes over the middle of the board [m]."""
+"""Height of the holes over the middle of the board [m]."""
 
 
 class Box(Config):
@@ -198,7 +198,7 @@ class Bay:
     first: Cell
     """Row and column of its corner with the least of both, from 0."""
     last: Cell
-    """Of the opposite corner."""
+    """Cell of the opposite corner."""
     opens: tuple[int, int]
     """Toward which neighbour its mouth is: (-1, 0), (1, 0), (0, -1) or (0, 1), as rows and columns, thus as x and y."""
 

@@ -73,7 +73,7 @@ KEYS = {
     "seed": ("random",),
     "heading": ("circle", "line", "column", "wedge", "grid", "random"),
 }
-"""With which layouts a key goes."""
+"""The layouts that a key goes with."""
 
 Loc = tuple[str | int, ...]
 Fault = tuple[Loc, str]
@@ -93,7 +93,7 @@ class Order:
     folder: Path | None = None
     """Where a relative path of `robot` starts."""
     layout: str | None = None
-    """Of the thrusters, where the robot has layouts."""
+    """Layout of the thrusters, where the robot has layouts."""
     thrusters: Path | None = None
     """VRX's thruster file."""
     components: Path | None = None
@@ -101,7 +101,7 @@ class Order:
     sensors: tuple[str, ...] | None = None
     """Suites or names of sensors; None: the robot's own."""
     profile: str = CLASSIC
-    """Of the world's physics."""
+    """Profile of the world's physics."""
 
 
 class BoatConfig(Config):
@@ -124,7 +124,7 @@ class BoatConfig(Config):
     components_folder: Folder = None
     """Where a relative path of `components` starts."""
     pose: Pose
-    """Of `base_link` in the world [m, rad]."""
+    """Pose of `base_link` in the world [m, rad]."""
     color: Color | None = None
     """Colour of the hull; None: the robot's own."""
     engines: Engines = "fixed"
@@ -164,7 +164,7 @@ class FleetPosition(Config):
     """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
 
     def pose_in(self, headings: Headings) -> Pose:
-        """As a pose [m, rad]; `headings` is the convention of `Y`."""
+        """The place as a pose [m, rad]; `headings` is the convention of `Y`."""
         yaw = 90.0 - self.Y if headings == "compass" else self.Y
         return self.x, self.y, self.z, 0.0, 0.0, math.radians(yaw)
 

@@ -14,7 +14,7 @@ Spot = tuple[float, float]
 """x, y [m]."""
 
 HEIGHT = 0.1
-"""Of a boat's origin over the water at the start [m], as in the published guide."""
+"""Height of a boat's origin over the water at the start [m], as in the published guide."""
 WEDGE = math.pi / 4
 """Angle between the axis of a wedge and each of its arms [rad]: neighbours across the axis are apart too."""
 DENSITY = 0.25
@@ -29,17 +29,17 @@ class Layout:
 
     name: LayoutName
     radius: float
-    """Of the circle [m]."""
+    """Radius of the circle [m]."""
     spacing: float
     """Between neighbours; for random ones at least [m]."""
     start_angle: float
-    """Of the circle's first boat, counter-clockwise from x [rad]."""
+    """Angle of the circle's first boat, counter-clockwise from x [rad]."""
     heading: Facing | float | None
     """A word, or [rad]; None: outward on the circle, drawn for random ones, along x for the others."""
     size: float | None
     """Edge of the square of random ones [m]; None: as large as `DENSITY` wants."""
     seed: int
-    """Of random ones."""
+    """Seed of random layouts."""
 
 
 def spots(layout: Layout, count: int) -> tuple[Spot, ...]:

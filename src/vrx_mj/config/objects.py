@@ -51,7 +51,7 @@ __all__ = [
 ]
 
 POINTS = 8
-"""Of a circle: VRX's follow_plugin.cc."""
+"""Waypoints of a circle: VRX's follow_plugin.cc."""
 
 Point = Annotated[tuple[Coordinate, Coordinate], numbers("x y")]
 

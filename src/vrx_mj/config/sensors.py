@@ -21,7 +21,7 @@ __all__ = [
 
 Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
-"""Of a lidar, at most: so many take 24 MB."""
+"""Most rays of a lidar: so many take 24 MB."""
 _Spread = Annotated[tuple[NonNegative, NonNegative, NonNegative], numbers("x y z")]
 
 

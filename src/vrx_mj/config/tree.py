@@ -68,7 +68,7 @@ class Items(tuple[Any, ...]):  # noqa: SLOT001 - a tuple of any length has no sl
 
     places: tuple[Place, ...]
     numbers: tuple[int, ...]
-    """Of each entry in its own file, which `extends` makes differ from that in the list."""
+    """Number of each entry in its own file; with `extends` it differs from that in the list."""
 
     @classmethod
     def of(cls, values: Iterable[object], places: Iterable[Place], numbers: Iterable[int] | None = None) -> "Items":

@@ -346,7 +346,7 @@ def _shown_tag(tag: str) -> str:
 
 
 class _Builder:
-    """From YAML nodes to sections and items; what is wrong is gathered."""
+    """Builds sections and items of YAML nodes, and gathers what is wrong."""
 
     def __init__(self, file: File, *, loose: bool = False) -> None:
         self.file = file

@@ -30,7 +30,7 @@ class Part:
 
     name: str
     pose: Pose
-    """In the frame of the base link, or of the hinge it hangs on [m, rad]."""
+    """Pose in the frame of the base link, or of the hinge it hangs on [m, rad]."""
     inertial: Inertial | None
     collisions: tuple[Shape, ...]
     visuals: tuple[Visual, ...]
@@ -59,15 +59,15 @@ class AssembledThruster:
 
     name: str
     link: str
-    """Of the engine that turns, or of the propeller if nothing does."""
+    """Link of the engine that turns, or of the propeller if nothing does."""
     joint: str | None
     """What steers; None: nothing does."""
     pose: Pose
-    """Of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
+    """Pose of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
     center: Vector
     """Where the force acts, in the hinge's frame [m]."""
     direction: Vector
-    """Of the force at zero steering, in the hinge's frame."""
+    """Direction of the force at zero steering, in the hinge's frame."""
     drive: ThrusterConfig
     servo: ServoConfig
     parts: tuple[Part, ...]

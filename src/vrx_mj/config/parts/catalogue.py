@@ -32,7 +32,7 @@ class Instance:
     index: int
     """Among those of its type, from 0."""
     parameters: Mapping[str, Any]
-    """As the file has them, in its order: numbers, booleans and texts; `position` and `orientation` are texts.
+    """The parameters in the file's order: numbers, booleans and texts; `position` and `orientation` are texts.
 
     Expressions are worked out, and numbers in quotes are numbers.
     """
@@ -83,7 +83,7 @@ class PartType:
     meaning: str
     parameters: tuple[Parameter, ...]
     drop: float | None = None
-    """Of a part on a post: from its own origin down to the top of the post [m]."""
+    """Height of the origin of a part on a post over the top of the post [m]; None: it has no post."""
 
     def parameter(self, name: str) -> Parameter | None:
         """The parameter of this name, if the type has it."""

@@ -99,7 +99,7 @@ class Spot(NamedTuple):
     point: Point
     box: Box
     distance: float
-    """From where the part is now [m]."""
+    """Distance from the part's present place [m]."""
 
 
 def assigned(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
@@ -157,7 +157,7 @@ class KindRules(Config):
     """The rules for a kind of file."""
 
     boxes: tuple[Box, ...]
-    """In the order in which they are tried."""
+    """The boxes in the order in which they are tried."""
     types: dict[str, TypeRules]
     """Types that a file may have."""
 
@@ -272,7 +272,7 @@ class PartVerdict:
     """The box that took it."""
     breaches: tuple[Breach, ...]
     legal: Spot | None = None
-    """For a part outside every box: the nearest place that would do, if there is any."""
+    """Nearest legal place of a part outside every box; None if there is none, or none is needed."""
 
     @property
     def name(self) -> str:
@@ -291,7 +291,7 @@ class Verdict:
 
     rules: Rules
     parts: tuple[PartVerdict, ...]
-    """In the order of the files, components first."""
+    """Verdicts in the order of the files, components first."""
     reasons: tuple[str, ...]
     """Why it is not legal, each once; empty if it is."""
     generator: GeneratorResult

@@ -23,7 +23,7 @@ __all__ = ["MOST_WORLDS", "Axis", "Series", "looks_like_axes", "read_series"]
 MOST_WORLDS = 10_000
 """Worlds of one file."""
 KEYS = ("steps", "macros", "sequence", "yamls")
-"""Of an axis."""
+"""Keys of an axis."""
 PATCHED = "begins with '+', as in a patch file; remove the '+'"
 
 Loc = tuple[str | int, ...]

@@ -36,7 +36,7 @@ __all__ = [
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
 WORK = 50_000
-"""That the expressions of one world may take, about 1 us each."""
+"""Limit of the work on the expressions of one world, about 1 us each."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class Tag:
         return None if text is None else self.read_numbers(text, f"<{name}>", labels.split())
 
     def read_numbers(self, text: str, where: str, labels: Sequence[str]) -> list[float]:
-        """As many numbers as there are labels."""
+        """One number for each label."""
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
@@ -222,7 +222,7 @@ def read_block(call: Call, key: str) -> Block:
 
 
 REQUIRED = object()
-"""In place of a default: the parameter must be given."""
+"""Marks a parameter without a default, which must be given."""
 SWITCHES = {"true": True, "1": True, "yes": True, "on": True, "false": False, "0": False, "no": False, "off": False}
 LONGEST = 40
 """Characters of a number."""

@@ -258,7 +258,7 @@ class Macro:
     """What a macro takes, and makes."""
 
     part: str
-    """Of a world, of which there is one; objects: of which there may be any number."""
+    """Part of the world that the macro makes; there is one of each, but any number of objects."""
     make: Callable[[Given], dict[str, Any]]
     defaults: Parameters
     blocks: tuple[str, ...] = ()

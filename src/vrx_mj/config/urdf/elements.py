@@ -34,7 +34,7 @@ class Findings:
     """What is wrong with a file, and what is odd in it."""
 
     file: str
-    """As messages call it."""
+    """Name of the file in messages."""
     problems: list[Problem] = field(default_factory=list)
     odd: dict[str, list[str]] = field(default_factory=dict)
     """Things that are legal but suspicious, by their kind."""
@@ -57,7 +57,7 @@ class Node:
     def __init__(self, element: Any, path: str, findings: Findings) -> None:
         self.element = element
         self.path = path
-        """From the root, for messages: "link 'hull' / inertial"."""
+        """Path from the root, for messages: "link 'hull' / inertial"."""
         self.findings = findings
 
     @property

@@ -43,7 +43,7 @@ MOST_VALUES = 20_000
 MOST_DIGITS = 300
 """Width and precision of a formatted number, and digits that one is rounded to."""
 LARGEST_BITS = 4096
-"""Of a whole number in an expression; a float holds at most 1024."""
+"""Most bits of a whole number in an expression; a float holds at most 1024."""
 DEEPEST = 20
 """Levels of lists in lists."""
 

@@ -51,7 +51,7 @@ STAND_INS: dict[str, tuple[Pose, dict[str, Color]]] = {
     "ball_shooter_base.dae": (IDENTITY, {"shooter_base": (0.35, 0.37, 0.40, 1.0)}),
     "ball_shooter_launcher.dae": ((0, 0, 0, 0, 0.261799, 0), {"shooter_launcher": (0.85, 0.48, 0.10, 1.0)}),
 }
-"""By the name of VRX's file: where VRX draws it in its link, and our meshes with their colours."""
+"""Place of each of VRX's meshes in its link, and our meshes for it with their colours, by the name of VRX's file."""
 
 
 def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:

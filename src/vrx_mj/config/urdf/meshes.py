@@ -48,7 +48,7 @@ class MeshFiles:
     """The folders in which meshes may lie."""
 
     folder: Path
-    """Of the URDF."""
+    """Folder of the URDF."""
     packages: Mapping[str, Path] = field(default_factory=dict)
     """Folders of ROS packages, by name."""
     package_paths: Sequence[Path] = ()
@@ -174,7 +174,7 @@ FLAT = 1e-6
 SIZED: Mapping[str, Callable[[str, bytes], bytes]] = {
     ".obj": sized_obj, ".stl": sized_stl, ".dae": sized_dae, ".ply": sized_ply, ".glb": sized_glb,
 }  # fmt: skip
-"""By suffix, what looks at the sizes of a file and gives what the library is to read. No other file reaches it."""
+"""Checks of the sizes of a file, by suffix; each gives the content that the library reads. No other file reaches it."""
 
 _UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
 

@@ -19,9 +19,9 @@ class Inertial:
     """Mass properties of a link."""
 
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     pose: Pose
-    """Of the centre of mass, and of the axes of `tensor`, in the link's frame [m, rad]."""
+    """Pose of the centre of mass, with the axes of `tensor`, in the link's frame [m, rad]."""
     tensor: tuple[float, float, float, float, float, float]
     """ixx, iyy, izz, ixy, ixz, iyz [kg m2] about the centre of mass."""
 
@@ -113,11 +113,11 @@ class Urdf:
     root: str
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
-    """By name; each link but the root is the child of one."""
+    """Joints by name; each link but the root is the child of one."""
     gazebo: tuple[Any, ...] = ()
     """The `<gazebo>` elements (lxml), in the order of the file."""
     namespace: str = ""
-    """Of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
+    """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
     label: str = ""
     """What messages call the text that line numbers are of; empty: the file."""
 
