@@ -9,9 +9,11 @@ import ast
 import operator
 import re
 import threading
+import unicodedata
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from functools import partial
+from keyword import iskeyword
 from typing import Any, NamedTuple, TypeVar
 
 from vrx_mj.config.urdf.expression_values import (
@@ -33,7 +35,7 @@ from vrx_mj.config.urdf.expression_values import (
 )
 from vrx_mj.errors import UnknownNameError, nearest
 
-__all__ = ["Names", "Namespace", "Scope", "evaluate", "unknown"]
+__all__ = ["Names", "Namespace", "Scope", "evaluate", "property_name", "unknown"]
 
 LONGEST = 5000
 """Characters of an expression."""
@@ -489,6 +491,17 @@ def check_name(name: str) -> None:
     """Refuse the names by which Python reaches inside of things."""
     if name.startswith("__"):
         raise ExpressionError(f"names that begin with '__' are not allowed: {name}")
+
+
+def property_name(name: object) -> str:
+    """A name that an expression can use; Python reads look-alike letters as one."""
+    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name and name.isidentifier()
+    if not isinstance(name, str) or not usual or iskeyword(name):
+        message = f"'{name}' is not a valid name for a property: letters, digits, _"
+        raise ExpressionError(message[:300])
+    if name.startswith("__"):
+        raise ExpressionError(f"'{name}': names that begin with '__' are not allowed"[:300])
+    return name
 
 
 def member(owner: object, name: str) -> object:

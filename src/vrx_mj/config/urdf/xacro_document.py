@@ -14,7 +14,9 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.urdf.expression_values import LONGEST_TEXT, Budget, ExpressionError, measure
 
-__all__ = ["FileError", "Located", "children", "load_plain", "parse_document", "place_of", "written"]
+__all__ = [
+    "Child", "FileError", "Located", "children", "load_plain", "parent_of", "parse_document", "place_of", "written",
+]  # fmt: skip
 
 DEEPEST = 60
 """Levels of elements in elements."""
@@ -38,6 +40,10 @@ _WORDS = {
 }
 
 _QUOTE = {'"': "&quot;"}
+
+
+Child = minidom.Element | minidom.ProcessingInstruction | minidom.Comment | minidom.Text
+"""What an element may hold."""
 
 
 class FileError(ExpressionError):
@@ -69,6 +75,12 @@ def place_of(element: Any) -> Place:
     """The place of an element, or of what it was copied from."""
     place: Place = element.getUserData("place")
     return place
+
+
+def parent_of(node: minidom.Node) -> minidom.Element:
+    """The element that a node is in: an element of xacro is never the outermost one."""
+    assert isinstance(node.parentNode, minidom.Element), "the outermost element"
+    return node.parentNode
 
 
 def children(node: minidom.Node) -> Iterator[Any]:

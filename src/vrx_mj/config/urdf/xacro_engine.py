@@ -3,9 +3,7 @@
 The language is that of the ROS package `xacro` 2. Expressions go to `expressions`; work and sizes have limits.
 """
 
-import keyword
 import re
-import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -29,8 +27,8 @@ from vrx_mj.config.urdf.expression_values import (
     silent,
     tokens,
 )
-from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, unknown
-from vrx_mj.config.urdf.xacro_document import Located, load_plain, parse_document, place_of
+from vrx_mj.config.urdf.expressions import Names, Namespace, Scope, evaluate, property_name, unknown
+from vrx_mj.config.urdf.xacro_document import Child, Located, load_plain, parent_of, parse_document, place_of
 from vrx_mj.config.urdf.xacro_files import Files, Substitutions
 
 __all__ = ["Engine"]
@@ -57,10 +55,6 @@ _DEFAULT = re.compile(
 """A macro's parameter with a default, and what follows."""
 _MACRO_NAME = re.compile(r"[^\W\d][\w-]*")
 _PARAMETER = re.compile(r"\*{0,2}[^\W\d][\w.-]*")
-
-
-Child = minidom.Element | minidom.ProcessingInstruction | minidom.Comment | minidom.Text
-"""What an element may hold."""
 
 
 class _Macro(NamedTuple):
@@ -284,7 +278,7 @@ class Engine:
                     raise
                 continue
             included += root.childNodes
-            self._import_namespaces(_parent(node), root)
+            self._import_namespaces(parent_of(node), root)
             self._open.pop()
         self._drop_comments(node)
         self._replace(node, included)
@@ -315,7 +309,7 @@ class Engine:
         self._drop_comments(node)
         optional = ("value", "default", "remove", "scope", "lazy_eval")
         written, value, default, remove, scope, lazy = self._attributes(node, "name", optional=optional)
-        name = _property_name(self._expanded(written, symbols))
+        name = property_name(self._expanded(written, symbols))
         removed = self._boolean(remove or "false", symbols)
         if (value is not None) + (default is not None) + removed > 1:
             raise ExpressionError(f"property '{name}': give one of value, default and remove"[:_LONGEST_MESSAGE])
@@ -387,7 +381,7 @@ class Engine:
                 self._define(inner, param, self._default(param, macro, symbols))
         self._expand(body, Scope(outer_macros), inner)
         self._drop_comments(node)
-        self._import_namespaces(_parent(node), body)
+        self._import_namespaces(parent_of(node), body)
         self._replace(node, list(body.childNodes))
         self.calls.pop()
 
@@ -431,7 +425,7 @@ class Engine:
         value: Any = self._expanded(written, symbols)
         if not name:
             raise ExpressionError("its name is empty")
-        _parent(node).setAttribute(_text(name), value)
+        parent_of(node).setAttribute(_text(name), value)
         self._replace(node, [])
 
     def _choose(self, node: minidom.Element, macros: Scope, symbols: Scope) -> None:
@@ -462,7 +456,7 @@ class Engine:
 
     def _replace(self, node: minidom.Element | minidom.Comment, parts: Sequence[Child]) -> None:
         """Put other nodes in the place of one."""
-        parent = _parent(node)
+        parent = parent_of(node)
         self.budget.spend(10 + (1 + len(parts)) * (10 + self._depth + len(parent.childNodes) // 20))
         for part in parts:
             parent.insertBefore(part, node)
@@ -470,7 +464,7 @@ class Engine:
 
     def _drop_comments(self, node: minidom.Element) -> None:
         """Remove the comments right before an element of xacro, which are about it."""
-        parent = _parent(node)
+        parent = parent_of(node)
         following: Any = node.nextSibling
         before: Any = node.previousSibling
         while before is not None:
@@ -533,27 +527,10 @@ _ELEMENTS: Mapping[str, Callable[[Engine, minidom.Element, Scope, Scope], None]]
 }  # fmt: skip
 
 
-def _parent(node: minidom.Node) -> minidom.Element:
-    """The element that a node is in: an element of xacro is never the outermost one."""
-    assert isinstance(node.parentNode, minidom.Element), "the outermost element"
-    return node.parentNode
-
-
 def _text(value: object) -> str:
     if not isinstance(value, str):
         raise ExpressionError("expected text, got a number or list")
     return value
-
-
-def _property_name(name: object) -> str:
-    """A name that an expression can use; Python reads look-alike letters as one."""
-    usual = isinstance(name, str) and unicodedata.normalize("NFKC", name) == name and name.isidentifier()
-    if not isinstance(name, str) or not usual or keyword.iskeyword(name):
-        message = f"'{name}' is not a valid name for a property: letters, digits, _"
-        raise ExpressionError(message[:_LONGEST_MESSAGE])
-    if name.startswith("__"):
-        raise ExpressionError(f"'{name}': names that begin with '__' are not allowed"[:_LONGEST_MESSAGE])
-    return name
 
 
 def _target(symbols: Scope, scope: str | None) -> Scope:
