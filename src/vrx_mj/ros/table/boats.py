@@ -24,7 +24,7 @@ from vrx_mj.physics.tables import RUDDER
 from vrx_mj.ros.interface import BOTH, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, header, turned, vector
-from vrx_mj.runtime.hull import Thruster as EngineState
+from vrx_mj.runtime.hull import Propeller
 
 __all__ = ["BASE", "Bone", "Skeleton", "boat_inputs", "bones", "command_topic", "description", "twist_commands"]
 
@@ -331,7 +331,7 @@ class Skeleton:
         return [_joints_of(row, moving) for row in self._rows]
 
     @cached_property
-    def _drives(self) -> Mapping[str, EngineState]:
+    def _drives(self) -> Mapping[str, Propeller]:
         return self._host.sim.observe()[self.boat].thrusters
 
     def _spun(self) -> Mapping[str, Spin]:
