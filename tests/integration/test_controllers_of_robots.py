@@ -11,7 +11,7 @@ from unit.physics.rows import moving
 from vrx_mj.config.search import catalogue
 from vrx_mj.control import Captain
 from vrx_mj.control.velocity import WAMV, WAMV_VRX3, craft_of
-from vrx_mj.physics.rudder import rudder_force
+from vrx_mj.physics.thrust import rudder_force
 
 ROBOTS = sorted(catalogue("robots"))
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}

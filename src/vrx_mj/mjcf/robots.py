@@ -43,8 +43,8 @@ from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.boats import Hull, Sensor, Station, Thruster
-from vrx_mj.physics.rudder import normal_slope
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER
+from vrx_mj.physics.thrust import normal_slope
 
 __all__ = [
     "Fitted",

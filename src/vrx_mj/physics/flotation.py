@@ -19,6 +19,12 @@ What touches the link must meet that drag too. So MuJoCo's inertia gets dt D, D 
 for the velocity of the origin and the turn, and the wrench that is applied is (F, T) + dt D (a, alpha):
     (M + dt D) (v' - v) = dt ((F, T) + dt D (a, alpha) + what touches it).
 While nothing touches it v' - v = dt (a, alpha), as above; a contact is resisted by M + dt D.
+
+Some follow a path by themselves: animals and a moving beacon, as VRX's plugins drive them. VRX classic's
+follow_plugin.cc pushes with a constant force along the body's x and turns with a constant torque about its z, one way
+or the other, while the waypoint is more than 2 degrees off the bow. Gazebo's TrajectoryFollower.cc, which the worlds of
+2023 use, turns first: it pushes only while the waypoint is ahead. Both push at the link's origin (AddLinkForce,
+AddWorldWrench), which for an animal is 2 m above its centre of mass.
 """
 
 import math
@@ -26,15 +32,23 @@ from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
 
 __all__ = [
-    "Flotation", "Sums", "add_flotation_drag", "flotation", "flotation_of_step", "sums_wrench", "water_at_elements",
-    "water_rise", "wet_sums",
-]  # fmt: skip
+    "Flotation",
+    "Sums",
+    "add_flotation_drag",
+    "flotation",
+    "flotation_of_step",
+    "follow",
+    "sums_wrench",
+    "water_at_elements",
+    "water_rise",
+    "wet_sums",
+]
 
 
 _TINY = 1.0e-6
@@ -320,3 +334,31 @@ def _times(i: Inertia, v: Vector) -> Vector:
 @kernel
 def _dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def follow(follower: Record, waypoints: Table, state: Record, com: Vector, body: Motion) -> Wrench:
+    """Return what drives a follower toward its waypoint: world axes, about its centre of mass `com` [m, body axes].
+
+    In the step in which it reaches a waypoint nothing drives it; from then on it is bound for the next one. At the last
+    one of a path that is no loop it rests, and comes back when it drifts off.
+    """
+    goal = waypoints[follower.waypoint_start + state.target].position
+    rise = 0.0 if follower.turns_first != 0 else -body.z
+    ahead, left, up = unrotate(body, goal[0] - body.x, goal[1] - body.y, rise)
+    if ahead * ahead + left * left + up * up <= follower.reach * follower.reach:
+        state.target = _next(follower, state.target)
+        return zero_wrench()
+    bearing = math.atan2(left, ahead)
+    off = abs(bearing) > follower.tolerance
+    force = 0.0 if off and follower.turns_first != 0 else follower.force
+    torque = math.copysign(follower.torque, bearing) if off else 0.0
+    return rotated_wrench(body, Wrench(force, 0.0, 0.0, 0.0, -com[2] * force, com[1] * force + torque))
+
+
+@kernel
+def _next(follower: Record, target: int) -> int:
+    """Return the waypoint after `target`; the last one's is the first, or itself where the path is no loop."""
+    if target + 1 < follower.waypoint_count:
+        return target + 1
+    return 0 if follower.loop != 0 else target

@@ -9,10 +9,9 @@ from pathlib import Path
 from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.reader import FRAMES, Record, read_record
 from vrx_mj.runtime.state import State
-from vrx_mj.tasks.frame import Frame, FrameLayout
+from vrx_mj.tasks.frame import Frame, FrameLayout, TaskStatus
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.status import TaskStatus
 
 __all__ = ["Scored", "rescore", "restore_referee", "scored_frames"]
 

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.equilibrium import greatest_lift, settle
+from vrx_mj.physics.hydrostatics import greatest_lift, settle
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.runtime.loop_arrays import LoopArrays

@@ -8,9 +8,8 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.rudder import race_speed
 from vrx_mj.physics.tables import NEWTONS, RUDDER, THRUSTER, Record
-from vrx_mj.physics.thrust import force_point, thrust_force
+from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 __all__ = ["Hull", "Propeller", "Rudder", "hull_of", "thrusters"]

@@ -17,19 +17,19 @@ from vrx_mj.physics.flotation import (
     add_flotation_drag,
     flotation,
     flotation_of_step,
+    follow,
     water_at_elements,
     water_rise,
 )
-from vrx_mj.physics.follow import follow
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
-from vrx_mj.physics.rudder import rudder_force
 from vrx_mj.physics.tables import RUDDER, VRX3, Record, Table
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
+    rudder_force,
     servo_step,
     servo_torque,
     steering_target,

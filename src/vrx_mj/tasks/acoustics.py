@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from vrx_mj.constants import EARLY
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.frame import Count, Frame, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
-from vrx_mj.tasks.status import Count, TaskStatus
 
 __all__ = ["AcousticPerception", "AcousticTracking"]
 

@@ -13,9 +13,8 @@ from vrx_mj.config.bays import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
 from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
-from vrx_mj.tasks.status import Phase, Place, TaskStatus
 
 __all__ = ["Box", "Docking", "Point", "relative"]
 

@@ -1,13 +1,81 @@
-"""What a referee sees: where things are, what the boat touched, and what its team sent; as rows in recordings, too."""
+"""What a referee sees: where things are, what the boat touched, what its team sent, and the status of the task."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from vrx_mj.model.tasks import TaskBase
 
-__all__ = ["FRAME_RATE", "Frame", "FrameLayout", "Message", "Pose", "frame_stride"]
+__all__ = [
+    "FRAME_RATE",
+    "Count",
+    "Frame",
+    "FrameLayout",
+    "Message",
+    "Phase",
+    "Place",
+    "Pose",
+    "TaskStatus",
+    "frame_stride",
+]
+
+
+Count = Annotated[int, Field(ge=0, le=1 << 53)]
+"""A number of things."""
+Place = Annotated[list[float], Field(min_length=3, max_length=3)]
+"""x, y, z [m]."""
+
+
+Phase = Literal["initial", "ready", "running", "finished"]
+
+
+@dataclass
+class TaskStatus:
+    """What every task has, as VRX's `/vrx/task/info` has it. Times are simulated, from the world's start [s]."""
+
+    ready_time: float
+    """When the task becomes ready."""
+    running_time: float
+    """When it starts to run."""
+    duration: float
+    """For how long it may run."""
+    phase: Phase = "initial"
+    elapsed: float = 0.0
+    """Since it began to run."""
+    score: float = 0.0
+    collisions: Count = 0
+    last_hit: float = 0.0
+    """When the last collision was counted; 0 at the start, as in VRX, so that early ones are not counted."""
+    timed_out: bool = False
+
+    @property
+    def remaining(self) -> float:
+        """Until it times out."""
+        return self.duration - self.elapsed
+
+    def info(self) -> dict[str, object]:
+        """By the names of VRX's task message; times in s."""
+        return {
+            "state": self.phase,
+            "ready_time": self.ready_time,
+            "running_time": self.running_time,
+            "elapsed_time": self.elapsed,
+            "remaining_time": self.remaining,
+            "timed_out": self.timed_out,
+            "num_collisions": self.collisions,
+            "score": self.score,
+        }
+
+    def summary(self) -> str:
+        """The phase in words, at the end with time and score."""
+        if self.phase != "finished":
+            return self.phase
+        cause = "time is up" if self.timed_out else "finished"
+        return f"{cause} after {self.elapsed:.1f} s, score {self.score:.3f}, collisions {self.collisions}"
+
 
 FRAME_RATE = 20.0
 """Frames per simulated second [Hz], at least: the next rate above that divides a second into whole steps.

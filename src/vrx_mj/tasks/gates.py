@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import PlainRules, TaskContext
-from vrx_mj.tasks.status import TaskStatus
 
 __all__ = [
     "FAILURE",

@@ -9,12 +9,11 @@ from typing import Any
 
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.frame import Count, Frame, Phase, TaskStatus
 from vrx_mj.tasks.gates import FAILURE, FollowPath, NavigationCourse
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.stationkeeping import distance
-from vrx_mj.tasks.status import Count, Phase, TaskStatus
 
 __all__ = ["Gymkhana"]
 

@@ -8,9 +8,8 @@ from typing import Any
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.frame import Count, Frame, Pose
 from vrx_mj.tasks.rules import PlaceObject, PlainRules, TaskContext
-from vrx_mj.tasks.status import Count
 
 __all__ = ["Perception", "ahead_of"]
 

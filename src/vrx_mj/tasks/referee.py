@@ -19,9 +19,8 @@ from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model.tasks import TaskBase
-from vrx_mj.tasks.frame import Frame, Message
+from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
-from vrx_mj.tasks.status import Phase, TaskStatus
 
 __all__ = ["Referee", "Verdict", "dead_time", "parsed_dump"]
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.frame import Frame
-from vrx_mj.tasks.status import Phase, TaskStatus
+from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 
 __all__ = [
     "Action",

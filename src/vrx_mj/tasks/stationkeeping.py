@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
-from vrx_mj.tasks.status import Count, TaskStatus
 
 __all__ = ["Stationkeeping", "distance", "pose_error"]
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.frame import Frame
+from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
-from vrx_mj.tasks.status import Phase, TaskStatus
 
 __all__ = ["Wayfinding"]
 

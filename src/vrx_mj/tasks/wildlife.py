@@ -13,10 +13,9 @@ from pydantic import Field
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame, Pose
+from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.gates import Side
 from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
-from vrx_mj.tasks.status import Count, TaskStatus
 
 __all__ = ["Wildlife", "gate_side"]
 
@@ -45,7 +44,7 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
 
 Gate = Annotated[int, Field(ge=0, lt=GATES)]
 """Number of a gate around an animal."""
-TOLD = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+ANNOUNCED = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
 """Keys of an animal, as teams see it."""
 
 
@@ -133,12 +132,12 @@ class Wildlife(PlainRules):
             StateError: it has not.
         """
         for animal in state.animals:
-            if animal.keys() != TOLD or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
-                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(TOLD))}")
+            if animal.keys() != ANNOUNCED or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
+                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(ANNOUNCED))}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
-        return {"animals": self.state.animals} if self.state.published else {}
+        return {"animals": [dict(animal) for animal in self.state.animals]} if self.state.published else {}
 
     # Inside
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import sea
-from vrx_mj.physics.equilibrium import at_rest, greatest_lift, settle
-from vrx_mj.physics.hydrostatics import hydrostatics, section_area
+from vrx_mj.physics.hydrostatics import at_rest, greatest_lift, hydrostatics, section_area, settle
 from vrx_mj.physics.tables import HULL, STATION, WAVE, table
 
 RADIUS, LENGTH, RHO, G = 0.2, 1.0, 1000.0, 9.8

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import moving, thruster
-from vrx_mj.physics.rudder import normal_slope, race_speed, rudder_force
 from vrx_mj.physics.tables import RUDDER
+from vrx_mj.physics.thrust import normal_slope, race_speed, rudder_force
 
 AREA, SLOPE, DENSITY, DISC = 0.02, normal_slope(2.0), 1000.0, 0.03
 CENTER = (-1.0, 0.0, -0.1)
