@@ -17,7 +17,7 @@ MOST_SEED = 2**63 - 1
 
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
-    """Tell whether what a function takes is of a kind; `wanted` says where to get one.
+    """Check that an argument is of a kind; `wanted` describes how to get one.
 
     Raises:
         VrxError: it is not; of the class `error`.
@@ -27,7 +27,7 @@ def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[V
 
 
 def check_name(kind: str, name: object, known: Collection[str]) -> None:
-    """Tell whether the name is among those that are known.
+    """Check that the name is among those that are known.
 
     Raises:
         UnknownNameError: it is unknown, or not a string.

@@ -103,16 +103,16 @@ def colored(text: str, color: str | None) -> str:
 
 @contextlib.contextmanager
 def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
-    """Around work of unknown length: a terminal shows what it is, elsewhere a line says so every ten seconds."""
+    """Around work of unknown length: a terminal shows what it is, elsewhere a line is written every ten seconds."""
     out = sys.stderr if stream is None else stream
     done, begun, watched = threading.Event(), time.monotonic(), out.isatty()
 
-    def say() -> None:
+    def write_line() -> None:
         while not done.wait(LINE_PERIOD):
             out.write(f"{what}: {time.monotonic() - begun:.0f} s\n")
             out.flush()
 
-    speaker = threading.Thread(target=say, daemon=True)
+    speaker = threading.Thread(target=write_line, daemon=True)
     if watched:
         out.write(f"{CLEAR}{what} ...")
         out.flush()

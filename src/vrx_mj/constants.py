@@ -23,7 +23,7 @@ HULL_GRAVITY = 9.815
 """In the buoyancy of hulls [m/s2]. VRX: usv_gazebo_dynamics_plugin.cc, a literal."""
 
 WATER_DENSITY = 1000.0
-"""That objects displace unless they say otherwise [kg/m3]. VRX: buoyancy_gazebo_plugin, its models' files."""
+"""Density [kg/m3] of the water for objects whose files give none. VRX: buoyancy_gazebo_plugin, its models' files."""
 
 DOCK_CELL = 2.0
 """Edge of a dock's cell [m]. VRX: dock_generator.erb."""

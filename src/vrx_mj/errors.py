@@ -140,7 +140,7 @@ class Problem:
     """One mistake in an input file. Lines and columns count from 1, and are None where they are unknown."""
 
     file: str
-    """Path of the file, or what stands for it."""
+    """Path of the file, or a name in its place."""
     line: int | None
     """Line, from 1."""
     column: int | None

@@ -14,7 +14,7 @@ __all__ = ["written"]
 def written(path: Path, what: str, error: type[VrxError] = VrxError) -> Iterator[Path]:
     """Around the writing of a file: the path to write to, whose content takes the place of `path` at the end.
 
-    Until then `path` stays as it was. What is no plain file, as `/dev/stdout`, is written directly.
+    Until then `path` stays as it was. What is not a plain file, as `/dev/stdout`, is written directly.
 
     Raises:
         VrxError: it cannot be written; of the class `error`, with `what` it is.

@@ -38,7 +38,7 @@ def importing(what: str, package: str, extra: str) -> Iterator[None]:
     """Around imports: where a package is missing, the error names the extra that brings it.
 
     Raises:
-        ModuleNotFoundError: the package is not installed; the message says what installs it.
+        ModuleNotFoundError: the package is not installed; the message names the command that installs it.
     """
     try:
         yield

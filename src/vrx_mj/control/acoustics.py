@@ -137,7 +137,7 @@ class StillBeacon:
 class MovingBeacon:
     """A Kalman filter of a beacon's place and velocity on the water, constant but for `SWERVE`.
 
-    Near by, the elevation of a beacon whose height is known tells its distance better than the range does: at 8 m
+    Near by, the elevation of a beacon whose height is known gives its distance better than the range does: at 8 m
     within 0.3 m. Both are taken, each with its weight.
     """
 

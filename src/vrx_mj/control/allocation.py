@@ -74,7 +74,7 @@ class Allocation:
     ) -> None:
         """Moments are about a point, the `centre` of mass say, so far ahead of `base_link` [m].
 
-        `steer` tells which of those that can steer shall, by name, all or none; by default none, unless the boat needs
+        `steer` gives the names of those that shall steer, all or none; by default none, unless the boat needs
         it. A boat needs it that its thrusters, kept straight, cannot push every way, as the WAM-V of layout H.
         """
         self._thrusters = dict(thrusters)

@@ -1,6 +1,6 @@
 """A map of what floats around, made of many looks: places from the lidar, colours from a camera.
 
-A place is the mean of the last looks, as buoys drift; a colour is what most looks said. What was seen once, or has gone
+A place is the mean of the last looks, as buoys drift; a colour is that of most looks. What was seen once, or has gone
 from where the lidar must see it, is forgotten.
 """
 
@@ -128,7 +128,7 @@ def _cluster(points: FloatArray) -> Cluster:
 def standing_free(
     points: FloatArray, *, widest: float, apart: float, low: float = -0.6, high: float = 3.5
 ) -> tuple[list[Cluster], FloatArray]:
-    """What is narrow and stands free, and the returns of what is wide, (n, 3) [m], as shores and docks.
+    """What is narrow and separate, and the returns of what is wide, (n, 3) [m], as shores and docks.
 
     Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
     """
@@ -144,7 +144,7 @@ def standing_free(
 
 
 def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[Bank]:
-    """Where something stands out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
+    """Where something rises out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
     near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
     cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
     return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
@@ -153,9 +153,9 @@ def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0,
 SAME = 2.0
 """What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
 WIDEST = 1.4
-"""What is wider than this [m] is no buoy, but shore or dock."""
+"""What is wider than this [m] is not a buoy but shore or dock."""
 HIGHEST = 2.0
-"""What rises higher than this [m] is no buoy either: VRX's reach up to 1 m, and waves lift them by another."""
+"""What rises higher than this [m] is not a buoy either: VRX's reach up to 1 m, and waves lift them by another."""
 SHARE = 0.4
 """Weight of the last look in a buoy's place."""
 SURE = 2
@@ -165,7 +165,7 @@ FORGET = 12.0
 CLEAR = 18.0
 """Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
 MARKER = 0.68
-"""A buoy that stands out of the water higher than this [m], and higher than it is wide, is a marker and no ball."""
+"""A buoy that rises out of the water higher than this [m], and higher than it is wide, is a marker, not a ball."""
 SEASONED = 6
 """What was seen so often is not forgotten: hidden behind another, or far off, it is still there."""
 
@@ -276,7 +276,7 @@ NEAREST, FARTHEST = 6.0, 45.0
 ENOUGH = 4
 """So many votes settle a kind."""
 PLAIN = 25.0
-"""What was looked at from nearer than this [m] and not told counts as looked at; further off a wave may hide it."""
+"""What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
 WINDOW = (1.4, 2.4)
 """What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
 FIELD = 0.62

@@ -168,7 +168,7 @@ ON_THE_WAY = 0.2
 TRIED_HALF = 40.0
 """For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
 READABLE = 8
-"""What so many pictures did not tell is not asked again."""
+"""After so many pictures without a colour no more are asked for."""
 EXIT = ("blue", "black")
 """Partners of the last gate's red buoy."""
 PARTNERS = ("green", "white", *EXIT)
@@ -358,7 +358,7 @@ class Channel(Skipper):
         return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
     def _likely(self, place: Point) -> bool:
-        """Whether something may be of the course, as long as no gate tells where that is."""
+        """Whether something may be of the course, as long as no gate shows where that is."""
         assert self._start is not None, "before the first call"
         return bool(self._done) or Roam(*self._start, 0.0).likely(place, 150.0)
 

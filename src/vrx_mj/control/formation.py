@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class Muster:
-    """Estimates of all boats, each by a `Navigator` of its own, told each other by radio, as it were."""
+    """Estimates of all boats, each by a `Navigator` of its own, exchanged as if by radio."""
 
     def __init__(self, origin: TangentPlane | None = None) -> None:
         """East and north count from an `origin`; by default, from the first fix of the first boat."""
@@ -78,7 +78,7 @@ PATIENCE = 15.0
 DRIFTING = 0.3
 """A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
 COURSE_ASTERN = -0.5
-"""So does one whose course is farther off its heading than this cosine says: 120 degrees."""
+"""So does one whose course is farther off its heading than this cosine: 120 degrees."""
 SMOOTH = 1.5
 """Time constant with which the course of a boat is smoothed [s]."""
 
@@ -118,7 +118,7 @@ class BoatLeader:
     """A boat that leads the others on the track that it lays over ground; ahead of it, and at first, that is straight.
 
     The track follows the boat's course, whatever its heading: sideways too. While the boat is nearly at rest or goes
-    astern its course says nothing of where the others are to be, and the whole track is carried along with it.
+    astern its course gives no place to the others, and the whole track is carried along with it.
     """
 
     def __init__(self, name: str) -> None:
@@ -211,7 +211,7 @@ def slots(shape: str, n: int, spacing: float) -> list[Point]:
     has the first. `random` is the same for as many boats at any time.
 
     Raises:
-        UnknownNameError: there is no such shape.
+        UnknownNameError: no shape has that name.
     """
     if shape not in SHAPES:
         raise UnknownNameError("shape", shape, known=SHAPES)
@@ -292,7 +292,7 @@ class Formation:
         boat's name, is commanded by somebody else; it has the first slot. Boats keep `apart` [m], origin from origin.
 
         Raises:
-            UnknownNameError: there is no such shape.
+            UnknownNameError: no shape has that name.
             VrxError: boats would be nearer together than they may be; there is a path and a leader, or neither; the
                 path leads nowhere, or the virtual leader would not move.
         """
@@ -324,7 +324,7 @@ class Formation:
         """Take another shape from the next call on; boats keep the number of their slot unless they are to `reassign`.
 
         Raises:
-            UnknownNameError: there is no such shape.
+            UnknownNameError: no shape has that name.
             VrxError: boats would be nearer together than they may be.
         """
         self.shape, self.spacing = _checked(shape, self.spacing if spacing is None else spacing, self.apart)

@@ -182,7 +182,7 @@ class Track:
         return self._points[-1][0] + self._shift[0], self._points[-1][1] + self._shift[1]
 
     def extend(self, point: Point) -> None:
-        """Go on to a point; one nearer than a millimetre is none."""
+        """Go on to a point; one nearer than a millimetre is ignored."""
         gap = math.dist(self.end, point)
         if gap > 1e-3:
             self._points.append((point[0] - self._shift[0], point[1] - self._shift[1]))
@@ -247,7 +247,7 @@ ARRIVED = 0.5
 LEFT = 1.0
 """Beyond so many lengths of its place it goes back there."""
 SLOW = 0.05
-"""Velocities below this are none [m/s]."""
+"""Velocities below this count as 0 [m/s]."""
 SLIDING = 0.3
 """A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
 TURNING_SPEED = 0.3

@@ -165,7 +165,7 @@ class Navigator:
             self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
-        """Of GPS and inertial unit; None where there is no GPS to work with."""
+        """Of GPS and inertial unit; None without a GPS."""
         try:
             gps, imu = sensor_named(boat, "gps"), sensor_named(boat, "imu")
             if gps and imu:

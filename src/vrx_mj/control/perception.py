@@ -75,7 +75,7 @@ MARKERS: dict[str, dict[str, Kind]] = {
         "white": Kind("surmark46104", 0.45),
     },
 }
-"""What stands up, by colour; widths from VRX's models."""
+"""Tall things, by colour; widths from VRX's models."""
 CANS = {"red": Kind("surmark950410", 0.46), "green": Kind("surmark950400", 0.46)}
 """Of 2019, in pale colours."""
 BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
@@ -84,7 +84,7 @@ BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
 }
 """What is round, by colour."""
 STANDING = 1.25
-"""Height over width from which something stands up."""
+"""Height over width from which something is tall."""
 
 
 def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | None:
@@ -92,9 +92,9 @@ def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | No
 
     Of balls of several sizes that one is taken that has the blob's width at the `scale` [pixels/m], or the middle one.
     """
-    stands = blob.height > STANDING * blob.width
+    tall = blob.height > STANDING * blob.width
     balls = BALLS[catalogue].get(blob.color, ())
-    if balls and (not stands or blob.color == "orange"):
+    if balls and (not tall or blob.color == "orange"):
         if scale is None:
             return balls[len(balls) // 2]
         return min(balls, key=lambda kind: abs(kind.width - blob.width / scale))
@@ -199,7 +199,7 @@ SAME = 0.9
 GONE = 1.5 * PERIOD
 """Not seen for so long [s], it is gone."""
 FAR = 25.0
-"""What seems further off than this [m] is none of the task's things."""
+"""What seems further off than this [m] is not one of the task's things."""
 UNDER_HORIZON = 6.0
 """Rows [pixels] below the horizon at which looking begins."""
 EDGES = (-0.65, 0.0, 0.65)

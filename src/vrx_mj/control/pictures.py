@@ -1,7 +1,7 @@
 """What a camera shows of something whose place is known: its colour and its shape.
 
-A buoy stands out against the water around it, whatever the light and the fog; so what is judged is the difference
-between the pixels that stand out and the background, and how those lean towards one colour, not their brightness.
+A buoy contrasts with the water around it, whatever the light and the fog; so what is judged is the difference
+between the pixels that differ and the background, and how those lean towards one colour, not their brightness.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -68,7 +68,7 @@ def cutout(
 
 
 CONTRAST = 40.0
-"""Sum over red, green and blue [of 255 each] by which a pixel that stands out differs from the background."""
+"""Sum over red, green and blue [of 255 each] by which a pixel of a thing differs from the background."""
 LEAN = 0.22
 """Share of the brightest channel by which one colour must lead."""
 DEEP = 0.45
@@ -111,7 +111,7 @@ def project(
 def look_at(
     picture: ByteArray, column: float, row: float, scale: float, *, size: tuple[float, float] = (1.4, 1.8)
 ) -> Look | None:
-    """Look at what is about a pixel; None where nothing stands out, or it is cut off by the picture's edge.
+    """Look at what is about a pixel; None where nothing differs, or it is cut off by the picture's edge.
 
     Args:
         picture: (height, width, 3).

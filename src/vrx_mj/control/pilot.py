@@ -2,8 +2,8 @@
 
 One law does all, in the manner of dynamic positioning (Fossen, Handbook of Marine Craft Hydrodynamics and Motion
 Control, 2nd ed., 12.2): a wanted velocity over ground is held by a proportional law with the drag fed forward, and an
-observer tells what else pushes (wind, waves, what the model does not know). A position is held by wanting a velocity
-toward it.
+observer estimates what else pushes (wind, waves, what the model does not know). A position is held by wanting a
+velocity toward it.
 """
 
 import math

@@ -71,7 +71,7 @@ class Face:
         return self.x, self.y
 
     def note(self, symbol: str, *, near: bool = True) -> None:
-        """It was looked at, and this symbol read, or none; from afar that says little, in haze."""
+        """It was looked at, and this symbol read, or none; from afar that counts little, in haze."""
         self.looks += near
         if symbol:
             self.votes[symbol] += 1
@@ -124,7 +124,7 @@ def faces(points: FloatArray) -> list[Face]:
 
 
 def _face(points: FloatArray) -> Face | None:
-    """The face of a panel, or None of what is no panel."""
+    """The face of a panel; None of anything else."""
     level, heights = points[:, :2], points[:, 2]
     if heights.max() > HIGH or (np.hypot(*level.mean(axis=0)) < NEAR and np.ptp(heights) < TALL):
         return None
@@ -170,7 +170,7 @@ def _axes(level: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]:
-    """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 where there is none."""
+    """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 for none of them."""
     seen = np.asarray(pixels, np.float64)
     red, green, blue = seen[..., 0], seen[..., 1], seen[..., 2]
     most, least = seen.max(axis=-1), seen.min(axis=-1)
@@ -184,7 +184,7 @@ def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]
 
 
 def symbol_in(window: ByteArray, *, lead: float = VIVID) -> str:
-    """The symbol in a picture of a placard, as red_circle; empty if there is none.
+    """The symbol in a picture of a placard, as red_circle; empty without one.
 
     The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
     all, circle pi/4, cross 0.56, triangle 1/2) and, of the last two, from whether its upper third is as wide as the
@@ -250,16 +250,16 @@ def lamp_color(window: ByteArray) -> str:
 
 
 def _color(codes: npt.NDArray[np.int_]) -> str:
-    """The colour of most of the vivid pixels; empty where there is none."""
+    """The colour of most of the vivid pixels; empty without any."""
     counts = [int((codes == code).sum()) for code in range(len(COLORS))]
     most = int(np.argmax(counts))
     return COLORS[most] if counts[most] >= max(LEAST, PURE * sum(counts)) else ""
 
 
 def sequence(seen: Sequence[tuple[float, str]]) -> list[str] | None:
-    """The three colours between two darks, from looks at a time [s] each; None as long as there are none.
+    """The three colours between two darks, from looks at a time [s] each; None until they were seen.
 
-    Looks must come at least three in two seconds; a colour that only one look told counts, as long as three different
+    Looks must come at least three in two seconds; a colour that only one look showed counts, as long as three different
     ones in a row lie between the darks and the whole lasts 2 to 4 s.
     """
     runs: list[tuple[str, float]] = []
@@ -297,7 +297,7 @@ FIELD = 0.6
 READ, LOOKS = 5, 12
 """So many symbols read are enough, and so many pictures without one."""
 GLANCES = 7
-"""So many pictures of a tower tell whether it is lit: its period is 5 s, of which it is dark for 2."""
+"""So many pictures of a tower show whether it is lit: its period is 5 s, of which it is dark for 2."""
 PANEL = (1.1, 1.4)
 """Half the width and height [m] of what is looked at of a placard, about `PANEL_HEIGHT`."""
 PANEL_HEIGHT = 1.9
@@ -309,7 +309,7 @@ LAMP = (0.35, 1.4)
 LAMP_SIGHT = 60.0
 """From how far a lit lamp is looked for in passing [m]."""
 LAMP_PLAIN = 35.0
-"""What shows no colours from within this distance [m] is no light buoy, in any haze of VRX's."""
+"""What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
 LOW_TOWER, HIGH_TOWER = 1.15, 3.2
 """How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
 TOWER = 2.6
@@ -319,9 +319,9 @@ DOUBT = 20.0
 OFFSHORE = 4.0
 """How far from all that is wider it must be [m]."""
 DARK_FOR, WATCHED = 7.0, 20.0
-"""What stays dark for so long [s], or tells no three colours in so long, is no light buoy: its period is 5 s."""
+"""What stays dark for so long [s], or shows no three colours in so long, is not a light buoy: its period is 5 s."""
 BANK_CELL, BANK_MEMORY, BANK_REACH = 2.0, 20.0, 25.0
-"""Places of banks are told apart by so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
+"""Places of banks are distinct from so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
 lowest ring; those further off than that [m] are left out."""
 
 
@@ -433,7 +433,7 @@ class DockLookout:
         self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < BANK_MEMORY}
 
     def _drop_towers(self, wide: FloatArray, seen: Estimate) -> None:
-        """Doubt the towers that turn out to stand on, or beside, something wide."""
+        """Doubt the towers that turn out to be on, or beside, something wide."""
         for tower in self._towers:
             east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
             if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:

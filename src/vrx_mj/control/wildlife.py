@@ -20,7 +20,7 @@ RADIUS = 5.5
 TIGHT = 4.0
 """Of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
 ENGAGED = 9.0
-"""Within this distance [m] a way around an animal counts for sure; the task says 10 m, in space."""
+"""Within this distance [m] a way around an animal counts for sure; the task demands 10 m, in space."""
 CLEARANCE = 13.0
 """From a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
 ROOM = 5.0

@@ -131,7 +131,7 @@ def flotation(
 ) -> Flotation:  # fmt: skip
     """Return buoyancy and drag at the end of a step: world axes, about the link's centre of mass, without weight.
 
-    `height` [m] and `rise` [m/s] are the water's at the link's origin; what `water`, if it is given, says of an element
+    `height` [m] and `rise` [m/s] are the water's at the link's origin; what `water`, if any, returns for an element
     in its row of `ELEMENT_STATE` is added to them. Without it what compiles knows nothing of it, and is faster.
     `external` is every other wrench on
     the link but weight, world axes about its centre of mass (`zero_wrench()` for none). `dt` = 0 gives VRX's
@@ -341,7 +341,7 @@ def follow(follower: Record, waypoints: Table, state: Record, com: Vector, body:
     """Return what drives a follower toward its waypoint: world axes, about its centre of mass `com` [m, body axes].
 
     In the step in which it reaches a waypoint nothing drives it; from then on it is bound for the next one. At the last
-    one of a path that is no loop it rests, and comes back when it drifts off.
+    one of an open path it rests, and comes back when it drifts off.
     """
     goal = waypoints[follower.waypoint_start + state.target].position
     rise = 0.0 if follower.turns_first != 0 else -body.z
@@ -358,7 +358,7 @@ def follow(follower: Record, waypoints: Table, state: Record, com: Vector, body:
 
 @kernel
 def _next(follower: Record, target: int) -> int:
-    """Return the waypoint after `target`; the last one's is the first, or itself where the path is no loop."""
+    """Return the waypoint after `target`; the last one's is the first, or itself on an open path."""
     if target + 1 < follower.waypoint_count:
         return target + 1
     return 0 if follower.loop != 0 else target

@@ -91,7 +91,7 @@ def greatest_lift(hull: Record, stations: Table) -> float:
 
 @kernel
 def at_rest(x: float, y: float, z: float, roll: float, pitch: float, yaw: float) -> Motion:
-    """Return the motion of a link that stands still in a pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return the motion of a link at rest in a pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)

@@ -59,7 +59,7 @@ def _mujoco_version() -> str:
 
 
 def cache_folder() -> Path | None:
-    """Return the first folder for compiled kernels that this user alone can write to, or None where there is none.
+    """Return the first folder for compiled kernels that this user alone can write to, or None without one.
 
     Tried in order: `VRX_MJ_CACHE`, the user's cache folder, the temporary folder. Each gets a
     subfolder named after `source_hash`, so that several versions live side by side.
@@ -146,5 +146,5 @@ def _compiled(function: F, *, counting: bool, inlined: bool = False) -> F:
 
 
 def cached(compiled: Any) -> bool:
-    """Tell whether a kernel need not be compiled: it was in this process, or its cache has an entry that is whole."""
+    """Whether a kernel need not be compiled: it was in this process, or its cache has an entry that is whole."""
     return bool(compiled.signatures) or compiled._cache.has_entry()

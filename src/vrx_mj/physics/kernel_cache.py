@@ -1,7 +1,7 @@
 """numba's cache of compiled functions, made to bear damage: an entry that is not whole is dropped and compiled anew.
 
-Entries are pickles around machine code: to load one is to run it. A digest in front of each file tells damage, such as
-half a file after a crash, before anything is read from it. It is no protection from whoever can write to the folder,
+Entries are pickles around machine code: to load one is to run it. A digest in front of each file shows damage, such as
+half a file after a crash, before anything is read from it. It does not protect from whoever can write to the folder,
 which is why the folder has to be this user's alone: whoever can write to a folder above it can put another in its
 place, so all of them count, and the folders that symbolic links lie in. On Windows the user's own folders are private
 already, and nothing is checked.
@@ -106,7 +106,7 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
             file.write(content)
 
     def _read(self, name: str) -> memoryview | None:
-        """What a file holds behind its digest; None if there is no file, or none that is whole."""
+        """What a file holds behind its digest; None without a whole file."""
         path = Path(self._data_path(name))
         try:
             whole = memoryview(path.read_bytes())
@@ -130,7 +130,7 @@ def _digest(name: str, content: bytes | memoryview) -> bytes:
 
 
 def _remove(path: Path) -> None:
-    """Remove what stands in the place of a file, if that is allowed."""
+    """Remove what is in the place of a file, if that is allowed."""
     try:
         path.unlink()
     except OSError:  # a folder
@@ -164,7 +164,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     """The cache of one kernel in a folder; nothing that goes wrong with it stops a run."""
 
     def __init__(self, function: Callable[..., object], folder: Path, form: str = "") -> None:
-        """`form` is a suffix that tells apart what one function is compiled to."""
+        """`form` is a suffix that distinguishes what one function is compiled to."""
         self._name, self._py_func = repr(function), function
         self._impl = _Entries(function, folder, form)
         self._cache_path = self._impl.locator.get_cache_path()
@@ -179,7 +179,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return self._cache_file.has_entry()
 
     def load_overload(self, sig: object, target_context: object) -> object:
-        """What was compiled for a signature; None if there is none that can be used.
+        """What was compiled for a signature; None if nothing can be used.
 
         Machine code needs numba's allocator alone. numba's own cache loads here all that compiling needs, in 0.45 s; a
         kernel that must be compiled loads it then.
@@ -202,7 +202,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
 
 class Uncached(NullCache):  # type: ignore[misc]
-    """The cache of a kernel where there is no folder for it."""
+    """The cache of a kernel without a folder."""
 
     def has_entry(self) -> bool:
         """Never."""
@@ -223,7 +223,7 @@ class Choice(NamedTuple):
     """A folder for compiled kernels."""
 
     folder: Path | None
-    """The folder; None where there is none."""
+    """The folder, if any."""
     refused: tuple[str, ...]
     """Why the candidates before it are not used, a sentence for each."""
 
@@ -340,7 +340,7 @@ def _make_private(path: Path, name: str) -> None:
 
 
 def _writable(folder: Path) -> bool:
-    """Tell whether files can be made in a folder, which is made, with those above it, for this user alone."""
+    """Whether files can be made in a folder, which is made, with those above it, for this user alone."""
     try:
         for missing in [*reversed(folder.parents), folder]:
             with contextlib.suppress(FileExistsError):

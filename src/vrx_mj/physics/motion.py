@@ -41,7 +41,7 @@ class Motion(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """A force [N] and a torque [N m] about a point that goes with it. World axes unless said otherwise."""
+    """A force [N] and a torque [N m] about a point that goes with it. World axes by default."""
 
     fx: float
     fy: float

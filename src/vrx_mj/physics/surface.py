@@ -23,7 +23,7 @@ SPOKES = 61
 BANDS = ((3.0, 0.5, 1.0), (60.0, 0.0, 1.06), (300.0, 0.0, 1.12), (5000.0, 0.0, 1.6))
 """Up to which distance [m] a ring lies at the last one's times a factor, the third number, plus the second [m]."""
 HORIZON = 5000.0
-"""Distance of the last ring [m]: from a mast of 2 m it stands 0.02 degrees under the true horizon."""
+"""Distance of the last ring [m]: from a mast of 2 m it is 0.02 degrees under the true horizon."""
 EDGE = 0.01
 """The palette's numbers 0 and 1 lie this far from its borders, beyond which a texture begins again."""
 FINE, COARSE = 0.5 * math.pi, math.pi
@@ -99,7 +99,7 @@ def _shade(
     """Return a point's place on the palette: how much of the sky it mirrors, and how it glitters.
 
     `view` points to the eye, `sun` to the sun. The first is `reflectance`, with a little more where the surface
-    leans to the sun, which stands for the light that comes out of the water.
+    leans to the sun, which represents the light that comes out of the water.
     """
     facing = normal[0] * view[0] + normal[1] * view[1] + normal[2] * view[2]
     lean = (normal[0] * sun[0] + normal[1] * sun[1]) / max(normal[2], 0.1)

@@ -86,7 +86,7 @@ STATION = np.dtype(
     [
         ("position", *_vector),  # on the keel line of a float [m], body axes from the link origin
         ("radius", _f),  # of the float [m]
-        ("length", _f),  # of the piece of the float that it stands for [m]
+        ("length", _f),  # of its piece of the float [m]
     ],
     align=True,
 )
@@ -117,7 +117,7 @@ THRUSTER = np.dtype(
         ("area", _f),  # of a rudder's blade [m2]
         ("slope", _f),  # of a rudder's normal force over the sine of its angle of attack
         ("density", _f),  # of the water at a rudder [kg/m3]
-        ("race", _i),  # row of the thruster in whose race a rudder stands; -1: none
+        ("race", _i),  # row of the thruster in whose race a rudder is; -1: none
         ("race_area", _f),  # of that propeller's disc [m2]
         ("race_share", _f),  # share of the blade that the race covers
     ],

@@ -105,7 +105,7 @@ def prism(ring: FloatArray, edges: Edges, x: float, y: float, z: float, level: f
     """Return what a prism with centre (x, y, z) has below the plane z = `level`.
 
     `ring` (n, 2) holds the corners of its section in units of the first two vectors in `edges`, and in
-    its last row, which is no corner, the section's area and second moment.
+    its last row, after the corners, the section's area and second moment.
     """
     depth = level - z
     across = _reach(ring, edges)

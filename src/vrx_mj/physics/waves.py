@@ -1,8 +1,8 @@
-"""The sea: which waves it is made of, and how high it stands at a point and a time.
+"""The sea: which waves it is made of, and how high it is at a point and a time.
 
 VRX's sea is a sum of a few cosine waves of deep water. Its surface is sampled at a fixed point
 without following the horizontal motion of the water ("simple sampler"), and it grows from flat
-calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` says; a
+calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` is; a
 batch may give its rows others.
 """
 
@@ -72,7 +72,7 @@ def pms_components(
     `period` [s] is that of the spectrum's peak; the angular frequencies are the peak's times
     `scale` to the power -1, 0 and 1, so the first wave is the longest. Each is turned by `angle`
     [rad] from the next one, counter-clockwise with frequency. `gain` multiplies the amplitudes:
-    `gain` 1 is no calibrated sea, the significant height depends on `scale`.
+    `gain` 1 is not a calibrated sea: the significant height depends on `scale`.
     """
     peak = 2.0 * math.pi / period
     widths = (peak * (1.0 - 1.0 / scale), peak * (scale - 1.0 / scale) / 2.0, peak * (scale - 1.0))

@@ -74,7 +74,7 @@ class FreeBodies:
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
 
     def set_afloat(self, name: str, height: Callable[[float, float], float]) -> None:
-        """Let the water, whose surface stands at `height(x, y)` [m], have an object or a dock where it is now."""
+        """Let the water, whose surface is at `height(x, y)` [m], have an object or a dock where it is now."""
         qpos, _ = self._address[name]
         if name in self.objects:
             self._arrays.set_afloat(self.objects.index(name), height(*self._data.qpos[qpos : qpos + 2]))

@@ -63,7 +63,7 @@ def row_arena_bytes(model: mujoco.MjModel) -> int:
 
 
 def _pairs(model: mujoco.MjModel, touching: BoolArray) -> Iterator[tuple[BoolArray, BoolArray]]:
-    """Shapes of each two things, moving trees or what stands still, and of each tree with parts that may touch."""
+    """Shapes of each two things, moving trees or what is fixed, and of each tree with parts that may touch."""
     welded = model.body_weldid[model.geom_bodyid]
     thing = np.where(welded == 0, 0, model.body_rootid[model.geom_bodyid])
     things = [touching & (thing == root) for root in np.unique(thing[touching])]

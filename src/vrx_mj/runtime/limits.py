@@ -56,7 +56,7 @@ def core_share(root: Path = ROOT) -> tuple[int, float]:
 def thread_count() -> int:
     """How many threads to compute with: OMP_NUM_THREADS, or SLURM_CPUS_PER_TASK, or else the share of cores.
 
-    Never more than the share; the first number of a list such as `4,2` counts; what is no number above 0 is ignored.
+    Never more than the share; the first number of a list such as `4,2` counts; other text is ignored.
     """
     share = max(1, int(core_share()[1]))
     for name in ("OMP_NUM_THREADS", "SLURM_CPUS_PER_TASK"):
@@ -67,7 +67,7 @@ def thread_count() -> int:
 
 
 def _first(file: Path, index: int = 0) -> float | None:
-    """A number of a file of blank-separated ones; None where there is none, as for "max"."""
+    """A number of a file of blank-separated ones; None without one, as for "max"."""
     try:
         return float(file.read_text(encoding="ascii").split()[index])
     except (OSError, ValueError, IndexError):

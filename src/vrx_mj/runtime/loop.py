@@ -294,7 +294,7 @@ def note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> No
 
 @kernel
 def diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
-    """Tell whether any coordinate or velocity is NaN or beyond `HUGE`."""
+    """Whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
     for value in qpos:
         fine &= abs(value) < HUGE
@@ -305,7 +305,7 @@ def diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
 
 @kernel
 def full(sampling: IntArray, samples: FloatArray) -> bool:
-    """Tell whether there is no room for another row."""
+    """Whether the buffer is full."""
     return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
 
 

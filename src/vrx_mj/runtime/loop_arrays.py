@@ -178,7 +178,7 @@ class LoopArrays:
                 self.data.eq_active[index] = 0
 
     def set_afloat(self, row: int, height: float) -> None:
-        """Let the water, whose surface stands at `height` [m] there, have the floating object of a row."""
+        """Let the water, whose surface is at `height` [m] there, have the floating object of a row."""
         item = self.floats[row]
         self.float_state[row] = (height, 0)
         if item["profile"] == tables.VRX3:
@@ -213,7 +213,7 @@ class LoopArrays:
         return sum(table.nbytes for table in self.state_tables) + self.sample_clocks.device_state.nbytes
 
     def check(self, flat: FloatArray, block: bytes) -> None:
-        """Tell whether MuJoCo can take the numbers of a state, and `unpack` its bytes: kernels trust them.
+        """Check that MuJoCo can take the numbers of a state, and `unpack` its bytes: kernels trust them.
 
         Raises:
             StateError: they cannot.

@@ -74,7 +74,7 @@ class Observation(dict[str, BoatObservation]):
         self.task = task
 
     def __missing__(self, name: str) -> object:
-        """The task, which is no boat."""
+        """The task, which is not among the boats."""
         if name == TASK and self.task is not None:
             return self.task
         raise KeyError(name)
@@ -84,7 +84,7 @@ class Observation(dict[str, BoatObservation]):
         return super().__contains__(name) or (name == TASK and self.task is not None)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A boat, or the task; `default` where there is none."""
+        """A boat, or the task; `default` without one."""
         try:
             return self[name]
         except KeyError:

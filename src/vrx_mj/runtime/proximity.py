@@ -21,7 +21,7 @@ __all__ = ["BROADPHASE", "MOVER", "OBSTACLE", "contact_free", "movers", "obstacl
 SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
 REACH = 20.0
-"""Distances are not told apart beyond this [m]."""
+"""Distances beyond this [m] count as this."""
 
 MOVER = np.dtype(
     [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
@@ -64,7 +64,7 @@ def movers(model: mujoco.MjModel) -> Table:
 
 
 def unconstrained(free: mujoco.MjModel) -> bool:
-    """Tell whether the model without shapes has nothing that binds, drives or senses.
+    """Whether the model without shapes has nothing that binds, drives or senses.
 
     Then all that MuJoCo does about constraints, actuators and sensors comes to nothing in every step. A sensor of
     contacts finds none.
@@ -110,7 +110,7 @@ def _colliding(model: mujoco.MjModel) -> IntArray:
 
 @kernel
 def contact_free(movers: Table, obstacles: Table, qpos: FloatArray, broadphase: Record) -> bool:
-    """Tell whether nothing can touch anything at `qpos`; `broadphase`, a row of BROADPHASE, is kept between calls."""
+    """Whether nothing can touch anything at `qpos`; `broadphase`, a row of BROADPHASE, is kept between calls."""
     if broadphase.wait > 0:
         broadphase.wait -= 1
         return False
@@ -193,7 +193,7 @@ def _from_obstacles(movers: Table, obstacles: Table) -> float:
 
 @kernel
 def touch_begins(broadphase: Record, free: bool, hulls: Table, qfrc_constraint: FloatArray) -> bool:
-    """Tell whether a constraint pushes a boat, a contact or what holds it, if `broadphase` is armed; disarm it then.
+    """Whether a constraint pushes a boat, a contact or what holds it, if `broadphase` is armed; disarm it then.
 
     `qfrc_constraint` is MuJoCo's, of the step that was just made.
     """

@@ -51,7 +51,7 @@ def which_rows(n: int, rows: Rows) -> IntArray:
 
 
 def _array(values: object) -> npt.NDArray[Any]:
-    """The values as an array; one of no dimensions if they are none."""
+    """The values as an array; one of no dimensions if they make none."""
     try:
         return np.asarray(values)
     except ValueError:  # lists of several lengths
@@ -77,7 +77,7 @@ def as_numbers(what: str, values: npt.ArrayLike) -> FloatArray:
     """Return the values as an array.
 
     Raises:
-        CommandError: they are none of numbers.
+        CommandError: they are not numbers.
     """
     try:
         given = np.asarray(values)

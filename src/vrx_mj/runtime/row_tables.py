@@ -34,7 +34,7 @@ FIXED = 455_000
 
 
 OUT_OF_MEMORY = "Caught an unknown exception!"
-"""Words of the RuntimeError by which MuJoCo's bindings now and then say that an allocation failed, with MuJoCo 4.0."""
+"""Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
 
 
 def check_memory(n: int, data: mujoco.MjData) -> None:
@@ -54,7 +54,7 @@ def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
     """Around what allocates the memory of `n` rows like this one.
 
     Raises:
-        CommandError: the system has refused it, say because of a limit (`ulimit -v`).
+        CommandError: the system has refused it, as because of a limit (`ulimit -v`).
     """
     try:
         yield

@@ -39,7 +39,7 @@ def advance_rows(
 ) -> None:  # fmt: skip
     """Advance the rows from `first` up to `last` by `steps` physics steps of `dt` [s].
 
-    `done` holds the steps done of each row, -1 where it has diverged; such a row stands, as one does that is not
+    `done` holds the steps done of each row, -1 where it has diverged; such a row stays, as one does that is not
     `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s], (n,), follow.
     """
     for i in range(first, last):

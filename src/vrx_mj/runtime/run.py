@@ -245,7 +245,7 @@ def load_controller(name: str, seed: int) -> Controller:
     """The controller `module:function`, or `module:Class`, which is made and whose `reset(seed)` is called.
 
     Raises:
-        VrxError: there is no such module, or nothing in it by that name.
+        VrxError: the module does not exist, or has nothing by that name.
     """
     module_name, attribute = split_name(name)
     try:

@@ -28,7 +28,7 @@ CLOCK = np.dtype(
         ("index", np.int64),  # of the last moment that was latched
         ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
         ("time", np.float64),  # of the last moment [s]
-        ("before", np.float64),  # of the one before it [s]; NaN: there is none
+        ("before", np.float64),  # of the one before it [s]; NaN: this is the first
     ],
     align=True,
 )

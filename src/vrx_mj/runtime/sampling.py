@@ -44,7 +44,7 @@ METHODS = ("rows", "state", "event")
 
 
 def check_listener(listener: object) -> None:
-    """Tell whether something can be attached to a simulation.
+    """Check that something can be attached to a simulation.
 
     Raises:
         CommandError: it lacks a method of `Listener`, or is a class.

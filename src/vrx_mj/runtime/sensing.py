@@ -151,7 +151,7 @@ class Readings(Mapping[str, Reading]):
         return len(self._names)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """The reading of a sensor, or `default` where there is no such sensor."""
+        """The reading of a sensor, or `default` without such a sensor."""
         return self._read(name) if name in self._names else default
 
 

@@ -30,7 +30,7 @@ ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
     "float_state": "floats", "element_state": "elements", "touches": "rivals",
 }  # fmt: skip
-"""The same for other arrays; the rows of those that are not listed are none of a boat's."""
+"""The same for other arrays; no row of those that are not listed belongs to a boat."""
 DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
@@ -146,7 +146,7 @@ def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay
 
 
 def _check_place(arrays: LoopArrays, world: World, name: str) -> None:
-    """Refuse a boat that stands in something."""
+    """Refuse a boat that would be inside of something."""
     model, data = arrays.model, arrays.data
     depth, other = 0.0, -1
     for contact in data.contact:

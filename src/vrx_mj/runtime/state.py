@@ -50,7 +50,7 @@ class Version:
 
 @dataclass(frozen=True)
 class Header:
-    """What stands before the numbers of a saved state."""
+    """Head of a saved state, before its numbers."""
 
     world: Annotated[str, Field(pattern="^[0-9a-f]{0,64}$")]
     seed: int
@@ -190,7 +190,7 @@ class State:
         """Read a state that `save` or a diverged run has written.
 
         Raises:
-            StateError: there is no such file, or it is not a state, or one of another version.
+            StateError: the file does not exist, or is not a state, or one of another version.
         """
         file = as_path("path", path)
         if not file.is_file():

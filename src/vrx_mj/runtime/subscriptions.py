@@ -255,7 +255,7 @@ class Subscriptions:
             one.taken = one.number(time - self._timestep)
 
     def check_idle(self, what: str) -> None:
-        """Tell whether the run may be changed now.
+        """Check that the run may be changed now.
 
         Raises:
             CommandError: a reading is being handed over.

@@ -27,7 +27,7 @@ from vrx_mj.tasks.rules import Action
 __all__ = ["TaskObservation", "TaskRunner"]
 
 NEVER = 1 << 62
-"""Steps to the next frame where there is no task, or no more."""
+"""Steps to the next frame without a task, or after its end."""
 TaskObservation = Mapping[str, Any]
 """Phase, times, score and outputs of a task, as a team sees them."""
 
@@ -121,7 +121,7 @@ class TaskRunner:
         """Send something to the task; it arrives at the next frame.
 
         Raises:
-            CommandError: there is no task, or it takes no such message.
+            CommandError: the world has no task, or it takes no such message.
         """
         as_text("topic", topic)
         if self.referee is None:
@@ -170,7 +170,7 @@ class TaskRunner:
         self._record = [(time, line, level) for time, line, level in state["lines"]]
 
     def check(self, text: str) -> None:
-        """Tell whether `load` can take this.
+        """Check that `load` can take this.
 
         Raises:
             StateError: it is of another task, or damaged.

@@ -1,6 +1,6 @@
 """Threads that share a run: one after the other, and none changes what another advances.
 
-The compiled loop runs without Python's lock, on memory that a second call would move under it. Whose turn it is stands
+The compiled loop runs without Python's lock, on memory that a second call would move under it. Whose turn it is, is
 in a dictionary, since `setdefault` is one step for all threads, in 50 ns, and leaves nothing behind when Ctrl-C comes.
 """
 

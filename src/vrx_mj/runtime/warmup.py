@@ -1,4 +1,4 @@
-"""The first use on a machine compiles the kernels: said on stderr, with progress."""
+"""The first use on a machine compiles the kernels: reported on stderr, with progress."""
 
 import contextlib
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ KERNELS = 135
 
 @contextlib.contextmanager
 def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> Iterator[None]:
-    """Around the first call of a kernel: if it is not in the cache, say so, and show how compiling goes on.
+    """Around the first call of a kernel: if it is not in the cache, report it, and show how compiling goes on.
 
     `what` is compiled, which takes about so many `seconds`.
     """

@@ -77,7 +77,7 @@ class Wind:
         """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).
 
         Gusts come from a numbered stream, so any time can be asked for, past or future; between
-        steps the gust of the last one holds, and at t = 0 there is none yet.
+        steps the gust of the last one holds, and at t = 0 the first is still to come.
 
         Raises:
             CommandError: a time is not a number, or more than 1e5 s and twice the simulated time so far.

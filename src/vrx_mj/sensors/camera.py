@@ -110,7 +110,7 @@ class Cameras:
             index: number of the picture in that stream.
 
         Raises:
-            RenderError: there is no way to draw here, with what to install.
+            RenderError: nothing can draw here, with what to install.
         """
         view = self.view(config, position, rotation)
         self._prepare(config)

@@ -49,7 +49,7 @@ def new_context(width: int, height: int) -> Any:
     """A fresh OpenGL context of the backend that `choose_backend` names.
 
     Raises:
-        RenderError: there is none, with what to install; or one of `check_process`.
+        RenderError: nothing can draw here, with what to install; or one of `check_process`.
     """
     check_process()
     backend = choose_backend()
@@ -250,7 +250,7 @@ class Canvas:
         self.close()
 
     def close(self) -> None:
-        """Free what the graphics card or its stand-in holds, and show again what was hidden in the model.
+        """Free what the graphics card or its substitute holds, and show again what was hidden in the model.
 
         In another thread than the canvas's own, such as one in which garbage is collected, it is freed later: when
         its own makes or closes a canvas. Another canvas may be drawing there.

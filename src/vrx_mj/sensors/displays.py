@@ -100,7 +100,7 @@ def next_pattern(marks: FloatArray, time: float) -> None:
 
 
 def symbol_mark(symbol: str) -> float:
-    """A placard's mark that stands for a symbol."""
+    """A placard's mark for a symbol."""
     return float(SYMBOLS.index(symbol))
 
 

@@ -2,7 +2,7 @@
 
 Distances are those of MuJoCo's `mj_multiRay`, which tests every ray: here a ray is tested only against what can be
 in its way (`windows`), by the functions that `mj_multiRay` is made of, and against single faces of meshes. Rays begin
-at the near end of the range, so what is nearer, such as the lidar's own housing, does not stand in the way, as
+at the near end of the range, so what is nearer, such as the lidar's own housing, is not in the way, as
 with Gazebo's near clip.
 """
 
@@ -78,7 +78,7 @@ def _steps(span: tuple[float, float], count: int) -> tuple[float, float]:
 
 
 def angles(span: FloatArray, count: int) -> FloatArray:
-    """The (count,) angles [rad] that `GRID.elevation` or `GRID.azimuth` stands for."""
+    """The (count,) angles [rad] that `GRID.elevation` or `GRID.azimuth` describes."""
     return np.asarray(span[0] + span[1] * np.arange(count))
 
 
@@ -244,7 +244,7 @@ def shapes_of(model: mujoco.MjModel, data: mujoco.MjData) -> Shapes:
 
 
 def reflecting(model: mujoco.MjModel) -> IntArray:
-    """The numbers of the geoms that a lidar sees: what is looked at, and what collides where there is no such.
+    """The numbers of the geoms that a lidar sees: what is looked at, and what collides where nothing is.
 
     Water is in neither group. What is wholly transparent is not seen, nor is a signed distance field.
     """
@@ -339,7 +339,7 @@ def _to_face(corners: FloatArray, x: float, y: float, z: float) -> float:
 
 @kernel
 def _crosses(view: Record, box: FloatArray, begin: float, end: float) -> bool:
-    """Tell whether the present ray is in a box anywhere between two distances [m]."""
+    """Whether the present ray is in a box anywhere between two distances [m]."""
     for i in range(3):
         centre, half, slope = box[i] - view.eye[i], box[3 + i] + _PAD, view.along[i]
         if slope == 0.0:

@@ -62,7 +62,7 @@ class Scan:
     """One sweep of a planar lidar, as in ROS's LaserScan."""
 
     ranges: npt.NDArray[np.float32]
-    """Ranges, (samples,) [m]; inf where there is no return."""
+    """Ranges, (samples,) [m]; inf without a return."""
     angle_min: float
     """Angle of the first ray [rad], counter-clockwise from x."""
     angle_max: float

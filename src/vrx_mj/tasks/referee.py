@@ -167,7 +167,7 @@ class Referee:
         self.status = TaskStatus(**state["sheet"])
 
     def check(self, state: Mapping[str, object]) -> None:
-        """Tell whether `load` can take this.
+        """Check that `load` can take this.
 
         Raises:
             StateError: it is of another task.

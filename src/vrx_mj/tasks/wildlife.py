@@ -1,6 +1,6 @@
 """Wildlife: circle the animals that want it, and keep away from the others (VRX wildlife_scoring_plugin.cc).
 
-Around every animal stand eight gates, at every 45 degrees of the world's azimuth, from the animal out to the radius of
+Around every animal are eight gates, at every 45 degrees of the world's azimuth, from the animal out to the radius of
 engagement. The boat circles by crossing eight times in the right sense without a break.
 """
 
@@ -205,7 +205,7 @@ class Wildlife(PlainRules):
         circled.clear()
 
     def _publish(self, frame: Frame, status: TaskStatus) -> None:
-        """Tell the team where the animals are, if it is time: at every frame, or at a rate since the run began."""
+        """Publish where the animals are, if it is time: at every frame, or at a rate since the run began."""
         own = self.state
         if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
             return
