@@ -15,16 +15,20 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.bar import Bar
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
+
+if TYPE_CHECKING:
+    from vrx_mj.rl import VectorEnv
 
 __all__ = [
     "DT",
@@ -53,7 +57,7 @@ SEA = {
 """Open water with the sea of VRX's Sydney worlds and a gusty wind."""
 
 
-def fleet(count: int) -> Mapping[str, Any]:
+def fleet(count: int) -> Mapping[str, object]:
     """Boats with two fixed engines each, 12 m apart in rows of 25."""
     places = [{"x": 12.0 * (i % 25), "y": 12.0 * (i // 25)} for i in range(count)]
     return {"usv_count": count, "thrusters": "H", "positions": places}
@@ -402,7 +406,7 @@ def environment_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WIN
     return statistics.median(decisions(rows, actions, window) for _ in range(rounds))
 
 
-def decisions(rows: Any, actions: Any, window: float) -> float:
+def decisions(rows: "VectorEnv", actions: npt.NDArray[np.float32], window: float) -> float:
     """Decisions per second of a `VectorEnv` in a window [s]."""
     return per_second(lambda: rows.step(actions), window) * int(rows.num_envs)
 

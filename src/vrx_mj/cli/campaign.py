@@ -172,7 +172,7 @@ def _sailed(
     return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)
 
 
-def _conclude(now: "Campaign", comparison: Any, page: Path, *, stopped: bool) -> None:
+def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
     """Print how it went; exit code 1 if it was stopped, or if every trial failed."""
     print_tables(now, comparison)
     cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())

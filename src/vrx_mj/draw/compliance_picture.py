@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from vrx_mj.resources import root
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["draw_verdict"]
 
@@ -47,6 +48,10 @@ HULL = (
 )
 ENGINE = (("engine", 0.62, (0.0, 0.0, 0.0)), ("propeller", 0.55, (-0.278156, 0.0, -0.509371)))
 """Meshes, how light they are drawn (1 for white), and where they are in base_link or in the engine's frame [m]."""
+
+
+Shaded = Sequence[tuple[FloatArray, float]]
+"""Triangles (n, 3, 3) [m] of a part, and how light it is, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,7 @@ def draw_verdict(verdict: Verdict, path: str | Path) -> None:
         _figure(verdict).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 
-def _figure(verdict: Verdict) -> Any:
+def _figure(verdict: Verdict) -> "Figure":
     """The views on one scale, side under top and front beside it, and the list of parts in the corner."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -151,7 +156,7 @@ def _mesh(name: str) -> FloatArray:
     return np.asarray(trimesh.load_mesh(file, process=False).triangles, dtype=np.float64)
 
 
-def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: Any) -> None:
+def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: Shaded) -> None:
     low, high = bounds
     names = "x forward [m]", "y to port [m]", "z up [m]"
     axes.set_xlim(*(bound[view.right] for bound in ((high, low) if view.flip else (low, high))))
@@ -169,7 +174,7 @@ def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdi
     _parts(axes, view, bounds, verdict.parts)
 
 
-def _surfaces(axes: "Axes", view: View, boat: Sequence[tuple[FloatArray, float]]) -> None:
+def _surfaces(axes: "Axes", view: View, boat: Shaded) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
     from matplotlib.collections import PolyCollection
 
@@ -216,7 +221,7 @@ def _short(box: Box) -> str:
     return box.name.split("_compliance_")[-1]
 
 
-def _parts(axes: Any, view: View, bounds: tuple[FloatArray, FloatArray], parts: Sequence[PartVerdict]) -> None:
+def _parts(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], parts: Sequence[PartVerdict]) -> None:
     """Parts as numbered dots, with a line from each outside its boxes to where it may go."""
     pixel = (bounds[1] - bounds[0])[view.right] / axes.get_window_extent().width  # [m]
     groups: dict[tuple[int, int], list[str]] = {}
@@ -230,8 +235,8 @@ def _parts(axes: Any, view: View, bounds: tuple[FloatArray, FloatArray], parts: 
             axes.plot([x, there[0]], [y, there[1]], color=BAD, linewidth=1.2, linestyle=(0, (3, 2)), zorder=4)
             axes.plot(*there, marker="o", markersize=7, markerfacecolor="none", markeredgecolor=BAD, zorder=4)
         inside = part.box is not None
-        style = {"marker": "o" if inside else "X", "markersize": 6 if inside else 8, "markeredgecolor": "white"}
-        axes.plot(x, y, color=GOOD if inside else BAD, markeredgewidth=0.6, zorder=5, **style)
+        marker, size, color = ("o", 6, GOOD) if inside else ("X", 8, BAD)
+        axes.plot(x, y, marker=marker, markersize=size, color=color, mec="white", mew=0.6, zorder=5)
         cell = (round(x / (5.0 * pixel)), round(y / (5.0 * pixel)))
         groups.setdefault(cell, []).append(str(number))
         spots.setdefault(cell, (float(x), float(y)))

@@ -5,10 +5,12 @@ import logging
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 __all__ = ["INK", "Thing", "font_warnings_hidden", "label", "write"]
 
@@ -25,7 +27,7 @@ FONTS = (
 """Fonts that are tried for each letter, in this order."""
 
 Box = tuple[float, float, float, float]
-Spot = tuple[float, float, str, str]
+Spot = tuple[float, float, Literal["left", "center", "right"], Literal["bottom", "center", "top"]]
 """Where a label goes: x, y, horizontal and vertical alignment."""
 
 
@@ -67,7 +69,7 @@ def label(axes: "Axes", things: Sequence[Thing], pixel: float) -> None:
         taken.append(_extent(text))
 
 
-def write(place: Any, x: float, y: float, text: str, **style: Any) -> Any:
+def write(place: "Axes | Figure", x: float, y: float, text: str, **style: Any) -> "Text":
     """Text taken literally (`$` too), in fonts that between them have most letters."""
     return place.text(x, y, text, **{"color": INK, "fontfamily": _fonts(), "parse_math": False, **style})
 
@@ -102,7 +104,7 @@ def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:
     yield from ((x - slant, y + slant, "right", "bottom"), (x - slant, y - slant, "right", "top"))
 
 
-def _hits(axes: "Axes", text: Any, spot: Spot, taken: Sequence[Box]) -> bool:
+def _hits(axes: "Axes", text: "Text", spot: Spot, taken: Sequence[Box]) -> bool:
     """Whether a text at this spot covers anything or leaves the axes."""
     _put(text, spot)
     left, low, right, top = _extent(text)
@@ -112,14 +114,14 @@ def _hits(axes: "Axes", text: Any, spot: Spot, taken: Sequence[Box]) -> bool:
     return any(left < box[2] and right > box[0] and low < box[3] and top > box[1] for box in taken)
 
 
-def _put(text: Any, spot: Spot) -> None:
+def _put(text: "Text", spot: Spot) -> None:
     text.set_position(spot[:2])
     text.set_horizontalalignment(spot[2])
     text.set_verticalalignment(spot[3])
 
 
-def _extent(text: Any) -> Box:
-    box = text.get_window_extent(text.figure.canvas.get_renderer())
+def _extent(text: "Text") -> Box:
+    box = text.get_window_extent()
     return (box.x0 - 1.0, box.y0 - 0.5, box.x1 + 1.0, box.y1 + 0.5)
 
 
@@ -137,7 +139,7 @@ def _fonts() -> list[str]:
     return [name for name in FONTS if name in known]
 
 
-def _halo(text: Any) -> None:
+def _halo(text: "Text") -> None:
     from matplotlib import patheffects
 
     text.set_path_effects([patheffects.withStroke(linewidth=2.4, foreground="white", alpha=0.8)])

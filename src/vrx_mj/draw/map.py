@@ -17,6 +17,7 @@ from vrx_mj.outputs import written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["FORMATS", "chart", "draw_map", "map_png"]
 
@@ -67,7 +68,7 @@ def _pixels(size: object) -> tuple[int, int]:
     return width, height
 
 
-def chart(scene: MapScene, size: tuple[int, int]) -> Any:
+def chart(scene: MapScene, size: tuple[int, int]) -> "Figure":
     """The map as a matplotlib figure of `size` pixels."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -4,7 +4,7 @@ import colorsys
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
+
+if TYPE_CHECKING:
+    import mujoco
 
 __all__ = [
     "MapBoat",
@@ -139,7 +142,7 @@ def map_of(world: World) -> MapScene:
     )
 
 
-def _model(world: World) -> Any:
+def _model(world: World) -> "mujoco.MjModel | None":
     """MuJoCo's model of the world, which has the looks of things and where placards hang; None where it has neither."""
     import mujoco
 
@@ -161,16 +164,17 @@ def _boat(boat: Boat, index: int) -> MapBoat:
     return MapBoat(boat.name, x, y, yaw, color)
 
 
-def _objects(world: World, model: object) -> tuple[MapObject, ...]:
+def _objects(world: World, model: "mujoco.MjModel | None") -> tuple[MapObject, ...]:
     """The objects with the colours and widths of what is seen of them, which the MJCF holds; no ball of a shooter."""
-    return tuple(_object(model, item) for item in world.parameters.objects if item.model != BALL)
+    shown = world.parameters.objects if model is not None else ()
+    return tuple(_object(model, item) for item in shown if item.model != BALL)
 
 
-def _placards(world: World, model: object) -> Iterator[MapPlacard]:
+def _placards(world: World, model: "mujoco.MjModel | None") -> Iterator[MapPlacard]:
     import mujoco
 
     rows = world.parameters.placards
-    if not rows:
+    if model is None or not rows:
         return
     data, symbols = mujoco.MjData(model), symbols_of(world.parameters)
     mujoco.mj_kinematics(model, data)
@@ -179,13 +183,13 @@ def _placards(world: World, model: object) -> Iterator[MapPlacard]:
         yield MapPlacard(row.name, x, y, symbols[row.name])
 
 
-def _object(model: Any, item: Object) -> MapObject:
+def _object(model: "mujoco.MjModel", item: Object) -> MapObject:
     color, size = _look(model, model.body(item.body).id)
     x, y = item.pose[:2]
     return MapObject(item.name, item.model, x, y, color, size, item.kind == "floating")
 
 
-def _look(model: Any, body: int) -> tuple[Rgb, float]:
+def _look(model: "mujoco.MjModel", body: int) -> tuple[Rgb, float]:
     """The colour that shows most of a body, vivid ones first, and the body's width [m]."""
     first, count = model.body_geomadr[body], model.body_geomnum[body]
     seen = [i for i in range(first, first + count) if model.geom_group[i] < 3 and model.geom_rgba[i, 3] > 0.1]

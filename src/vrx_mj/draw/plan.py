@@ -12,7 +12,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
 from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
 from vrx_mj.draw.labels import INK, Thing, label, write
-from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene
+from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, Rgb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     spots += [
         spot
         for i, spot in enumerate(objects)
-        if not spots or _has_company(spot, objects[:i] + objects[i + 1 :] + spots)
+        if not spots or _has_neighbour(spot, objects[:i] + objects[i + 1 :] + spots)
     ]
     spots = spots or [(x, y) for ring in scene.shore for x, y in ring.tolist()] or [(0.0, 0.0)]
     low, high = np.min(spots, axis=0), np.max(spots, axis=0)
@@ -62,7 +62,7 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     return (east - width / 2, north - height / 2, east + width / 2, north + height / 2)
 
 
-def _has_company(spot: tuple[float, float], others: list[tuple[float, float]]) -> bool:
+def _has_neighbour(spot: tuple[float, float], others: list[tuple[float, float]]) -> bool:
     """Whether anything is near: an object that lies far from everything does not widen the plan."""
     return any(math.dist(spot, other) < LONELY for other in others)
 
@@ -102,7 +102,7 @@ def _docks(axes: "Axes", scene: MapScene) -> None:
             axes.add_patch(patch)
 
 
-def _disc(axes: "Axes", x: float, y: float, radius: float, color: Any) -> None:
+def _disc(axes: "Axes", x: float, y: float, radius: float, color: Rgb) -> None:
     from matplotlib.patches import Circle
 
     axes.add_patch(Circle((x, y), radius, facecolor=color, edgecolor=INK, linewidth=0.8, zorder=3))
@@ -117,7 +117,7 @@ def _waypoint(axes: "Axes", x: float, y: float, yaw: float, label: str, reach: f
     write(axes, x, y, label, size=small, color="#7a2e8e", ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _boat(axes: Any, boat: MapBoat, scale: float) -> None:
+def _boat(axes: "Axes", boat: MapBoat, scale: float) -> None:
     """A hull's outline, bow forward, and an arrow along its heading."""
     from matplotlib.patches import Polygon
 
@@ -126,15 +126,7 @@ def _boat(axes: Any, boat: MapBoat, scale: float) -> None:
     turn, place = _turn(boat.yaw), np.array([boat.x, boat.y])
     outline = scale * hull @ turn.T + place
     tip = place + scale * 2.2 * bow * turn[:, 0]
-    style = {
-        "arrowstyle": "-|>",
-        "color": INK,
-        "linewidth": 1.4,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "mutation_scale": 11,
-    }
-    axes.annotate("", tip, place, arrowprops=style, zorder=4.9)
+    _arrow(axes, place, tip, INK, zorder=4.9, linewidth=1.4, mutation_scale=11)
     axes.add_patch(Polygon(outline, facecolor=boat.color, edgecolor=INK, linewidth=1.1, zorder=5))
 
 
@@ -284,7 +276,7 @@ def _gate_things(gate: GateBar, pixel: float) -> Iterator[Thing]:
     yield _keep_off(ways[2], 5.0 * pixel)
 
 
-def _keep_off(place: Any, radius: float) -> Thing:
+def _keep_off(place: FloatArray, radius: float) -> Thing:
     """What names must not cover."""
     return Thing("", float(place[0]), float(place[1]), radius)
 
@@ -325,12 +317,15 @@ def course_rows(scene: MapScene) -> Iterator[Row]:
         yield ("o", "none", INK, "appears in front of the boat")
 
 
-def _arrow(axes: "Axes", start: Any, tip: Any, color: str, **style: Any) -> None:
+def _arrow(
+    axes: "Axes", start: Sequence[float] | FloatArray, tip: Sequence[float] | FloatArray, color: str, *,
+    zorder: float = 4.0, **style: float,
+) -> None:  # fmt: skip
     look = {"arrowstyle": "-|>", "color": color, "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
-    axes.annotate("", tip, start, arrowprops={**look, **style}, zorder=4)
+    axes.annotate("", (tip[0], tip[1]), (start[0], start[1]), arrowprops={**look, **style}, zorder=zorder)
 
 
-def _along(gate: GateBar) -> Any:
+def _along(gate: GateBar) -> FloatArray:
     """The direction in which to cross a gate, a unit vector."""
     return np.array([math.cos(gate.yaw), math.sin(gate.yaw)])
 
@@ -383,7 +378,7 @@ def _lamp_height(pixel: float) -> float:
     return 15.0 * pixel
 
 
-def _lamps(axes: "Axes", x: float, y: float, colors: Any, pixel: float) -> None:
+def _lamps(axes: "Axes", x: float, y: float, colors: Sequence[str], pixel: float) -> None:
     """A light buoy's colours above it, as three dots."""
     above = y + _lamp_height(pixel)
     for number, color in enumerate(colors):
@@ -432,19 +427,19 @@ def _beacon(axes: "Axes", beacon: Beacon) -> None:
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
 
 
-def _showing(axes: "Axes", showing: Showing, color: Any) -> None:
+def _showing(axes: "Axes", showing: Showing, color: Rgb) -> None:
     axes.plot([showing.x], [showing.y], marker="o", markersize=8, color=(*color, 0.45), markeredgecolor=INK,
               markeredgewidth=1.0, zorder=3)  # fmt: skip
 
 
-def _showing_colors(scene: MapScene) -> Iterator[Any]:
+def _showing_colors(scene: MapScene) -> Iterator[Rgb]:
     """The colours of the objects that come up."""
     colors = {item.name: item.color for item in scene.objects}
     for showing in scene.course.showings:
         yield colors.get(showing.name, (0.5, 0.5, 0.5))
 
 
-def _rgb(color: str) -> Any:
+def _rgb(color: str) -> Rgb:
     from matplotlib.colors import to_rgb
 
     return to_rgb(color)

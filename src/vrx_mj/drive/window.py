@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -18,6 +18,9 @@ from vrx_mj.mjcf.drawing import add_signs
 from vrx_mj.mjcf.world import World
 from vrx_mj.recording.record_scene import SeaHeight
 from vrx_mj.runtime.simulation import Simulation
+
+if TYPE_CHECKING:
+    from mujoco.viewer import Handle
 
 __all__ = ["SIDE", "SeaMesh", "Window", "sea_lines", "sea_of", "sea_points", "window_model"]
 
@@ -34,7 +37,7 @@ class Upload:
     thread that may be left behind.
     """
 
-    def __init__(self, handle: Any, mesh: int) -> None:
+    def __init__(self, handle: Handle, mesh: int) -> None:
         self._handle, self._mesh = handle, mesh
         self._asked, self._done = threading.Event(), threading.Event()
         self._done.set()

@@ -9,6 +9,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import course_of
 from vrx_mj.recording.motion_chunks import TIMELINE
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
@@ -88,9 +89,9 @@ def layout(scene: RecordScene, *, live: bool = False) -> rrb.Blueprint:
     )
 
 
-def beside(scene: RecordScene) -> list[Any]:
+def beside(scene: RecordScene) -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes, if there is one, then speed and thrust, which share a place with it."""
-    plots = [plot_view(SPEED, legend=True, marked=True)]
+    plots: list[rrb.View | rrb.Container] = [plot_view(SPEED, legend=True, marked=True)]
     if scene.thrusters:
         legend = len(scene.thrusters) <= LEGEND
         plots += [plot_view(THRUST, legend=legend), plot_view(STEERING, legend=legend)]
@@ -218,7 +219,7 @@ def log_view() -> rrb.TextLogView:
     )
 
 
-def plan_circle(scene: RecordScene) -> tuple[Any, float]:
+def plan_circle(scene: RecordScene) -> tuple[FloatArray, float]:
     """Middle (3,) and radius [m] of the plan: the fleet and what is near it, or all that a task lays out."""
     middle, reach = fleet_circle(scene)
     if not (scene.parameters and scene.parameters.task):
@@ -230,7 +231,7 @@ def plan_circle(scene: RecordScene) -> tuple[Any, float]:
     return np.array([*(low + high) / 2.0, 0.0]), max(10.0, float(height) / 2.0, float(width) / 2.0 / PLAN_ASPECT)
 
 
-def plan_radius(scene: RecordScene, middle: Any, reach: float) -> float:
+def plan_radius(scene: RecordScene, middle: FloatArray, reach: float) -> float:
     """Radius [m] around `middle` that holds the fleet and all that is near it."""
     away = [math.dist(body.pose[:2], middle[:2]) for body in scene.bodies if body.kind != "ball"]
     return max([reach, *(distance for distance in away if distance < reach + PLAN_REACH)])
@@ -244,13 +245,13 @@ def followed_path(scene: RecordScene) -> str:
     return f"/world/boats/{scene.follow}/{'shape' if shaped else 'label'}"
 
 
-def followed_circle(scene: RecordScene) -> tuple[Any, float]:
+def followed_circle(scene: RecordScene) -> tuple[FloatArray, float]:
     """Middle (3,) and radius [m] of what is followed when recording starts."""
     own = [boat.pose[:2] for boat in scene.boats() if boat.name == scene.follow]
     return (np.array([*own[0], 0.0]), 0.0) if own else fleet_circle(scene)
 
 
-def fleet_circle(scene: RecordScene) -> tuple[Any, float]:
+def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
     """Middle (3,) and radius [m] of the fleet when recording starts."""
     boats = scene.boats() or scene.bodies
     if not boats:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import AllowInfNan, FailFast, Field, TypeAdapter, ValidationError
@@ -275,7 +275,9 @@ class BoatSetHead:
 Sent = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
 
-VERSION, HEAD, BOAT_SET, SENT = (TypeAdapter[Any](kind) for kind in (Version, Head, BoatSetHead, Sent))
+VERSION, HEAD, BOAT_SET = TypeAdapter(Version), TypeAdapter(Head), TypeAdapter(BoatSetHead)
+SENT: TypeAdapter[Sent] = TypeAdapter(Sent)
+Schema = TypeVar("Schema")
 
 
 def head_of(text: str) -> Head:
@@ -284,10 +286,10 @@ def head_of(text: str) -> Head:
     Raises:
         RecordError: it is damaged, or of another version.
     """
-    version: Version = checked(VERSION, "head", text)
+    version = checked(VERSION, "head", text)
     if version.format != FORMAT:
         raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
-    head: Head = checked(HEAD, "head", text)
+    head = checked(HEAD, "head", text)
     check_layout("head", head.layout)
     check_sensors(head.sensors)
     return head
@@ -299,7 +301,7 @@ def boat_set_head(text: str) -> BoatSetHead:
     Raises:
         RecordError: it is damaged.
     """
-    head: BoatSetHead = checked(BOAT_SET, "companies", text)
+    head = checked(BOAT_SET, "companies", text)
     check_layout("companies", head.layout)
     return head
 
@@ -310,11 +312,10 @@ def sent_messages(text: str) -> Sent:
     Raises:
         RecordError: it is damaged.
     """
-    sent: Sent = checked(SENT, "sent", text)
-    return sent
+    return checked(SENT, "sent", text)
 
 
-def checked(schema: TypeAdapter[object], name: str, text: str) -> Any:
+def checked(schema: TypeAdapter[Schema], name: str, text: str) -> Schema:
     """The values in a JSON text, by its schema.
 
     Raises:

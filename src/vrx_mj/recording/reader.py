@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self, overload
+from typing import Any, Self, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -237,6 +237,8 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         )
 
 
+Content = TypeVar("Content", str, bytes)
+
 RUN = "/record/run"
 FRAMES = "/record/frames"
 OURS = (RUN, "/record/rows", "/record/states", "/events", COMPANIES, FRAMES)
@@ -256,7 +258,7 @@ def damage_of(file: Path) -> Iterator[None]:
         raise RecordError(f"'{file}' is damaged: {error}") from error
 
 
-def only(cells: Sequence[Any]) -> Any:
+def only(cells: Sequence[Content]) -> Content:
     """The first of some cells.
 
     Raises:

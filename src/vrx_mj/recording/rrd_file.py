@@ -19,7 +19,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,7 @@ LONGEST = 1e9
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers (n,); None where there is nothing."""
+CellType = TypeVar("CellType", bound=object)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +119,7 @@ class Part:
             raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
         return one[0].item()
 
-    def _checked(self, name: str, cell: Cell, kind: type, wanted: str) -> Any:
+    def _checked(self, name: str, cell: Cell, kind: type[CellType], wanted: str) -> CellType:
         if not isinstance(cell, kind):
             raise RecordError(f"{self.entity}: {name}: expected {wanted}")
         return cell

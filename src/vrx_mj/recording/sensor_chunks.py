@@ -7,7 +7,6 @@ they are shown, or all of its numbers. `reader.RecordedReadings` makes readings 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +26,7 @@ from vrx_mj.sensors.view import focal_length
 __all__ = ["SensedChunks", "sensor_chunks", "track_path"]
 
 Readings = Sequence[Reading]
+Columns = Iterable[rr.ComponentColumn]
 
 QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
@@ -73,13 +73,13 @@ def sensor_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator
         yield static(plot_path(plot.name, sensor), rr.SeriesLines(names=names, colors=colors, widths=1.5))
 
 
-def mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> Any:
+def mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transform3D:
     """Where a sensor is on its boat, its axes turned."""
     rotation = np.array(sensor.rotation) @ (np.eye(3) if turn is None else turn)
     return rr.Transform3D(translation=np.array(sensor.position, np.float32), mat3x3=rotation.astype(np.float32))
 
 
-def pinhole(sensor: RecordedSensor) -> Any:
+def pinhole(sensor: RecordedSensor) -> rr.Pinhole:
     """A camera's view: the axis goes through the middle of the picture."""
     config = sensor.config
     assert isinstance(config, CameraConfig), f"{sensor.name} is a {sensor.type}"
@@ -131,18 +131,19 @@ class SensedChunks:
             yield chunk(track_path(sensor), readings, columns)
 
 
-def chunk(path: str, readings: Readings, *columns: Iterable[Any]) -> Chunk:
+def chunk(path: str, readings: Readings, *columns: Columns) -> Chunk:
     """A row for each reading."""
     every = [column for group in columns for column in group]
     return Chunk.from_columns(path, [times([reading.time for reading in readings])], every)
 
 
-def stamps(readings: Readings) -> Any:
+def stamps(readings: Readings) -> Columns:
     """Times [s], which the timeline rounds, and numbers of readings."""
-    return rr.AnyValues.columns(
+    columns: Columns = rr.AnyValues.columns(
         time=np.array([reading.time for reading in readings]),
         sequence=np.array([reading.sequence for reading in readings], np.int64),
     )
+    return columns
 
 
 def numbers(sensor: RecordedSensor, readings: Readings) -> Chunk:
@@ -174,7 +175,7 @@ def points(sensor: RecordedSensor, readings: Readings) -> Iterator[Chunk]:
     yield chunk(sensor.path, readings, stamps(readings), extra, *shown)
 
 
-def shown_points(sensor: RecordedSensor, clouds: Sequence[npt.NDArray[np.float32]]) -> Iterator[Any]:
+def shown_points(sensor: RecordedSensor, clouds: Sequence[npt.NDArray[np.float32]]) -> Iterator[Columns]:
     """Columns of points (n, 3) [m], coloured by their distance."""
     every, lidar = np.concatenate(clouds), sensor.config
     assert isinstance(lidar, LidarConfig), f"{sensor.name} is a {sensor.type}"
@@ -189,7 +190,7 @@ def scan_points(scan: Scan) -> npt.NDArray[np.float32]:
     return np.stack([away * np.cos(angle), away * np.sin(angle), 0.0 * away], axis=1).astype(np.float32)
 
 
-def range_colors(distance: npt.NDArray[np.floating[Any]], near: float, far: float) -> npt.NDArray[np.uint32]:
+def range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, far: float) -> npt.NDArray[np.uint32]:
     """Colours (n,), 0xRRGGBBAA, on a scale of logarithms from `near` to `far` [m]."""
     first, last = np.log(max(near, 1.0)), np.log(max(far, 2.0))
     share = np.clip((np.log(np.maximum(distance, 1e-3)) - first) / (last - first), 0.0, 1.0)

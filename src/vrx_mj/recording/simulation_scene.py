@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.world import Georeference
@@ -244,15 +245,15 @@ def _mount(engine: Thruster) -> tuple[float, float, float, float]:
     return w, x, y, z
 
 
-def _placed(position: Any, quaternion: Any) -> Any:
+def _placed(position: npt.ArrayLike, quaternion: npt.ArrayLike) -> FloatArray:
     import trimesh  # takes half a second: runs without a recording do not need it
 
-    place = trimesh.transformations.quaternion_matrix(quaternion)
+    place: FloatArray = trimesh.transformations.quaternion_matrix(quaternion)
     place[:3, 3] = position
     return place
 
 
-def _surface(shape: trimesh.Trimesh, place: Any, rgba: Any) -> Surface:
+def _surface(shape: trimesh.Trimesh, place: FloatArray, rgba: tuple[float, ...]) -> Surface:
     turn = place[:3, :3]
     return Surface(
         np.asarray(shape.vertices @ turn.T + place[:3, 3], np.float32),

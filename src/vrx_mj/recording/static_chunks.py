@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -81,7 +80,7 @@ def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
 
 
-def batch_size(batch: Any) -> int:
+def batch_size(batch: rr.ComponentBatchLike) -> int:
     """Number of values in a batch."""
     return len(batch.as_arrow_array())
 
@@ -104,7 +103,7 @@ def run_chunks(scene: RecordScene, views: bytes) -> Iterator[Chunk]:
     yield Chunk.from_columns("/record/run", [], columns)
 
 
-def show(value: Any) -> Any:
+def show(value: object) -> str | int | float | bool:
     """A property as the viewer lists it."""
     return value if isinstance(value, str | int | float | bool) else json.dumps(value)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 from typing import Any
 
@@ -148,7 +148,7 @@ def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
     return [bar, np.array([middle, tip]), np.array(barbs)]
 
 
-def thick(points: float) -> Any:
+def thick(points: float) -> rr.components.Radius:
     """The radius of a line as thick in all views, whatever their scale."""
     return rr.Radius.ui_points(points)
 
@@ -238,7 +238,8 @@ def dashes(strip: FloatArray) -> list[FloatArray]:
 
 Ends = Sequence[tuple[Pose, Pose]]
 """Buoys of gates, left and right."""
-Maker = Callable[[Sequence[Any]], Any]
+Columns = Iterable[rr.ComponentColumn]
+Maker = Callable[[Sequence[Any]], Columns]
 """Function from the values of an entity's rows to rerun's columns."""
 
 PLOT = "/plots/task"
@@ -399,34 +400,41 @@ def drift(before: Ends, now: Ends) -> float:
     return max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairs), default=0.0)
 
 
-def scalar_columns(values: Sequence[Any]) -> Any:
+def scalar_columns(values: Sequence[Sequence[float]]) -> Columns:
     """Columns of rows of numbers."""
     flat = [float(number) for row in values for number in row]
-    return rr.Scalars.columns(scalars=flat).partition([len(row) for row in values])
+    columns: Columns = rr.Scalars.columns(scalars=flat).partition([len(row) for row in values])
+    return columns
 
 
-def text_columns(values: Sequence[Any]) -> Any:
+def text_columns(values: Sequence[str]) -> Columns:
     """Columns of texts in Markdown."""
-    return rr.TextDocument.columns(text=values, media_type=["text/markdown"] * len(values))
+    columns: Columns = rr.TextDocument.columns(text=values, media_type=["text/markdown"] * len(values))
+    return columns
 
 
-def strip_colors(values: Sequence[Any]) -> Any:
+def strip_colors(values: Sequence[Sequence[Rgb]]) -> Columns:
     """Columns of the colours of lines: one for all of an entity, or one for each."""
-    return rr.LineStrips3D.columns(colors=[*chain.from_iterable(values)]).partition([len(row) for row in values])
+    columns: Columns = rr.LineStrips3D.columns(colors=[*chain.from_iterable(values)]).partition(
+        [len(row) for row in values]
+    )
+    return columns
 
 
-def gate_columns(values: Sequence[Any]) -> Any:
+def gate_columns(values: Sequence[tuple[Sequence[Sequence[FloatArray]], Sequence[Rgb]]]) -> Columns:
     """Columns of gates' lines and their colours."""
     strips = [line for gates, _ in values for lines in gates for line in lines]
     colors = [color for gates, row in values for lines, color in zip(gates, row, strict=True) for _ in lines]
     counts = [sum(map(len, gates)) for gates, _ in values]
-    return rr.LineStrips3D.columns(strips=strips, colors=colors).partition(counts)
+    columns: Columns = rr.LineStrips3D.columns(strips=strips, colors=colors).partition(counts)
+    return columns
 
 
-def number_columns(values: Sequence[Any]) -> Any:
+def number_columns(values: Sequence[tuple[Sequence[FloatArray], Sequence[Rgb]]]) -> Columns:
     """Columns of where gates' numbers are, and their colours."""
     spots, colors = ([*chain.from_iterable(row[i] for row in values)] for i in (0, 1))
-    return rr.Points3D.columns(positions=spots, colors=colors).partition([len(row[1]) for row in values])
+    columns: Columns = rr.Points3D.columns(positions=spots, colors=colors).partition([len(row[1]) for row in values])
+    return columns
 
 
 GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}

@@ -21,7 +21,7 @@ import weakref
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
+
+if TYPE_CHECKING:
+    from rerun.chunk import Chunk
 
 __all__ = ["APPLICATION", "RecordWriter", "join_views", "viewer_binary"]
 
@@ -197,7 +200,7 @@ class Work:
         except BaseException as error:
             self._error = self._error or error
 
-    def _stream(self) -> Iterator[Any]:
+    def _stream(self) -> Iterator[Chunk]:
         """Every chunk of the file; the file's writer asks for the next when it wrote the last."""
         try:
             for chunk in self._all_chunks():
@@ -207,7 +210,7 @@ class Work:
             self._error = error  # rerun's own error has less detail
             raise
 
-    def _all_chunks(self) -> Iterator[Any]:
+    def _all_chunks(self) -> Iterator[Chunk]:
         from vrx_mj.recording.boat_sets import boat_set_chunk
         from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, state_chunk
         from vrx_mj.recording.sensor_chunks import SensedChunks, sensor_chunks

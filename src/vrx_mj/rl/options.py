@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeGuard
 
 import gymnasium
 import numpy as np
@@ -45,7 +45,7 @@ LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
 
 
-def episode_steps(duration: Any) -> int:
+def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
     if not is_number(duration) or duration < PERIOD:
         raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
@@ -106,7 +106,7 @@ def reset_mode(mode: object) -> AutoresetMode:
         raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether it is a finite number."""
     return isinstance(value, int | float | np.integer | np.floating) and math.isfinite(as_number(value))
 
@@ -123,7 +123,7 @@ def as_floats(action: object, name: str = "action") -> npt.NDArray[np.float32]:
         raise gymnasium.error.InvalidAction(f"invalid {name}: an array of numbers is needed") from None
 
 
-def neighbour_view(neighbours: Any, reach: Any, noise: Any, delay: Any) -> NeighbourView:
+def neighbour_view(neighbours: object, reach: object, noise: object, delay: object) -> NeighbourView:
     """How boats see each other; gymnasium.error.Error: an option is invalid."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
         raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
@@ -148,14 +148,14 @@ def neighbour_view(neighbours: Any, reach: Any, noise: Any, delay: Any) -> Neigh
     )
 
 
-def chance(name: str, value: Any) -> float:
+def chance(name: str, value: object) -> float:
     """A share of boats; gymnasium.error.Error: not from 0 to 1."""
     if not is_number(value) or not 0.0 <= value <= 1.0:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a share from 0 to 1 is needed")
     return float(value)
 
 
-def team_share(reward: Any) -> float:
+def team_share(reward: object) -> float:
     """The team's share of a boat's reward, from the option `reward`; gymnasium.error.Error: it is invalid."""
     if isinstance(reward, str) and reward in {"team", "individual"}:
         return float(reward == "team")
