@@ -163,10 +163,10 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
 def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..2", "--jobs", "1", "-o", "stopped")
     process = start(*words, cwd=folder)
-    give_up = time.monotonic() + 300.0
+    deadline = time.monotonic() + 300.0
     while not results(folder, "stopped"):
         assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < give_up
+        assert time.monotonic() < deadline
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     code, out, err = ended(process)

@@ -39,7 +39,7 @@ def test_boats_begin_on_the_waves(problem):
     env.reset(seed=5)
 
     def over():
-        return env._core.watch._heights()
+        return env._core.lost_boats._heights()
 
     first = over()
     assert np.ptp(env._core.batch.features[..., 2]) > 0.1

@@ -259,7 +259,7 @@ def is_ours(kind: str, name: str) -> bool:
 def _program_hash(line: str) -> str:
     try:
         words = shlex.split(line)
-    except ValueError:  # the shell will say what is wrong with it
+    except ValueError:  # the shell reports what is wrong with it
         words = line.split()
     digest = sha256(line.encode())
     for file in dict.fromkeys(map(Path, words)):

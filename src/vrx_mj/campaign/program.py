@@ -14,17 +14,17 @@ from typing import IO, Protocol
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["ENDING", "GRACES", "Program", "adopt_orphans"]
+__all__ = ["ENDING", "SIGNAL_TIMEOUTS", "Program", "adopt_orphans"]
 
-GRACES = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
+SIGNAL_TIMEOUTS = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
 """How a program is ended: after each signal it has so long [s]."""
-ENDING = sum(GRACES.values()) + 3.0
+ENDING = sum(SIGNAL_TIMEOUTS.values()) + 3.0
 """Wall time that ending one takes, at most [s]."""
 LOOK = 0.02
 """How often it is seen whether all have ended [s]."""
 MOST_OUTPUT = 10_000_000
 """Output of a program that is kept [bytes]."""
-BITE = 1 << 16
+READ_SIZE = 1 << 16
 TAIL = 4096
 """Bytes in which the last lines are looked for."""
 SHOWN_LINES, SHOWN = 3, 200
@@ -86,14 +86,14 @@ class Program:
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
         return " | ".join(line[:SHOWN] for line in lines[-SHOWN_LINES:])
 
-    def end(self, graces: Mapping[str, float] = GRACES) -> None:
+    def end(self, timeouts: Mapping[str, float] = SIGNAL_TIMEOUTS) -> None:
         """End it and what it started, by one signal after the other; nothing happens where all have ended."""
-        for name, grace in graces.items():
+        for name, timeout in timeouts.items():
             if self._all_ended():
                 break
             self._signal(signal.Signals[name])
-            give_up = time.monotonic() + grace
-            while not self._all_ended() and time.monotonic() < give_up:
+            deadline = time.monotonic() + timeout
+            while not self._all_ended() and time.monotonic() < deadline:
                 time.sleep(LOOK)
         self._reader.join(1.0)
 
@@ -113,7 +113,7 @@ class Program:
             os.killpg(self.group, 0)
         except ProcessLookupError:
             return not strays
-        except PermissionError:  # macOS says so of a group of which all have ended
+        except PermissionError:  # what macOS raises for a group of which all have ended
             return self._process.poll() is not None and not strays
         return False
 
@@ -123,7 +123,7 @@ class Program:
 
     def _read(self, stream: IO[bytes]) -> None:
         with stream:
-            while data := stream.read(BITE):
+            while data := stream.read(READ_SIZE):
                 self._tail = (self._tail + data)[-TAIL:]
                 self._keep(data)
 
@@ -162,7 +162,7 @@ def _descendants(ancestor: int) -> Iterator[int]:
 
 
 def _reaped(pid: int) -> bool:
-    """Whether a process has ended, and is no more; one of ours that ended is taken away."""
+    """Whether a process has ended; a child of ours that ended is reaped."""
     try:
         return os.waitpid(pid, os.WNOHANG)[0] == pid
     except ChildProcessError:  # no child of ours: it is looked for again

@@ -23,9 +23,9 @@ __all__ = ["sail_on_ray"]
 
 LOOK = 0.5
 """How often trials are looked after [s]."""
-FAREWELL = 10.0
+STOP_TIMEOUT = 10.0
 """How long trials may take to stop [s]."""
-LEFT_HOME = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
+EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
 """Files of the current folder that no node needs."""
 Files = dict[str, bytes]
 
@@ -64,7 +64,7 @@ def sail_on_ray(
         for reference in under_way:
             ray.cancel(reference)
         if under_way:
-            ray.wait(list(under_way), num_returns=len(under_way), timeout=FAREWELL)
+            ray.wait(list(under_way), num_returns=len(under_way), timeout=STOP_TIMEOUT)
         ray.shutdown()
 
 
@@ -74,7 +74,7 @@ def _connected(root: Path) -> Any:
         import ray
     except ImportError:
         raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
-    excluded = list(LEFT_HOME)
+    excluded = list(EXCLUDED_FILES)
     with suppress(ValueError):
         excluded.append(f"/{root.resolve().relative_to(Path.cwd()).as_posix()}/")
     named = {name: value for name, value in os.environ.items() if name.startswith("VRX_MJ_")}
@@ -113,7 +113,7 @@ def _brought(ray: Any, reference: Any, trial: Trial, root: Path) -> Result:
 
 
 def _keep(files: Files, cell: Cell, root: Path) -> None:
-    """Write the files, the result last; a world's sketch only if there is none yet."""
+    """Write the files, the result last; a world's sketch only if it is missing."""
     sketch = sketch_file(root, cell.world)
     for name, content in sorted(files.items(), key=lambda item: item[0].endswith("result.json")):
         target = root / name

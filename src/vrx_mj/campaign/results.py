@@ -82,7 +82,7 @@ def write_result(folder: Path, result: Result) -> None:
 
 
 def read_result(folder: Path) -> Result | None:
-    """The result in a cell's folder; None where there is none, or one that is cut short.
+    """The result in a cell's folder; None where it is missing or cut short.
 
     Raises:
         RecordError: it is of another version.

@@ -1,8 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.scores import Comparison
     from vrx_mj.campaign.trial import Trial
 
-__all__ = ["Watch", "campaign", "print_tables", "watching"]
+__all__ = ["CampaignProgress", "campaign", "print_tables"]
 
 Worlds = Annotated[
     list[str],
@@ -147,11 +146,12 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
-    with watching(len(trials)) as watch:
-        sailed = _sailed(trials, begun.folder, jobs, watch, ray=ray)
+    with Bar("campaign", len(trials), "trials") as bar:
+        progress = CampaignProgress(bar, len(trials))
+        sailed = _sailed(trials, begun.folder, jobs, progress, ray=ray)
         try:
             for result in sailed:
-                watch.finished(result)
+                progress.finished(result)
         except KeyboardInterrupt:
             return True
         finally:
@@ -160,16 +160,16 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
 
 
 def _sailed(
-    trials: "Sequence[Trial]", folder: Path, jobs: int | None, watch: "Watch", *, ray: bool
+    trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
 ) -> "Generator[Result, None, None]":
     if ray:
         from vrx_mj.campaign.ray_pool import sail_on_ray
 
-        return sail_on_ray(trials, folder, jobs, running=watch.running)
+        return sail_on_ray(trials, folder, jobs, running=progress.running)
     from vrx_mj.campaign.process import sail_all
     from vrx_mj.runtime.limits import core_share
 
-    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=watch.running)
+    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=progress.running)
 
 
 def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
@@ -187,7 +187,7 @@ def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, s
 SHOWN_FAILURES = 10
 
 
-class Watch:
+class CampaignProgress:
     """Shows how far a campaign is: failed trials and a bar in a terminal, else a line for each trial."""
 
     def __init__(self, bar: Bar, total: int) -> None:
@@ -209,13 +209,6 @@ class Watch:
 
     def _show(self) -> None:
         self._bar.update(self._done, f"{self._running} running, {self._failed} failed")
-
-
-@contextmanager
-def watching(total: int) -> Iterator[Watch]:
-    """A bar over the trials of a campaign."""
-    with Bar("campaign", total, "trials") as bar:
-        yield Watch(bar, total)
 
 
 def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:

@@ -161,7 +161,7 @@ def boat_set_numbers(part: Part, count: int) -> list[int]:
     """The boat set of each block of a part, of so many; the first in a recording from before boats could come and go.
 
     Raises:
-        RecordError: there is no such boat set.
+        RecordError: the number of a boat set is unknown.
     """
     numbers = part.numbers("company", "i") if "company" in part.columns else [0] * len(part.blobs("block"))
     for number in numbers:

@@ -105,7 +105,7 @@ def archive(files: Mapping[str, bytes]) -> bytes:
 def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
     """Files of an archive, by their names, which are no paths on any disk; `most`: their bytes.
 
-    What comes out is counted, whatever the archive's own table says.
+    What comes out is counted, whatever the archive's own table has.
 
     Raises:
         RecordError: it is damaged, or holds more, or what `archive` does not write.

@@ -37,7 +37,7 @@ def rescore(source: str | Path | Record) -> Scored:
     A recording that began in the middle of a run goes on from the status that the run had then.
 
     Raises:
-        RecordError: the file is no recording, or its world has no task.
+        RecordError: the file is not a recording, or its world has no task.
     """
     recorded = source if isinstance(source, Record) else read_record(source)
     referee, begun = _referee(recorded)

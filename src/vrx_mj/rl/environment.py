@@ -30,10 +30,10 @@ __all__ = [
     "Actions",
     "Environment",
     "Floats32",
+    "LostBoats",
     "Outcome",
     "Roster",
     "TeamOptions",
-    "Watch",
     "masked",
 ]
 
@@ -52,7 +52,7 @@ NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
 
 
-class Watch:
+class LostBoats:
     """Which boats of a batch are lost, (n, boats)."""
 
     def __init__(self, batch: Rows) -> None:
@@ -90,12 +90,12 @@ class Watch:
 class Roster:
     """The boats of `n` worlds: who is present, (n, boats), and when each joins and leaves, in steps."""
 
-    def __init__(self, problem: Problem, watch: Watch, *, moving: tuple[float, float] | None, most: int) -> None:
+    def __init__(self, problem: Problem, lost: LostBoats, *, moving: tuple[float, float] | None, most: int) -> None:
         """Take the chances, 0 to 1, that a boat joins late and leaves early, and the steps of an episode.
 
         Without chances nothing is drawn, and boats whose episodes have ended stay where they are.
         """
-        self._problem, self._watch, self._moving, self._most = problem, watch, moving, most
+        self._problem, self._lost_boats, self._moving, self._most = problem, lost, moving, most
         shape = problem.n, problem.size
         self.present = np.zeros(shape, np.bool_)
         self._joins, self._leaves = np.zeros(shape, np.int64), np.full(shape, NEVER)
@@ -163,7 +163,7 @@ class Roster:
 
     def _put(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
         if len(rows):
-            self._watch.launch(boat, rows, spots)
+            self._lost_boats.launch(boat, rows, spots)
 
 
 Floats32 = npt.NDArray[np.float32]
@@ -239,9 +239,9 @@ class Environment:
         self.problem = PROBLEMS[problem](self.batch)
         self.most = step_limit(duration, max_episode_steps, self.problem.duration)
         self._horizon = episode_steps(self.problem.duration if duration is None else duration)
-        self.variety, self.watch = Variety(self.batch, problem, variety), Watch(self.batch)
+        self.variety, self.lost_boats = Variety(self.batch, problem, variety), LostBoats(self.batch)
         moving = None if team is None else team.moving
-        self.roster = Roster(self.problem, self.watch, moving=moving, most=self._horizon)
+        self.roster = Roster(self.problem, self.lost_boats, moving=moving, most=self._horizon)
         self.actions = Actions(self.batch.boats, self.batch.channels, self.batch.largest)
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
@@ -297,7 +297,7 @@ class Environment:
         forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, LEAST_LEFT))
         diverged = self._advance(np.flatnonzero(going))
         counts = acted & ~diverged[:, None]
-        sunk, capsized = self.watch.sunk() & counts, self.watch.capsized() & counts
+        sunk, capsized = self.lost_boats.sunk() & counts, self.lost_boats.capsized() & counts
         team = self.team()
         judged = self.problem.judge(team, going)
         self.steps += going

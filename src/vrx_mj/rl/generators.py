@@ -48,7 +48,7 @@ class Generators:
         self._random: list[np.random.Generator] = []
 
     def check_begun(self) -> None:
-        """gymnasium.error.ResetNeeded: there are none yet."""
+        """gymnasium.error.ResetNeeded: `reset` was not called."""
         if not self._random:
             raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 

@@ -179,7 +179,7 @@ def pose_error(team: Team, x: FloatArray, y: FloatArray, yaw: FloatArray) -> Flo
 
 
 def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
-    """The mean over these boats, (n,); 0 where there are none."""
+    """The mean over these boats, (n,); 0 without boats."""
     mean: FloatArray = np.where(who, values, 0.0).sum(axis=1) / np.maximum(who.sum(axis=1), 1)
     return mean
 

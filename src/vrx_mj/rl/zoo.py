@@ -251,7 +251,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Space[Floats32]:
-        """Space of a boat's actions, its thrusts and steering angles; UnknownNameError if there is no such boat."""
+        """Space of a boat's actions, its thrusts and steering angles; UnknownNameError: unknown boat."""
         check_name("boat", agent, self.possible_agents)
         return self.action_spaces[agent]
 

@@ -36,8 +36,8 @@ from vrx_mj.campaign.program import Program, adopt_orphans
 adopt_orphans()
 said = BytesIO()
 program = Program(shlex.quote(sys.executable) + " stubborn.py; echo it went on", os.environ, said)
-give_up = time.monotonic() + 30.0
-while said.getvalue().count(b"pid") < 2 and time.monotonic() < give_up:
+deadline = time.monotonic() + 30.0
+while said.getvalue().count(b"pid") < 2 and time.monotonic() < deadline:
     time.sleep(0.01)
 program.end({QUICK})
 print(said.getvalue().decode())
@@ -64,9 +64,9 @@ def run(line, **changes):
 
 
 def until(condition, what):
-    give_up = time.monotonic() + 30.0
+    deadline = time.monotonic() + 30.0
     while not condition():
-        assert time.monotonic() < give_up, what
+        assert time.monotonic() < deadline, what
         time.sleep(0.01)
 
 

@@ -19,7 +19,7 @@ class Batch:
         self.put = {}
 
     def launch(self, boat, rows, spots):
-        """As `Watch.launch`."""
+        """As `LostBoats.launch`."""
         for row, spot in zip(rows, spots, strict=True):
             self.put[int(row), self.boats[boat]] = tuple(spot.tolist())
 

@@ -117,7 +117,7 @@ class Wayfinding(Problem):
         self._error = np.where(who, self._now(team), self._error)
 
     def observe(self, team: Team) -> FloatArray:
-        """Both waypoints from the boat; where there is no next one it is the present one."""
+        """Both waypoints from the boat; after the last one it is the present one."""
         (x, y, yaw), (next_x, next_y, _) = self._point(0), self._point(1)
         turn, more = folded(yaw - team.yaw), (self._at < WAYPOINTS - 1).astype(np.float64)
         parts = (*team.toward(x, y), np.sin(turn), np.cos(turn), *team.toward(next_x, next_y), more)
