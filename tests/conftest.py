@@ -12,6 +12,7 @@ import site
 import tempfile
 import time
 from collections import Counter
+from functools import cache
 from itertools import groupby
 from pathlib import Path
 
@@ -26,6 +27,17 @@ TESTS = Path(__file__).parent
 QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "mjcf", "runtime"))
 LENGTHY = {"test_kernel.py", "test_text.py", "test_wamv_sensors.py", "test_xacro_bombs.py"}
 """Files in those folders that take a quarter of their time."""
+LONGEST = (
+    "[tutorial_one_boat.md]",
+    "::test_a_larger_share_of_everything_is_used_or_refused",
+    "[tutorial_many_boats.md]",
+    "test_campaign_on_ray.py",
+    "test_packaging.py",
+    "test_kernel_cache.py",
+    "test_ros_bags.py",
+    "test_prepared_sensors.py",
+)
+"""Parts of the names of the slow tests that take longest, the longest first."""
 CONFIG = TESTS / "unit" / "config"
 SANDBOX = pytest.StashKey[Path]()
 SANDBOX_VARIABLE = "VRX_MJ_TESTS"
@@ -117,18 +129,30 @@ def pytest_ignore_collect(collection_path, config):
     return (config.option.markexpr == "quick" and collection_path.is_file() and not _is_quick(collection_path)) or None
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Let every other worker collect from the end: in a fresh clone each compiles half of the files, not all."""
+    report = yield
+    if isinstance(collector, pytest.Directory) and int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]) % 2:
+        report.result.reverse()
+    return report
+
+
 def pytest_itemcollected(item):
     """Put tests into the quick tier by their folder."""
     if item.get_closest_marker("slow") is None and _is_quick(item.path):
         item.add_marker("quick")
 
 
+@cache
 def _is_quick(path):
     return path.name not in LENGTHY and any(path.is_relative_to(folder) for folder in QUICK)
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Skip what draws where nothing can be drawn, and deal the tests out to the workers."""
+    """Skip what draws where nothing can be drawn, and deal the tests that were chosen out to the workers."""
+    items.sort(key=lambda item: item.nodeid.partition("::")[0])  # in whatever order the files were collected
     if any(item.get_closest_marker("render") for item in items):
         from needs import EGL, needs
 
@@ -141,24 +165,42 @@ def pytest_collection_modifyitems(items):
 def _deal(items, workers):
     """Sort tests into the blocks that workers begin with, of equal numbers.
 
-    Slow modules come first, each as a whole, for its tests share what is made for it. Of the others, only the first
-    worker begins with tests that need kernels: while it compiles them, the others have those of files.
+    Slow tests come first, and of them those of `LONGEST`, each with another worker, or the last would go on alone. Of
+    what is not slow, only the first worker begins with tests that need kernels: while it compiles them, the others
+    have those of files.
     """
     slow, others = _split(items, lambda item: item.get_closest_marker("slow") is not None)
-    light, others = _split(others, lambda item: item.path == TESTS / "test_project.py" or CONFIG in item.path.parents)
-    modules = [list(group) for _, group in groupby(slow, key=lambda item: item.path)]
+    light, others = _split(others, lambda item: _is_light(item.path))
+    longest, slow = _split(slow, lambda item: _rank(item) < len(LONGEST))
+    firsts = [list(group) for _, group in groupby(sorted(longest, key=_rank), key=_rank)]
     left = len(items)
     items.clear()
     for worker in range(workers):
-        own = [item for module in modules[worker::workers] for item in module]
-        rest = left // (workers - worker) - len(own)
-        for pool in (light, others) if worker else (others, light):
-            taken = pool[: max(rest, 0)]
-            own += taken
-            rest -= len(taken)
-            del pool[: len(taken)]
+        own = [item for first in firsts[worker::workers] for item in first]
+        due = left // (workers - worker)
+        own += _taken(slow, min(due - len(own), len(slow) // (workers - worker)))
+        for pool in (light, others, slow) if worker else (others, light, slow):
+            own += _taken(pool, due - len(own))
         items += own
         left -= len(own)
+
+
+def _taken(pool, number):
+    """So many tests from the front of a pool, removed from it."""
+    taken = pool[: max(number, 0)]
+    del pool[: len(taken)]
+    return taken
+
+
+@cache
+def _is_light(path):
+    """Whether tests of a file need no kernels."""
+    return path == TESTS / "test_project.py" or CONFIG in path.parents
+
+
+def _rank(item):
+    """Place of a slow test in `LONGEST`; after all of them if it is not there."""
+    return next((k for k, name in enumerate(LONGEST) if name in item.nodeid), len(LONGEST))
 
 
 def _split(items, condition):

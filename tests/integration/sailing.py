@@ -3,12 +3,15 @@
 import csv
 import dataclasses
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import vrx_mj
 from trees import partial
+from vrx_mj.config.objects import load_object
+from vrx_mj.config.search import catalogue
 from vrx_mj.model.world import tree_of
 
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
@@ -25,6 +28,12 @@ GUSTY = {
 }
 AFLOAT = -0.1018635
 """Height of a boat's origin at rest in calm water [m]: vessel_equilibrium.csv of VRX's reference values."""
+
+
+@cache
+def object_kinds():
+    """Kinds of the objects of the catalogue, by their names."""
+    return {name: load_object(name).kind for name in catalogue("objects")}
 
 
 def table(path):

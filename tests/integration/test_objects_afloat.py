@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import CALM, water
+from integration.sailing import CALM, object_kinds, water
 from vrx_mj.cli.files import copy_start_file
 from vrx_mj.config.objects import load_object
-from vrx_mj.config.search import catalogue
 from vrx_mj.runtime.observation import rotation_matrix
 
-FLOATING = [name for name in catalogue("objects") if load_object(name).kind == "floating"]
+FLOATING = [name for name, kind in object_kinds().items() if kind == "floating"]
 WAVES = {"model": "pms", "gain": 0.3, "period": 5.0, "scale": 1.5, "direction": [1.0, 0.0], "tau": 2.0}
 SPACING = 25.0
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import CALM, boats, same_bits
+from integration.sailing import CALM, boats, object_kinds, same_bits
 from integration.vrx3_worlds import BREEZE, MOST, sailing
-from vrx_mj.config.objects import load_object
-from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import rotation_matrix
@@ -128,7 +126,7 @@ def test_gusts_are_the_same_when_asked_for_and_when_sailed():
 
 # Objects
 
-FLOATING = [name for name in catalogue("objects") if load_object(name).kind == "floating"]
+FLOATING = [name for name, kind in object_kinds().items() if kind == "floating"]
 SPACING = 25.0
 
 

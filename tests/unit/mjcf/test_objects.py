@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from integration.sailing import object_kinds
 from vrx_mj.config.objects import BuoyancyElement, ObjectConfig, Placement, load_object
 from vrx_mj.config.search import catalogue
 from vrx_mj.frames import compose, rotation
@@ -27,7 +28,7 @@ def rows(name):
 
 FLOATING = {row["model"]: row for row in rows("objects.csv")}
 COURSES = {row["model"]: int(row["objects"]) for row in rows("courses.csv")}
-SINGLE = [name for name in MODELS if load_object(name).kind != "composite"]
+SINGLE = [name for name in MODELS if object_kinds()[name] != "composite"]
 
 
 def compiled(config):
@@ -97,7 +98,7 @@ def visible_size(model):
 
 
 def test_the_golden_tables_cover_the_catalogue():
-    floating = {name for name in SINGLE if load_object(name).kind == "floating"}
+    floating = {name for name in SINGLE if object_kinds()[name] == "floating"}
     assert set(FLOATING) == {name for name in floating if not name.startswith("demo_")}
     assert set(COURSES) == set(MODELS) - set(SINGLE)
 
